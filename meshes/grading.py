@@ -1,0 +1,78 @@
+"""Element sizes: finer towards the concave edges of the solid, where stress concentrates."""
+
+from __future__ import annotations
+
+import gmsh
+import numpy as np
+
+from dolfingrip.meshes.solid import boundary, faces
+
+GROWTH = 0.5
+"""Growth of the element size (mm) with each mm of distance from a concave edge."""
+
+_FLAT = 1e-3
+"""Sine of the angle below which two faces count as one smooth face."""
+
+def concave_curves() -> list[int]:
+    """Curves of the current, meshed Gmsh model where the dihedral angle exceeds 180°.
+
+    At a concave edge each of the two faces rises above the plane of the other. The mesh
+    gives the outward normals, so the test holds for the cavity's edges and the outer ones;
+    a coarse mesh will do.
+
+    Returns
+    -------
+    list of int
+        Tags of the curves.
+    """
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    points = np.zeros((int(tags.max()) + 1, 3))
+    points[tags.astype(np.int64)] = coordinates.reshape(-1, 3)
+    tetrahedra = gmsh.model.mesh.getElementsByType(4)[1].astype(np.int64).reshape(-1, 4)
+    facets = faces(tetrahedra)[boundary(tetrahedra)]
+    concave = []
+    for _, curve in gmsh.model.getEntities(1):
+        line = gmsh.model.mesh.getElementsByType(1, curve)[1][:2].astype(np.int64)
+        on_edge = np.isin(facets, line)
+        pair = np.flatnonzero(on_edge.sum(axis=1) == 2)
+        if len(pair) != 2:
+            continue
+        a, b, c = points[facets[pair[0]]]
+        normal = np.cross(b - a, c - a)
+        apex = points[facets[pair[1]][~on_edge[pair[1]]]][0]
+        height = normal @ (apex - a) / np.linalg.norm(normal)
+        if height > _FLAT * np.linalg.norm(apex - a):
+            concave.append(curve)
+    return concave
+
+
+def size_field(curves: list[int], size: float, edge_size: float) -> None:
+    """Set the size field of the current Gmsh model, in place of any before.
+
+    Parameters
+    ----------
+    curves
+        Tags of the curves to refine at.
+    size
+        Element size away from them (mm).
+    edge_size
+        Element size at them (mm).
+    """
+    field = gmsh.model.mesh.field
+    for tag in field.list():
+        field.remove(tag)
+    if not curves or edge_size >= size:
+        field.add("MathEval", 1)
+        field.setString(1, "F", f"{size!r}")
+        field.setAsBackgroundMesh(1)
+        return
+    field.add("Distance", 1)
+    field.setNumbers(1, "CurvesList", curves)
+    field.setNumber(1, "Sampling", 100)
+    field.add("Threshold", 2)
+    field.setNumber(2, "InField", 1)
+    field.setNumber(2, "SizeMin", edge_size)
+    field.setNumber(2, "SizeMax", size)
+    field.setNumber(2, "DistMin", 0)
+    field.setNumber(2, "DistMax", (size - edge_size) / GROWTH)
+    field.setAsBackgroundMesh(2)

@@ -1,0 +1,25 @@
+"""Names and integer tags of the groups that every mesh of a finger carries.
+
+The tags are the same in every file written and in every mesh read, so that a form can be
+restricted to a group without looking names up.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+SOLID: Final = "solid"
+CAVITY: Final = "cavity"
+CLAMP: Final = "clamp"
+SKIN: Final = "skin"
+TIP: Final = "tip"
+SYMMETRY: Final = "symmetry"
+
+SOLID_TAG: Final = 1
+"""Tag of the only volume group."""
+
+SURFACE_TAGS: Final[dict[str, int]] = {CAVITY: 11, CLAMP: 12, SKIN: 13, TIP: 14, SYMMETRY: 15}
+"""Tag of each surface group, by name."""
+
+NEEDED: Final = (CAVITY, CLAMP, SKIN, TIP)
+"""Surface groups that every mesh must have; a half finger also has ``symmetry``."""
