@@ -1,0 +1,1 @@
+"""Pictures, curves and tables of results; nothing here computes mechanics."""

@@ -1,0 +1,100 @@
+"""Results as columns: a dict, a DataFrame or a CSV file, read the same way."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+
+class Columns(Protocol):
+    """What a dict of columns and a pandas DataFrame have in common."""
+
+    def __contains__(self, key: object, /) -> bool: ...
+
+    def __getitem__(self, key: str, /) -> Any: ...
+
+    def __iter__(self) -> Iterator[Any]: ...
+
+
+def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:
+    """One column as floats.
+
+    Parameters
+    ----------
+    table
+        Columns by name.
+    name
+        The column wanted, e.g. ``force_N``.
+
+    Returns
+    -------
+    Shape (rows,), in the unit that the name carries; empty entries are NaN. None where the
+    column is absent or holds no number at all.
+    """
+    if name not in table:
+        return None
+    entries = [_number(entry) for entry in table[name]]
+    values = np.array(entries, dtype=np.float64)
+    return values if np.isfinite(values).any() else None
+
+
+def required(table: Columns, name: str) -> npt.NDArray[np.float64]:
+    """Like :func:`numbers`, for a column that must be there.
+
+    Raises
+    ------
+    ValueError
+        One line naming the missing column.
+    """
+    values = numbers(table, name)
+    if values is None:
+        raise ValueError(f"results have no column {name}")
+    return values
+
+
+def branches(table: Columns) -> npt.NDArray[np.str_]:
+    """The branch of each row (``loading``, ``unloading``, ``hold``), shape (rows,).
+
+    Where the column is absent every row is ``loading``: nothing then tells them apart.
+    """
+    rows = len(list(table["pressure_kPa"]))
+    if "branch" not in table:
+        return np.array(["loading"] * rows, dtype=np.str_)
+    names = [entry if isinstance(entry, str) and entry else "loading" for entry in table["branch"]]
+    return np.array(names, dtype=np.str_)
+
+
+def read_csv(path: Path) -> dict[str, list[str]]:
+    """The columns of a CSV file with one header line, as text.
+
+    Raises
+    ------
+    ValueError
+        One line naming the file where it is empty.
+    """
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.reader(stream))
+    if not rows:
+        raise ValueError(f"{path}: empty, no header line")
+    header, body = rows[0], [row for row in rows[1:] if row]
+    return {name: [row[i] if i < len(row) else "" for row in body] for i, name in enumerate(header)}
+
+
+def select_rows(table: Columns, column: str, wanted: str) -> Columns:
+    """The rows whose ``column`` is ``wanted``; all of them where there is no such column."""
+    if column not in table:
+        return table
+    keep = [i for i, entry in enumerate(table[column]) if entry == wanted]
+    columns = {str(name): list(table[name]) for name in table}
+    return {name: [entries[i] for i in keep] for name, entries in columns.items()}
+
+
+def _number(entry: Any) -> float:
+    if entry is None or (isinstance(entry, str) and not entry.strip()):
+        return float("nan")
+    return float(entry)

@@ -1,0 +1,184 @@
+"""Fields of a run: the ParaView collection, its steps and the pressures they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+
+from dolfingrip.report.columns import Columns, branches, read_csv, required
+
+TOLERANCE_KPA = 1e-3
+"""Pressures closer than this are the same: steps land exactly, files are rounded."""
+
+CELL_TYPES = {10, 24, 71}
+"""VTK's tetra, quadratic tetra and Lagrange tetra (what dolfinx writes, whatever the degree)."""
+
+GHOST = 1
+"""VTK's flag of a cell or point that another piece owns."""
+
+
+@dataclass(frozen=True)
+class Tetrahedra:
+    """A mesh of tetrahedra with each node once, whatever the number of pieces on disk.
+
+    Attributes
+    ----------
+    points
+        Reference positions in mm, shape (nodes, 3).
+    cells
+        Node numbers, shape (cells, 4) or (cells, 10), mid-edge nodes in VTK's order.
+    source
+        Row of each node in the file's point arrays, shape (nodes,).
+    """
+
+    points: npt.NDArray[np.float64]
+    cells: npt.NDArray[np.int64]
+    source: npt.NDArray[np.int64]
+
+
+def list_steps(collection: Path) -> list[Path]:
+    """Files of a ``.pvd`` collection, one per step, in the order written.
+
+    The entries are taken as they stand rather than by time value, so that two steps at the
+    same time stay two steps.
+
+    Raises
+    ------
+    ValueError
+        One line where the file is missing, is no collection, or is empty.
+    """
+    try:
+        root = ElementTree.parse(collection).getroot()
+    except OSError as error:
+        raise ValueError(f"{collection}: {error.strerror}") from None
+    except ElementTree.ParseError as error:
+        raise ValueError(f"{collection}: not a ParaView collection: {error}") from None
+    files = [collection.parent / str(entry.get("file")) for entry in root.iter("DataSet")]
+    if not files:
+        raise ValueError(f"{collection}: holds no steps")
+    return files
+
+
+def find_steps(
+    result: Columns, pressures_kPa: Sequence[float], branch: str = "loading"
+) -> list[int]:
+    """Row numbers of a result at the pressures asked for.
+
+    Parameters
+    ----------
+    result
+        Columns with ``pressure_kPa`` and, where pressure also falls, ``branch``.
+    pressures_kPa
+        Pressures wanted, each one a row of the result.
+    branch
+        Which of several rows at one pressure is meant; the first such row is taken.
+
+    Raises
+    ------
+    ValueError
+        One line naming a pressure asked for that is not in the results, and those that are.
+    """
+    known = required(result, "pressure_kPa")
+    candidates = np.flatnonzero(branches(result) == branch)
+    if candidates.size == 0:
+        known_branches = ", ".join(dict.fromkeys(branches(result)))
+        raise ValueError(f"branch = {branch}: allowed: {known_branches}")
+    steps = []
+    for asked in pressures_kPa:
+        near = candidates[np.abs(known[candidates] - asked) <= TOLERANCE_KPA]
+        if near.size == 0:
+            available = ", ".join(f"{p:g}" for p in dict.fromkeys(known[candidates]))
+            raise ValueError(f"pressure_kPa = {asked:g}: not in the results; allowed: {available}")
+        steps.append(int(near[0]))
+    return steps
+
+
+def load_result(collection: Path, result: Columns | Path | None) -> Columns:
+    """The result that belongs to a collection: given, read, or ``result.csv`` beside it."""
+    if result is None:
+        result = collection.parent / "result.csv"
+    if not isinstance(result, Path):
+        return result
+    try:
+        return read_csv(result)
+    except OSError as error:
+        raise ValueError(f"{result}: {error.strerror}") from None
+
+
+def read_grid(file: Path) -> Any:
+    """One step as a pyvista grid.
+
+    Raises
+    ------
+    ValueError
+        One line where the file is missing.
+    """
+    if not file.is_file():
+        raise ValueError(f"{file}: no such file")
+    return pv.read(file)
+
+
+def read_tetrahedra(grid: Any) -> Tetrahedra:
+    """Join the pieces of a grid of linear or quadratic (Lagrange) tetrahedra.
+
+    Parameters
+    ----------
+    grid
+        A pyvista unstructured grid, positions in mm.
+
+    Raises
+    ------
+    ValueError
+        One line where the grid holds anything but linear or quadratic tetrahedra.
+    """
+    types = set(np.unique(grid.celltypes).tolist())
+    sizes = np.unique(np.diff(grid.cell_offsets))
+    if not types <= CELL_TYPES or sizes.size != 1 or sizes[0] not in (4, 10):
+        raise ValueError(
+            f"fields: VTK cell types {sorted(types)} of {sizes.tolist()} nodes; "
+            "allowed: linear or quadratic tetrahedra"
+        )
+    cells = np.asarray(grid.cell_connectivity).reshape(-1, sizes[0])
+    if "vtkGhostType" in grid.cell_data:
+        cells = cells[(np.asarray(grid.cell_data["vtkGhostType"]) & GHOST) == 0]
+    source, merged = _merge(grid)
+    cells = merged[cells]
+    used, renumbered = np.unique(cells, return_inverse=True)
+    points = np.asarray(grid.points, dtype=np.float64)[source[used]]
+    return Tetrahedra(points, renumbered.reshape(cells.shape).astype(np.int64), source[used])
+
+
+def read_point_data(grid: Any, name: str, source: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """A point array at the joined nodes, shape (nodes,) or (nodes, 3).
+
+    Raises
+    ------
+    ValueError
+        One line naming the missing array and those there are.
+    """
+    if name not in grid.point_data:
+        raise ValueError(f"fields: no point data {name}; there are {', '.join(grid.point_data)}")
+    return np.asarray(grid.point_data[name], dtype=np.float64)[source]
+
+
+def _merge(grid: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Rows of the distinct points, and for each point the number of its distinct one."""
+    points = np.asarray(grid.points, dtype=np.float64)
+    extent = float(np.ptp(points, axis=0).max())
+    # An irrational shift keeps positions such as 0.5 mm off the borders between two roundings.
+    keys = np.round(points / (1e-7 * extent) + 0.2360679775).astype(np.int64)
+    order: npt.NDArray[np.int64] = np.arange(len(points))
+    if "vtkGhostType" in grid.point_data:
+        # Owners first: values of ghosts are stale where nobody updated them before writing.
+        order = np.argsort(np.asarray(grid.point_data["vtkGhostType"]) & GHOST, kind="stable")
+    _, first, inverse = np.unique(keys[order], axis=0, return_index=True, return_inverse=True)
+    merged = np.empty(len(points), dtype=np.int64)
+    merged[order] = inverse.reshape(-1)
+    return order[first].astype(np.int64), merged

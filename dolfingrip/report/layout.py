@@ -1,0 +1,114 @@
+"""Lettering around pictures: pressure, scale bar, axes and colour scale, never over the finger."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Colormap, Normalize
+from matplotlib.figure import Figure
+
+from dolfingrip.report.scene import Image, View
+from dolfingrip.report.theme import DPI, INK, figure_theme
+
+_TOP, _BOTTOM, _RIGHT, _SIDE = 0.34, 0.66, 1.05, 0.10
+"""Strips for the label, the scale bar and the colour scale, and the least margin (inches)."""
+
+SCALE_BAR_MM = 20.0
+
+
+def trim(picture: Image, margin_px: int) -> Image:
+    """Cut empty columns off both sides, leaving a margin; the height stays."""
+    filled = np.flatnonzero((picture < 250).any(axis=(0, 2)))
+    if filled.size == 0:
+        return picture
+    low, high = max(filled[0] - margin_px, 0), filled[-1] + margin_px + 1
+    return picture[:, low:high]
+
+
+def save_pictures(
+    pictures: Sequence[Image],
+    labels: Sequence[str],
+    out: Path,
+    *,
+    px_per_mm: float,
+    view: View,
+    colour_map: Colormap,
+    range_: tuple[float, float],
+    scale_label: str,
+    open_ended: bool = False,
+) -> Path:
+    """Write pictures side by side as one PNG with one colour scale and one scale bar.
+
+    Parameters
+    ----------
+    pictures
+        Of shape (height, width, 3) with one height and one scale.
+    labels
+        A short text above each, e.g. ``100 kPa``.
+    out
+        File to write.
+    px_per_mm
+        Scale of the pictures.
+    view
+        Their camera, for the axes' directions.
+    colour_map, range_, scale_label
+        The colour scale, with the unit in its label.
+    open_ended
+        Whether values above the range occur (the scale then ends in an arrow).
+    """
+    height = pictures[0].shape[0] / DPI
+    widths = [picture.shape[1] / DPI for picture in pictures]
+    size = (max(_SIDE + sum(widths), 1.9) + _RIGHT, _TOP + height + _BOTTOM)
+    with figure_theme():
+        figure = Figure(figsize=size, dpi=DPI)
+        FigureCanvasAgg(figure)
+        left = _SIDE
+        for picture, label, width in zip(pictures, labels, widths, strict=True):
+            box = (left / size[0], _BOTTOM / size[1], width / size[0], height / size[1])
+            axes = figure.add_axes(box)
+            axes.imshow(picture, interpolation="none", aspect="auto")
+            axes.set_axis_off()
+            figure.text(
+                (left + width / 2) / size[0], 1 - 0.08 / size[1], label,
+                ha="center", va="top", fontsize=11, fontweight="bold",
+            )
+            left += width
+        _draw_scale(figure, px_per_mm / DPI, view)
+        bar = figure.add_axes((
+            (size[0] - _RIGHT + 0.15) / size[0], (_BOTTOM + 0.15 * height) / size[1],
+            0.14 / size[0], 0.7 * height / size[1],
+        ))
+        ends = "max" if open_ended else "neither"
+        colours = ScalarMappable(Normalize(*range_), colour_map)
+        figure.colorbar(colours, cax=bar, label=scale_label, extend=ends)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(out, dpi=DPI)
+    return out
+
+
+def _draw_scale(figure: Figure, in_per_mm: float, view: View) -> None:
+    """A scale bar and the axes' directions in the strip below the pictures."""
+    width, height = figure.get_size_inches()
+    strip = figure.add_axes((0, 0, 1, _BOTTOM / height))
+    strip.set(xlim=(0, width), ylim=(0, _BOTTOM))
+    strip.set_axis_off()
+    length = SCALE_BAR_MM * in_per_mm
+    start, level = 1.0, 0.38
+    strip.plot([start, start + length], [level, level], color=INK, lw=2.2, solid_capstyle="butt")
+    strip.text(start + length / 2, level - 0.06, f"{SCALE_BAR_MM:g} mm", ha="center", va="top")
+    right, up, _ = view.axes
+    x, y = 0.52, 0.49
+    for i, name in enumerate("xyz"):
+        dx, dy = 0.32 * float(right[i]), 0.32 * float(up[i])
+        if np.hypot(dx, dy) < 0.05:  # points at the reader
+            continue
+        strip.annotate(
+            "", (x + dx, y + dy), (x, y),
+            arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 0.9, "shrinkA": 0, "shrinkB": 0,
+                        "mutation_scale": 6},
+        )
+        strip.text(x + 1.3 * dx, y + 1.3 * dy, name, ha="center", va="center", fontsize=8)

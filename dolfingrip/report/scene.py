@@ -1,0 +1,241 @@
+"""Pictures of the poses of one finger: same light, same camera, same colour range.
+
+Only shapes are drawn here; all lettering is set afterwards around the picture
+(:mod:`dolfingrip.report.layout`), where it can neither cover the finger nor be clipped.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from matplotlib.colors import Colormap
+
+from dolfingrip.report.skin import Floats, Ints, Skin
+from dolfingrip.report.theme import INK, PALE, scene_theme
+
+Image = npt.NDArray[np.uint8]
+
+CLAMP_MM = 8.0
+"""Height of the block drawn as the clamp."""
+
+MARGIN_MM = 2.0
+"""White around everything that is drawn."""
+
+
+LIFT_MM = 0.25
+"""How far lines are drawn in front of the surface."""
+
+
+@dataclass(frozen=True)
+class Plate:
+    """The force sensor as drawn.
+
+    Attributes
+    ----------
+    point_mm
+        Any point of its face.
+    normal
+        Of its face, towards the finger; any length but zero.
+    contact_length_mm
+        Length of finger facing it, from the tip; it is drawn twice as long, about the tip.
+    """
+
+    point_mm: Sequence[float]
+    normal: Sequence[float] = (1.0, 0.0, 0.0)
+    contact_length_mm: float = 10.0
+
+
+@dataclass(frozen=True)
+class View:
+    """A parallel projection with the clamp above (−z is up), bending to the right.
+
+    Attributes
+    ----------
+    azimuth_deg
+        Turn of the camera from the side view (seen from −y) towards the bellows.
+    elevation_deg
+        Rise of the camera above the horizontal.
+    """
+
+    azimuth_deg: float = 32.0
+    elevation_deg: float = 10.0
+
+    @property
+    def axes(self) -> Floats:
+        """Unit vectors to the right, upwards and towards the camera, shape (3, 3)."""
+        a, e = np.radians([self.azimuth_deg, self.elevation_deg])
+        towards = np.array([np.sin(a) * np.cos(e), -np.cos(a) * np.cos(e), -np.sin(e)])
+        right = np.cross([0.0, 0.0, -1.0], towards)
+        right /= np.linalg.norm(right)
+        return np.array([right, np.cross(towards, right), towards])
+
+
+def draw_poses(
+    skin: Skin,
+    displacements: Sequence[Floats],
+    values: Sequence[Floats],
+    *,
+    range_: tuple[float, float],
+    colour_map: Colormap,
+    view: View,
+    height_px: int,
+    plate: Plate | None = None,
+) -> tuple[list[Image], float]:
+    """Draw the finger in several poses with one camera.
+
+    Parameters
+    ----------
+    skin
+        Surface of the finger.
+    displacements
+        Nodal displacements in mm of each pose, each of shape (nodes, 3).
+    values
+        Nodal values to colour by, each of shape (nodes,).
+    range_
+        Values at the ends of the colour map.
+    colour_map
+        Matplotlib's object.
+    view
+        Direction of the camera; what it frames is the union of all poses.
+    height_px
+        Height of the pictures; the width follows from the content.
+    plate
+        Force sensor to draw.
+
+    Returns
+    -------
+    Pictures of shape (height, width, 3), and how many pixels a millimetre takes.
+    """
+    poses = [skin.move(displacement) for displacement in displacements]
+    fixtures = [(_clamp(skin), 1.0)] + ([(_slab(skin, plate), 0.45)] if plate else [])
+    right, up, towards = view.axes
+    seen = np.concatenate([*poses, *(np.asarray(block.points) for block, _ in fixtures)])
+    low, high = (f([seen @ right, seen @ up], axis=1) for f in (np.min, np.max))
+    width_mm, height_mm = high - low + 2 * MARGIN_MM
+    per_mm = height_px / height_mm
+
+    with _no_display():
+        plotter = pv.Plotter(
+            off_screen=True, theme=scene_theme(), lighting="light kit",
+            window_size=[int(np.ceil(width_mm * per_mm)), height_px],
+        )
+    try:
+        surface, source = _shaded(skin)
+        surface["value"] = values[0][skin.node][source]
+        plotter.add_mesh(
+            surface, scalars="value", cmap=colour_map, clim=range_, smooth_shading=False,
+            show_scalar_bar=False, ambient=0.5, diffuse=0.58, specular=0.04,
+        ).prop.interpolation = "Phong"
+        edges, creases = _lines(skin.points, skin.edges), _lines(skin.points, skin.creases)
+        plotter.add_mesh(edges, color=INK, line_width=1.0, opacity=0.22, lighting=False)
+        plotter.add_mesh(creases, color=INK, line_width=2.2, opacity=0.85, lighting=False)
+        for block, opacity in fixtures:
+            plotter.add_mesh(block, color=PALE, opacity=opacity, ambient=0.35)
+            plotter.add_mesh(block.extract_feature_edges(30), color=INK, line_width=1.5)
+        middle = (low + high) / 2
+        focus = middle[0] * right + middle[1] * up + np.mean(seen @ towards) * towards
+        far = 3 * float(np.ptp(seen, axis=0).max())
+        plotter.camera_position = [focus + far * towards, focus, up]
+        plotter.camera.parallel_projection = True
+        plotter.camera.parallel_scale = height_mm / 2
+        plotter.camera.clipping_range = (0.01 * far, 2 * far)
+
+        pictures = []
+        for moved, value in zip(poses, values, strict=True):
+            surface.points = moved[source]
+            surface["value"] = value[skin.node][source]
+            surface.point_data["Normals"] = _normals(surface)
+            # Lines drawn in the surface itself would flicker; this little in front does not show.
+            edges.points = creases.points = moved + LIFT_MM * towards
+            plotter.render()
+            pictures.append(np.array(plotter.screenshot(return_img=True))[..., :3])
+    finally:
+        plotter.close()
+        plotter.deep_clean()
+    return pictures, per_mm
+
+
+@contextmanager
+def _no_display() -> Iterator[None]:
+    """Have VTK make its window by EGL at once where there is no X server.
+
+    It would get there by itself, but only after a warning on the console about the missing one.
+    """
+    name = "VTK_DEFAULT_OPENGL_WINDOW"
+    if not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or name in os.environ:
+        yield
+        return
+    os.environ[name] = "vtkEGLRenderWindow"
+    try:
+        yield
+    finally:
+        del os.environ[name]
+
+
+def _shaded(skin: Skin) -> tuple[Any, Ints]:
+    """The surface with its points doubled along creases, and the skin's point behind each.
+
+    Split in the reference pose, so that a crease stays sharp and a smooth wall stays smooth.
+    """
+    surface = pv.PolyData(skin.points, faces=np.insert(skin.triangles, 0, 3, axis=1).ravel())
+    surface["source"] = np.arange(len(skin.points))
+    split = surface.compute_normals(
+        cell_normals=False, split_vertices=True, feature_angle=35.0, consistent_normals=False
+    )
+    return split, np.asarray(split["source"], dtype=np.int64)
+
+
+def _normals(surface: Any) -> Floats:
+    """Area-weighted point normals of a triangulated surface, shape (points, 3)."""
+    points = np.asarray(surface.points, dtype=np.float64)
+    triangles = surface.regular_faces
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    of_face = np.cross(b - a, c - a)
+    normals = np.zeros_like(points)
+    for i in range(3):
+        np.add.at(normals, triangles[:, i], of_face)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(normals / np.maximum(lengths, 1e-30))
+
+
+def _lines(points: Floats, segments: Ints) -> Any:
+    cells = np.insert(segments, 0, 2, axis=1).ravel()
+    return pv.PolyData(points.copy(), lines=cells)
+
+
+def _clamp(skin: Skin) -> Any:
+    """A block above the clamped face z = 0, a little larger than it."""
+    z = skin.points[:, 2]
+    held = skin.points[z < z.min() + 1e-6 * np.ptp(z)]
+    (x0, y0, z0), (x1, y1, _) = held.min(axis=0), held.max(axis=0)
+    return pv.Box((x0 - 3, x1 + 3, y0 - 3, y1 + 3, z0 - CLAMP_MM, z0))
+
+
+def _slab(skin: Skin, plate: Plate) -> Any:
+    """A slab 3 mm thick behind the plate's face, about the point nearest to the tip."""
+    normal = np.asarray(plate.normal, dtype=np.float64)
+    normal /= np.linalg.norm(normal)
+    low, high = skin.points.min(axis=0), skin.points.max(axis=0)
+    tip = np.array([low[0], (low[1] + high[1]) / 2, high[2]])
+    centre = tip - ((tip - np.asarray(plate.point_mm)) @ normal) * normal
+    # The plate is tilted about y alone, so y stays one of its edges.
+    across = np.array([0.0, 1.0, 0.0])
+    if abs(normal[1]) > 0.9:
+        across = np.array([0.0, 0.0, 1.0])
+    along = np.cross(normal, across)
+    along /= np.linalg.norm(along)
+    across = np.cross(along, normal)
+    half_width = (high[1] - low[1]) / 2 + 3
+    slab = pv.Box((-3.0, 0.0, -half_width, half_width, *[
+        sign * plate.contact_length_mm for sign in (-1, 1)
+    ]))
+    slab.points = centre + np.asarray(slab.points) @ np.array([normal, across, along])
+    return slab

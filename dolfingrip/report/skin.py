@@ -1,0 +1,170 @@
+"""The finger's surface: boundary facets of the tetrahedra, their edges, and the mirrored half.
+
+It is found once on the reference mesh; every pose then only moves its nodes, so edges and
+creases stay the same from picture to picture.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from dolfingrip.report.fields import Tetrahedra
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+# Corners of each face, then its mid-edge nodes, in VTK's order; last the corner opposite to it.
+_FACES = np.array(
+    [[0, 1, 2, 4, 5, 6, 3], [0, 1, 3, 4, 8, 7, 2], [1, 2, 3, 5, 9, 8, 0], [0, 2, 3, 6, 9, 7, 1]]
+)
+_LINEAR = [(0, 1, 2)]
+_QUADRATIC = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]
+
+
+@dataclass(frozen=True)
+class Skin:
+    """A triangulated surface whose points are nodes of the mesh or their mirror images.
+
+    Attributes
+    ----------
+    points
+        Reference positions in mm, shape (points, 3).
+    node
+        Node of the mesh behind each point, shape (points,).
+    side
+        +1, or −1 where the point is the mirror image in y = 0, shape (points,).
+    triangles
+        Shape (triangles, 3), outward; a quadratic facet gives four.
+    edges
+        Segments of the facets' edges, shape (segments, 2).
+    creases
+        Those of them where the surface folds or ends, shape (segments, 2).
+    """
+
+    points: Floats
+    node: Ints
+    side: Floats
+    triangles: Ints
+    edges: Ints
+    creases: Ints
+
+    def move(self, displacement: Floats) -> Floats:
+        """Positions in mm, shape (points, 3), for nodal displacements in mm, shape (nodes, 3)."""
+        moved = displacement[self.node].copy()
+        moved[:, 1] *= self.side
+        return self.points + moved
+
+
+def extract_skin(
+    mesh: Tetrahedra, mirror: bool = True, cut: bool = False, crease_deg: float = 35.0
+) -> Skin:
+    """Surface of a finger.
+
+    Parameters
+    ----------
+    mesh
+        Whole finger, or its half y ≥ 0.
+    mirror
+        Complete a half finger with its mirror image in y = 0; a whole one is left as it is.
+    cut
+        Take the facets in the symmetry plane y = 0 and no others: the section of a half finger,
+        its cavity left open. Without it they are dropped, being inside the finger.
+    crease_deg
+        Fold, in the reference pose, from which an edge is a crease.
+
+    Raises
+    ------
+    ValueError
+        One line where a cut is asked of a whole finger.
+    """
+    size = float(np.ptp(mesh.points, axis=0).max())
+    half = bool(mesh.points[:, 1].min() > -1e-6 * size)
+    if cut and not half:
+        raise ValueError("mesh.half = false: a section is drawn of the half finger only")
+    facets = _boundary(mesh)
+    if half:
+        in_plane = (np.abs(mesh.points[facets[:, :3], 1]) < 1e-6 * size).all(axis=1)
+        facets = facets[in_plane == cut]
+    node, numbered = np.unique(facets, return_inverse=True)
+    facets = numbered.reshape(facets.shape).astype(np.int64)
+    points = mesh.points[node]
+    side: Floats = np.ones(len(node))
+    if half and mirror and not cut:
+        points, node, side, facets = _mirror(points, node, facets, 1e-6 * size)
+    parts = _LINEAR if facets.shape[1] == 3 else _QUADRATIC
+    triangles = np.concatenate([facets[:, part] for part in parts])
+    edges, creases = _edges(points, facets, crease_deg)
+    return Skin(points, node, side, triangles, edges, creases)
+
+
+def _boundary(mesh: Tetrahedra) -> Ints:
+    """Facets that belong to one tetrahedron only, corners first, seen from outside."""
+    faces = mesh.cells[:, _FACES[:, :3]].reshape(-1, 3)
+    opposite = mesh.cells[:, _FACES[:, 6]].reshape(-1)
+    _, first, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    single = first[count == 1]
+    facets, opposite = faces[single], opposite[single]
+    if mesh.cells.shape[1] == 10:
+        middles = mesh.cells[:, _FACES[:, 3:6]].reshape(-1, 3)[single]
+        facets = np.concatenate([facets, middles], axis=1)
+    # Tetrahedra come in either handedness, so the way out is told by the fourth corner.
+    inward = np.einsum(
+        "ij,ij->i", _normals(mesh.points, facets),
+        mesh.points[opposite] - mesh.points[facets[:, 0]],
+    ) > 0
+    facets[inward] = _flip(facets[inward])
+    return np.asarray(facets, dtype=np.int64)
+
+
+def _mirror(
+    points: Floats, node: Ints, facets: Ints, tolerance: float
+) -> tuple[Floats, Ints, Floats, Ints]:
+    """The surface and its image in y = 0, sharing the points that lie in that plane."""
+    off = np.flatnonzero(np.abs(points[:, 1]) > tolerance)
+    image = np.arange(len(points))
+    image[off] = len(points) + np.arange(len(off))
+    side = np.concatenate([np.ones(len(points)), -np.ones(len(off))])
+    both = np.concatenate([points, points[off] * [1.0, -1.0, 1.0]])
+    return (
+        both, np.concatenate([node, node[off]]), side,
+        np.concatenate([facets, _flip(image[facets])]),
+    )
+
+
+def _flip(facets: Ints) -> Ints:
+    """The same facets seen from the other side."""
+    return facets[:, [0, 2, 1] if facets.shape[1] == 3 else [0, 2, 1, 5, 4, 3]]
+
+
+def _normals(points: Floats, facets: Ints) -> Floats:
+    a, b, c = (points[facets[:, i]] for i in range(3))
+    return np.asarray(np.cross(b - a, c - a))
+
+
+def _edges(points: Floats, facets: Ints, crease_deg: float) -> tuple[Ints, Ints]:
+    """Segments of all edges, and of those where neighbouring facets fold or one is missing."""
+    normals = _normals(points, facets)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    ends = np.concatenate([facets[:, [i, (i + 1) % 3]] for i in range(3)])
+    owner = np.tile(np.arange(len(facets)), 3)
+    _, first, inverse, count = np.unique(
+        np.sort(ends, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
+    inverse = inverse.reshape(-1)
+    order = np.argsort(inverse, kind="stable")
+    start = np.concatenate([[0], np.cumsum(count)[:-1]])
+    one, other = owner[order[start]], owner[order[start + count - 1]]
+    fold = np.einsum("ij,ij->i", normals[one], normals[other])
+    sharp = (count != 2) | (fold < np.cos(np.radians(crease_deg)))
+    if facets.shape[1] == 3:
+        segments = ends[first][:, None, :]
+    else:
+        middle = np.concatenate([facets[:, 3 + i] for i in range(3)])[first]
+        a, b = ends[first].T
+        segments = np.stack([np.stack([a, middle], 1), np.stack([middle, b], 1)], axis=1)
+    return segments.reshape(-1, 2), segments[sharp].reshape(-1, 2)

@@ -1,0 +1,80 @@
+"""The look of every picture: fonts, colours and line styles in one place."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.colors import Colormap, ListedColormap
+
+if TYPE_CHECKING:
+    from pyvista.plotting.themes import Theme
+
+BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+"""Okabe and Ito's colours: told apart with any colour vision and by lightness in print."""
+
+INK, GREY, PALE = "#222222", "#7F7F7F", "#C8CACC"
+"""Text and outlines, secondary lines, fixtures (clamp, plate)."""
+
+_COLOUR_MAPS = {"displacement": ("YlGnBu", 0.04, 0.88), "stretch": ("YlOrRd", 0.03, 0.92)}
+
+DPI = 300
+"""Dots per inch of every file written."""
+
+_RC: dict[str, Any] = {
+    "font.family": "DejaVu Sans",  # ships with matplotlib, so it is there on any machine
+    "font.size": 9,
+    "text.color": INK,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.8,
+    "grid.color": "#E2E2E2",
+    "grid.linewidth": 0.6,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "lines.linewidth": 1.6,
+    "lines.markersize": 4.5,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "figure.dpi": 100,
+    "savefig.dpi": DPI,
+    "savefig.facecolor": "white",
+}
+
+
+def colour_map(quantity: str) -> Colormap:
+    """Colours for ``displacement`` or ``stretch``: two, so that they are not mixed up.
+
+    Both run from light to dark (ColorBrewer: safe for any colour vision and in grey print). An
+    unloaded finger is light, so its edges and the shading of its bellows can be seen; the ends
+    are cut off, white being the paper and black the edges.
+    """
+    name, low, high = _COLOUR_MAPS[quantity]
+    colours = mpl.colormaps[name](np.linspace(low, high, 256))
+    return ListedColormap(colours, name=f"dolfingrip_{quantity}")
+
+
+def figure_theme() -> AbstractContextManager[None]:
+    """Matplotlib's settings within a ``with`` block; the caller's own are restored after it."""
+    return mpl.rc_context(_RC)
+
+
+def scene_theme() -> Theme:
+    """A pyvista theme for one plotter: white, parallel light kit, no window, no decorations."""
+    from pyvista.plotting.themes import DocumentTheme
+
+    theme = DocumentTheme()
+    theme.background = "white"
+    theme.color = PALE
+    theme.font.family = "arial"  # VTK's built-in face; all text is set by matplotlib instead
+    theme.show_scalar_bar = False
+    theme.multi_samples = 8
+    return theme

@@ -1,0 +1,24 @@
+"""A small bellows finger with an analytic bending field, written as a run would write it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from report import synthetic
+
+
+@pytest.fixture(scope="session", params=["P1", "P2"])
+def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a synthetic run with ``fields.pvd`` and ``result.csv``, half finger."""
+    folder = tmp_path_factory.mktemp(f"run_{request.param}")
+    synthetic.write_run(folder, int(request.param[1]))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def quadratic_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a synthetic run with quadratic fields, half finger."""
+    folder = tmp_path_factory.mktemp("run_quadratic")
+    synthetic.write_run(folder, 2)
+    return folder

@@ -1,0 +1,111 @@
+"""Curves: made, sized, labelled with units, whatever columns there are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from dolfingrip.report.curve import plot_bending, plot_blocked_force
+
+LOADING = [0.0, 50.0, 100.0, 150.0, 200.0, 250.0]
+RETURN = [200.0, 150.0, 100.0, 50.0, 0.0]
+
+
+@dataclass(frozen=True)
+class Turn:
+    pressure_kPa: float = 170.0
+    force_N: float = 1.7
+    slope_before_N_per_kPa: float = 0.01
+    slope_after_N_per_kPa: float = 0.02
+
+
+@pytest.fixture
+def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """Figures saved during a test, to ask for their texts."""
+    saved: list[Figure] = []
+    save = Figure.savefig
+
+    def spy(self: Figure, *args: Any, **kwargs: Any) -> None:
+        save(self, *args, **kwargs)
+        saved.append(self)
+
+    monkeypatch.setattr(Figure, "savefig", spy)
+    return saved
+
+
+def _legend(figure: Figure) -> list[str]:
+    legend = figure.axes[0].get_legend()
+    return [] if legend is None else [text.get_text() for text in legend.get_texts()]
+
+
+def _clipped(file: Path) -> bool:
+    """Whether anything is drawn on the very border of the page."""
+    picture = matplotlib.image.imread(file)[..., :3]
+    return any(bool((side < 0.98).any()) for side in (
+        picture[:2], picture[-2:], picture[:, :2], picture[:, -2:]
+    ))
+
+
+def test_bending_with_both_branches(tmp_path: Path, figures: list[Figure]) -> None:
+    pressure = LOADING + RETURN
+    result = {
+        "pressure_kPa": pressure,
+        "branch": ["loading"] * 6 + ["unloading"] * 5,
+        "angle_deg": [0.4 * p for p in pressure],
+        "chord_angle_deg": [0.2 * p for p in pressure],
+    }
+    measured = {
+        "experiment": ["bending", "blocked_force"], "pressure_kPa": [100, 100],
+        "angle_deg": [41, None], "force_N": [None, 1.0],
+    }
+    file = plot_bending(result, tmp_path / "new" / "curve.png", measured=measured)
+    assert matplotlib.image.imread(file).shape[:2] == (1200, 1800)
+    (figure,) = figures
+    axes = figure.axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("Pressure (kPa)", "Bending angle (°)")
+    assert _legend(figure) == [
+        "tip face, loading", "tip face, unloading", "chord, clamp to tip, loading",
+        "chord, clamp to tip, unloading", "measured",
+    ]
+    assert not _clipped(file)
+    unloading = axes.get_lines()[1]
+    assert unloading.get_linestyle() == "--"
+    assert np.asarray(unloading.get_xdata())[0] == 250.0  # joined at the turn
+
+
+def test_bending_with_the_least_columns(tmp_path: Path, figures: list[Figure]) -> None:
+    plot_bending({"pressure_kPa": ["0", "50"], "angle_deg": ["0", "20"]}, tmp_path / "c.png")
+    assert _legend(figures[0]) == ["tip face"]
+
+
+def test_blocked_force_with_turning_point(tmp_path: Path, figures: list[Figure]) -> None:
+    result = {"pressure_kPa": LOADING, "force_N": [0.0, 0.5, 1.0, 1.5, 2.3, 3.3]}
+    file = plot_blocked_force(result, tmp_path / "curve.png", Turn())
+    assert matplotlib.image.imread(file).std() > 0.05
+    (figure,) = figures
+    assert figure.axes[0].get_ylabel() == "Blocked force (N)"
+    assert _legend(figure) == [
+        "simulation", "fit before: 0.0100 N/kPa", "fit after: 0.0200 N/kPa",
+        "turning point: 170 kPa, 1.70 N",
+    ]
+    assert not _clipped(file)
+
+
+def test_blocked_force_without_turning_point(tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"pressure_kPa": LOADING, "force_N": LOADING})
+    assert plot_blocked_force(frame, tmp_path / "curve.png").is_file()
+
+
+def test_missing_column_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"^results have no column force_N$"):
+        plot_blocked_force({"pressure_kPa": LOADING, "force_N": [""] * 6}, tmp_path / "c.png")
+    with pytest.raises(ValueError, match=r"^results have no column angle_deg$"):
+        plot_bending({"pressure_kPa": LOADING}, tmp_path / "c.png")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,130 @@
+"""Collections as dolfinx writes them: linear, quadratic, in pieces; steps and pressures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import pyvista as pv
+from report import synthetic
+
+from dolfingrip.report.columns import read_csv
+from dolfingrip.report.fields import (
+    find_steps,
+    list_steps,
+    read_grid,
+    read_point_data,
+    read_tetrahedra,
+)
+from dolfingrip.report.skin import extract_skin
+
+
+def test_every_step_is_listed_in_the_order_written(run: Path) -> None:
+    files = list_steps(run / "fields.pvd")
+    assert len(files) == len(synthetic.PRESSURES_KPA)
+    assert all(file.is_file() for file in files)
+
+
+def test_nodal_values_are_those_of_the_field(run: Path) -> None:
+    grid = read_grid(list_steps(run / "fields.pvd")[3])
+    mesh = read_tetrahedra(grid)
+    angle = synthetic.angle_deg(3)
+    u = read_point_data(grid, "displacement_mm", mesh.source)
+    stretch = read_point_data(grid, "principal_stretch", mesh.source)
+    np.testing.assert_allclose(u, synthetic.bend(mesh.points.T, angle).T, atol=1e-9)
+    np.testing.assert_allclose(
+        stretch, 1 + np.radians(angle) / synthetic.LENGTH_MM * mesh.points[:, 0], atol=1e-12
+    )
+
+
+def test_quadratic_nodes_sit_in_the_middle_of_their_edges(quadratic_run: Path) -> None:
+    mesh = read_tetrahedra(read_grid(list_steps(quadratic_run / "fields.pvd")[0]))
+    assert mesh.cells.shape[1] == 10
+    corners = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+    for node, (a, b) in enumerate(corners, start=4):
+        middle = (mesh.points[mesh.cells[:, a]] + mesh.points[mesh.cells[:, b]]) / 2
+        np.testing.assert_allclose(mesh.points[mesh.cells[:, node]], middle, atol=1e-9)
+
+
+def test_pieces_and_ghosts_are_joined_without_a_seam(quadratic_run: Path, tmp_path: Path) -> None:
+    file = list_steps(quadratic_run / "fields.pvd")[4]
+    whole = read_grid(file)
+    joined = read_grid(_write_in_two_pieces(whole, tmp_path))
+    assert joined.n_cells > whole.n_cells
+    one, two = read_tetrahedra(whole), read_tetrahedra(joined)
+    assert two.points.shape == one.points.shape
+    assert two.cells.shape == one.cells.shape
+    assert len(extract_skin(two).triangles) == len(extract_skin(one).triangles)
+    u = read_point_data(joined, "displacement_mm", two.source)
+    expected = synthetic.bend(two.points.T, synthetic.angle_deg(4)).T
+    np.testing.assert_allclose(u, expected, atol=1e-9)  # stale ghosts are not looked at
+
+
+def test_steps_follow_pressure_and_branch(run: Path) -> None:
+    result = read_csv(run / "result.csv")
+    assert find_steps(result, [0, 100, 200]) == [0, 2, 4]
+    assert find_steps(result, [100], branch="unloading") == [6]
+    assert find_steps({"pressure_kPa": [0.0, 12.5, 25.0]}, [12.5]) == [1]
+
+
+def test_unknown_pressure_is_named_with_the_known_ones() -> None:
+    with pytest.raises(ValueError, match=r"^pressure_kPa = 110: .*allowed: 0, 50, 100$"):
+        find_steps({"pressure_kPa": [0, 50, 100]}, [50, 110])
+
+
+def test_unknown_branch_is_named_with_the_known_ones() -> None:
+    with pytest.raises(ValueError, match=r"^branch = unloading: allowed: loading$"):
+        find_steps({"pressure_kPa": [0, 50]}, [50], branch="unloading")
+
+
+def test_missing_file_and_missing_array_are_named(run: Path, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"nowhere\.pvd: No such file"):
+        list_steps(tmp_path / "nowhere.pvd")
+    grid = read_grid(list_steps(run / "fields.pvd")[0])
+    with pytest.raises(ValueError, match="no point data velocity; there are"):
+        read_point_data(grid, "velocity", read_tetrahedra(grid).source)
+
+
+def test_other_cells_are_refused() -> None:
+    bricks = pv.ImageData(dimensions=(2, 2, 2)).cast_to_unstructured_grid()
+    with pytest.raises(ValueError, match="linear or quadratic tetrahedra"):
+        read_tetrahedra(bricks)
+
+
+def _write_in_two_pieces(grid: pv.UnstructuredGrid, folder: Path) -> Path:
+    """The grid as two ranks would write it: each with a layer of ghosts, their values stale."""
+    z = grid.cell_centers().points[:, 2]
+    arrays = "".join(
+        f'<PDataArray type="Float64" Name="{name}" NumberOfComponents="{size}"/>'
+        for name, size in (("displacement_mm", 3), ("principal_stretch", 1))
+    )
+    flags = '<PDataArray type="UInt8" Name="vtkGhostType"/>'
+    for rank, owned in enumerate((z < 45.0, z >= 45.0)):
+        near = owned | (np.abs(z - 45.0) < 4.0)
+        piece = grid.extract_cells(np.flatnonzero(near))
+        ghost = ~owned[near]
+        piece.cell_data["vtkGhostType"] = ghost.astype(np.uint8)
+        held = np.unique(piece.cell_connectivity.reshape(piece.n_cells, -1)[~ghost])
+        stale = np.ones(piece.n_points, dtype=bool)
+        stale[held] = False
+        piece.point_data["vtkGhostType"] = stale.astype(np.uint8)
+        piece.point_data["displacement_mm"][stale] = 99.0
+        for name in list(piece.point_data):
+            if name not in ("displacement_mm", "principal_stretch", "vtkGhostType"):
+                del piece.point_data[name]
+        for name in list(piece.cell_data):
+            if name != "vtkGhostType":
+                del piece.cell_data[name]
+        piece.save(folder / f"piece_{rank}.vtu")
+    file = folder / "step.pvtu"
+    file.write_text(
+        '<?xml version="1.0"?><VTKFile type="PUnstructuredGrid" version="1.0">'
+        f'<PUnstructuredGrid GhostLevel="1"><PPointData>{arrays}{flags}</PPointData>'
+        f'<PCellData>{flags}</PCellData>'
+        '<PPoints><PDataArray type="Float64" NumberOfComponents="3"/></PPoints>'
+        '<Piece Source="piece_0.vtu"/><Piece Source="piece_1.vtu"/>'
+        "</PUnstructuredGrid></VTKFile>",
+        encoding="utf-8",
+    )
+    return file

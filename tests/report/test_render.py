@@ -1,0 +1,100 @@
+"""Pictures: made, sized, not blank, and comparable with one another."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from dolfingrip.report.render import Plate, render_finger, render_section, render_strip
+
+Pixels = npt.NDArray[np.float64]
+
+
+def _read(file: Path) -> Pixels:
+    return np.asarray(matplotlib.image.imread(file)[..., :3], dtype=np.float64)
+
+
+def _coloured(picture: Pixels) -> npt.NDArray[np.bool_]:
+    """Pixels with a hue: the finger and the colour scale, not fixtures or lettering."""
+    return np.ptp(picture, axis=2) > 0.08
+
+
+def test_poses_share_camera_and_frame(run: Path, tmp_path: Path) -> None:
+    files = render_finger(run / "fields.pvd", [0, 100, 200], tmp_path / "new", height_in=2.0)
+    assert [file.name for file in files] == [
+        "finger_0kPa.png", "finger_100kPa.png", "finger_200kPa.png"
+    ]
+    pictures = [_read(file) for file in files]
+    assert len({picture.shape for picture in pictures}) == 1
+    height, width, _ = pictures[0].shape
+    assert 800 < height < 1000
+    assert width > 400
+    clamp = slice(int(0.13 * height), int(0.18 * height)), slice(0, int(0.35 * width))
+    assert pictures[0][clamp].std() > 0.02
+    for picture in pictures[1:]:
+        np.testing.assert_array_equal(picture[clamp], pictures[0][clamp])
+        lower = slice(int(0.4 * height), int(0.8 * height)), slice(0, int(0.7 * width))
+        assert np.abs(picture[lower] - pictures[0][lower]).mean() > 0.02
+    assert _coloured(pictures[2]).mean() > 0.05
+
+
+def test_finger_bends_to_the_right(run: Path, tmp_path: Path) -> None:
+    straight, bent = (
+        _coloured(_read(file))[:, : -330]  # without the colour scale
+        for file in render_finger(run / "fields.pvd", [0, 200], tmp_path, height_in=2.0)
+    )
+    assert np.flatnonzero(bent.any(axis=0)).max() > 1.3 * np.flatnonzero(straight.any(axis=0)).max()
+
+
+def test_strip_holds_all_poses(quadratic_run: Path, tmp_path: Path) -> None:
+    fields = quadratic_run / "fields.pvd"
+    one = _read(render_strip(fields, [100], tmp_path / "one.png", height_in=2.0))
+    three = _read(
+        render_strip(fields, [0, 100, 200], tmp_path / "three.png", height_in=2.0,
+                     colour_by="stretch", plate=Plate((0.0, 0.0, 0.0)))
+    )
+    assert three.shape[1] > 1.5 * one.shape[1]
+    assert len(np.unique((three * 255).astype(int).reshape(-1, 3), axis=0)) > 500
+    edge = np.concatenate([three[:, :4].ravel(), three[:, -4:].ravel(), three[-4:].ravel()])
+    assert (edge > 0.98).all()  # nothing is clipped by the border
+
+
+def test_section_shows_the_cut(quadratic_run: Path, tmp_path: Path) -> None:
+    picture = _read(render_section(
+        quadratic_run / "fields.pvd", [0, 200], tmp_path / "cut.png", height_in=2.0
+    ))
+    assert _coloured(picture).mean() > 0.05
+
+
+def test_unloading_and_given_columns(quadratic_run: Path, tmp_path: Path) -> None:
+    pressures = [0.0, 50.0, 100.0, 150.0, 200.0, 150.0, 100.0, 50.0, 0.0]
+    result = {"pressure_kPa": pressures, "branch": ["loading"] * 5 + ["unloading"] * 4}
+    for branch in ("loading", "unloading"):
+        render_finger(
+            quadratic_run / "fields.pvd", [100], tmp_path, result=result, branch=branch,
+            height_in=1.0, stem=branch,
+        )
+    loading, unloading = (_read(tmp_path / f"{b}_100kPa.png") for b in ("loading", "unloading"))
+    assert loading.shape != unloading.shape or (loading != unloading).any()
+
+
+def test_bad_questions_are_answered_in_one_line(quadratic_run: Path, tmp_path: Path) -> None:
+    fields = quadratic_run / "fields.pvd"
+    with pytest.raises(ValueError, match=r"^pressure_kPa = 33: .*allowed: 0, 50, 100, 150, 200$"):
+        render_finger(fields, [33], tmp_path)
+    with pytest.raises(ValueError, match=r"^colour_by = stress: allowed: displacement, stretch$"):
+        render_strip(fields, [0], tmp_path / "x.png", colour_by="stress")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="9 steps, but the result has 2 rows"):
+        render_finger(fields, [0], tmp_path, result={"pressure_kPa": [0, 50]})
+    with pytest.raises(ValueError, match="at least one pressure"):
+        render_finger(fields, [], tmp_path)
+    copy = tmp_path / "no_result"
+    copy.mkdir()
+    shutil.copy(fields, copy)
+    with pytest.raises(ValueError, match=r"result\.csv: No such file"):
+        render_finger(copy / "fields.pvd", [0], tmp_path)
