@@ -52,7 +52,7 @@ def save_pictures(
     out
         File to write.
     px_per_mm
-        Scale of the pictures.
+        Scale of the pictures; the scale bar holds for lengths in the plane of the picture.
     view
         Their camera, for the axes' directions.
     colour_map, range_, scale_label

@@ -72,7 +72,7 @@ def render_finger(
     branch
         ``loading`` or ``unloading``, where both have the pressure.
     mirror
-        Complete a half finger y ≥ 0.
+        Complete a half finger y ≥ 0; without it the half is drawn, cut open towards the reader.
     plate
         Force sensor to draw.
     height_in

@@ -6,8 +6,8 @@ Only shapes are drawn here; all lettering is set afterwards around the picture
 
 from __future__ import annotations
 
+import ctypes
 import os
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -132,7 +132,7 @@ def draw_poses(
         surface["value"] = values[0][skin.node][source]
         plotter.add_mesh(
             surface, scalars="value", cmap=colour_map, clim=range_, smooth_shading=False,
-            show_scalar_bar=False, ambient=0.5, diffuse=0.58, specular=0.04,
+            show_scalar_bar=False, ambient=0.56, diffuse=0.54, specular=0.03,
         ).prop.interpolation = "Phong"
         edges, creases = _lines(skin.points, skin.edges), _lines(skin.points, skin.creases)
         plotter.add_mesh(edges, color=INK, line_width=1.0, opacity=0.22, lighting=False)
@@ -170,7 +170,7 @@ def _no_display() -> Iterator[None]:
     It would get there by itself, but only after a warning on the console about the missing one.
     """
     name = "VTK_DEFAULT_OPENGL_WINDOW"
-    if not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or name in os.environ:
+    if os.environ.get("DISPLAY") or name in os.environ or not _has_egl():
         yield
         return
     os.environ[name] = "vtkEGLRenderWindow"
@@ -178,6 +178,15 @@ def _no_display() -> Iterator[None]:
         yield
     finally:
         del os.environ[name]
+
+
+def _has_egl() -> bool:
+    """Whether the library is there; without it VTK is left to find its own way."""
+    try:
+        ctypes.CDLL("libEGL.so.1")
+    except OSError:
+        return False
+    return True
 
 
 def _shaded(skin: Skin) -> tuple[Any, Ints]:

@@ -68,10 +68,11 @@ def extract_skin(
     mesh
         Whole finger, or its half y ≥ 0.
     mirror
-        Complete a half finger with its mirror image in y = 0; a whole one is left as it is.
+        Complete a half finger with its mirror image in y = 0, without the facets in that plane;
+        a whole one is left as it is.
     cut
         Take the facets in the symmetry plane y = 0 and no others: the section of a half finger,
-        its cavity left open. Without it they are dropped, being inside the finger.
+        its cavity left open. ``mirror`` is then without effect.
     crease_deg
         Fold, in the reference pose, from which an edge is a crease.
 
@@ -85,7 +86,7 @@ def extract_skin(
     if cut and not half:
         raise ValueError("mesh.half = false: a section is drawn of the half finger only")
     facets = _boundary(mesh)
-    if half:
+    if half and (mirror or cut):
         in_plane = (np.abs(mesh.points[facets[:, :3], 1]) < 1e-6 * size).all(axis=1)
         facets = facets[in_plane == cut]
     node, numbered = np.unique(facets, return_inverse=True)

@@ -18,7 +18,7 @@ BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 INK, GREY, PALE = "#222222", "#7F7F7F", "#C8CACC"
 """Text and outlines, secondary lines, fixtures (clamp, plate)."""
 
-_COLOUR_MAPS = {"displacement": ("YlGnBu", 0.04, 0.88), "stretch": ("YlOrRd", 0.03, 0.92)}
+_COLOUR_MAPS = {"displacement": ("YlGnBu", 0.04, 0.88), "stretch": ("YlOrRd", 0.03, 0.86)}
 
 DPI = 300
 """Dots per inch of every file written."""

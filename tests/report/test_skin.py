@@ -41,7 +41,9 @@ def test_mirror_image_moves_the_other_way_across(half: Tetrahedra) -> None:
 
 
 def test_half_can_be_left_half(half: Tetrahedra) -> None:
-    assert extract_skin(half, mirror=False).points[:, 1].min() >= -1e-9
+    skin = extract_skin(half, mirror=False)
+    assert skin.points[:, 1].min() >= -1e-9
+    assert 2 * _volume(skin) == pytest.approx(_volume(extract_skin(half)))  # closed by its cut
 
 
 def test_whole_finger_is_not_mirrored_again(half: Tetrahedra) -> None:
