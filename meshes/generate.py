@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import gmsh
 
 from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import finger as geometry
 from dolfingrip.meshes.gmsh_model import current_mesh, session
-from dolfingrip.meshes.grading import concave_curves, size_field
-from dolfingrip.meshes.solid import MeshError, SolidMesh
+from dolfingrip.meshes.grading import concave_curves, set_sizes, step_along_z
+from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.meshes.target import meet
 
 _MESH_OPTIONS = {
     "Mesh.MeshSizeExtendFromBoundary": 0.0,  # the size field alone rules
@@ -19,12 +18,11 @@ _MESH_OPTIONS = {
     "Mesh.Algorithm": 6.0,
     "Mesh.Algorithm3D": 1.0,
     "Mesh.Optimize": 1.0,
+    "Mesh.OptimizeThreshold": 0.6,
 }
 
-TARGET_TOLERANCE = 0.01
-"""Largest relative miss of ``mesh.target_elements``."""
-
-_TRIES = 20
+_COARSE = 0.25
+"""Element size over the finger's depth, where only the shape matters."""
 
 
 def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
@@ -51,45 +49,32 @@ def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
         for name, value in _MESH_OPTIONS.items():
             gmsh.option.setNumber(name, value)
         geometry.build(finger, mesh.half)
-        curves: list[int] = []
-        if mesh.edge_size_mm is not None:
-            _tetrahedra(mesh, curves, 1.0)
-            curves = concave_curves()
+        curves = _concave_curves(finger) if mesh.edge_size_mm is not None else []
+        edge_size = mesh.size_mm if mesh.edge_size_mm is None else mesh.edge_size_mm
+
+        def tetrahedra(near: float, far: float, share: float) -> int:
+            scale = step_along_z(near, far, share * finger.length_mm)
+            set_sizes(curves, mesh.size_mm, edge_size, scale)
+            return _generate()
+
         if mesh.target_elements is None:
-            _tetrahedra(mesh, curves, 1.0)
+            tetrahedra(1.0, 1.0, 1.0)
         else:
-            _aim(mesh, curves, mesh.target_elements)
+            meet(mesh.target_elements, tetrahedra)
+        gmsh.model.mesh.optimize("Relocate3D", niter=3)
         if mesh.order == 2:
             gmsh.model.mesh.setOrder(2)
         return current_mesh()
 
 
-def _tetrahedra(mesh: Mesh, curves: list[int], scale: float) -> int:
-    """Mesh with both sizes scaled; the number of tetrahedra."""
+def _concave_curves(finger: Finger) -> list[int]:
+    set_sizes([], _COARSE * finger.depth_mm, _COARSE * finger.depth_mm)
+    _generate()
+    return concave_curves()
+
+
+def _generate() -> int:
+    """Mesh with the sizes set; the number of tetrahedra."""
     gmsh.model.mesh.clear()
-    edge_size = mesh.size_mm if mesh.edge_size_mm is None else mesh.edge_size_mm
-    size_field(curves, scale * mesh.size_mm, scale * edge_size)
     gmsh.model.mesh.generate(3)
     return len(gmsh.model.mesh.getElementsByType(4)[0])
-
-
-def _aim(mesh: Mesh, curves: list[int], target: int) -> None:
-    """Mesh with sizes scaled such that the number of tetrahedra meets the target.
-
-    A secant in log(size) and log(count), kept between the nearest sizes known to give
-    too many and too few elements.
-    """
-    tried: list[tuple[float, float]] = []  # log scale, log(count / target)
-    log_scale, slope = 0.0, -2.5
-    for _ in range(_TRIES):
-        count = _tetrahedra(mesh, curves, math.exp(log_scale))
-        miss = math.log(count / target)
-        if abs(count - target) <= TARGET_TOLERANCE * target:
-            return
-        tried.append((log_scale, miss))
-        log_scale -= miss / slope
-    nearest = min(tried, key=lambda point: abs(point[1]))
-    raise MeshError(
-        f"mesh.target_elements = {target}: not met within 1 %; "
-        f"nearest: {round(target * math.exp(nearest[1]))} elements"
-    )

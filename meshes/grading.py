@@ -46,8 +46,8 @@ def concave_curves() -> list[int]:
     return concave
 
 
-def size_field(curves: list[int], size: float, edge_size: float) -> None:
-    """Set the size field of the current Gmsh model, in place of any before.
+def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1") -> None:
+    """Set the element sizes of the current Gmsh model.
 
     Parameters
     ----------
@@ -57,22 +57,33 @@ def size_field(curves: list[int], size: float, edge_size: float) -> None:
         Element size away from them (mm).
     edge_size
         Element size at them (mm).
+    scale
+        Factor on both, as an expression of Gmsh's MathEval field in x, y, z (mm).
     """
     field = gmsh.model.mesh.field
     for tag in field.list():
         field.remove(tag)
-    if not curves or edge_size >= size:
-        field.add("MathEval", 1)
-        field.setString(1, "F", f"{size!r}")
-        field.setAsBackgroundMesh(1)
-        return
-    field.add("Distance", 1)
-    field.setNumbers(1, "CurvesList", curves)
-    field.setNumber(1, "Sampling", 100)
-    field.add("Threshold", 2)
-    field.setNumber(2, "InField", 1)
-    field.setNumber(2, "SizeMin", edge_size)
-    field.setNumber(2, "SizeMax", size)
-    field.setNumber(2, "DistMin", 0)
-    field.setNumber(2, "DistMax", (size - edge_size) / GROWTH)
-    field.setAsBackgroundMesh(2)
+    unscaled = f"{size:.17g}"
+    if curves and edge_size < size:
+        lengths = [gmsh.model.occ.getMass(1, curve) for curve in curves]
+        field.add("Distance", 1)
+        field.setNumbers(1, "CurvesList", curves)
+        # the distance is that to the nearest of the sampled points
+        field.setNumber(1, "Sampling", min(max(20, round(2 * max(lengths) / edge_size)), 1000))
+        field.add("Threshold", 2)
+        field.setNumber(2, "InField", 1)
+        field.setNumber(2, "SizeMin", edge_size)
+        field.setNumber(2, "SizeMax", size)
+        field.setNumber(2, "DistMin", 0)
+        field.setNumber(2, "DistMax", (size - edge_size) / GROWTH)
+        unscaled = "F2"
+    field.add("MathEval", 3)
+    field.setString(3, "F", f"{unscaled} * ({scale})")
+    field.setAsBackgroundMesh(3)
+
+
+def step_along_z(near: float, far: float, z: float) -> str:
+    """The ``scale`` of :func:`set_sizes` that is ``near`` below ``z`` (mm), ``far`` above."""
+    if near == far:
+        return f"{near:.17g}"
+    return f"{near:.17g} + ({far - near:.17g}) * step(z - {z:.17g})"

@@ -23,3 +23,12 @@ SURFACE_TAGS: Final[dict[str, int]] = {CAVITY: 11, CLAMP: 12, SKIN: 13, TIP: 14,
 
 NEEDED: Final = (CAVITY, CLAMP, SKIN, TIP)
 """Surface groups that every mesh must have; a half finger also has ``symmetry``."""
+
+
+def missing_message(missing: list[str]) -> str:
+    """The complaint about a mesh without some of the needed groups."""
+    plural = "s" if len(missing) > 1 else ""
+    return (
+        f"missing group{plural} {', '.join(missing)}; "
+        f"needed: {', '.join(NEEDED)}, and {SYMMETRY} for a half finger"
+    )

@@ -1,0 +1,99 @@
+"""Sizes for a wanted number of elements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final
+
+from dolfingrip.meshes.solid import MeshError
+
+TOLERANCE: Final = 0.01
+"""Largest relative miss."""
+
+_TRIES: Final = 20
+_SLOPES: Final = (-3.5, -1.0)
+"""Range of d log(count) / d log(size); a plate wall has -2, a thick solid -3."""
+
+_LARGEST_STEP: Final = 1.5
+_CLOSE: Final = 0.02
+"""Bracket of log(size) below which the change-over along the finger is moved instead."""
+
+
+def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
+    """Mesh until the number of elements is within 1 % of the target.
+
+    The bellows are alike, so the count jumps by more than 1 % where the rounding of some
+    edge's number of elements flips in all of them at once. Hence two stages: a secant in
+    log(size) and log(count), kept inside the nearest sizes known to give too many and too
+    few elements; then, with these two sizes, bisection on the place along the finger
+    where the smaller gives way to the larger.
+
+    Parameters
+    ----------
+    target
+        Wanted number of elements.
+    mesh
+        Meshes with sizes scaled by its first argument up to the fraction of the length
+        that the third tells, by its second beyond, and returns the number of elements.
+
+    Raises
+    ------
+    MeshError
+        Where the target is not met.
+    """
+    tried: list[int] = []
+
+    def miss(near: float, far: float, share: float) -> float:
+        tried.append(mesh(math.exp(near), math.exp(far), share))
+        return math.log(tried[-1] / target)
+
+    def met() -> bool:
+        return abs(tried[-1] - target) <= TOLERANCE * target
+
+    found = _bracket(miss)
+    if found is not None:
+        fine, coarse = found
+        low, high = 0.0, 1.0
+        for _ in range(_TRIES):
+            if met():
+                return
+            share = (low + high) / 2
+            if miss(fine, coarse, share) < 0:
+                low = share
+            else:
+                high = share
+    if not met():
+        nearest = min(tried, key=lambda count: abs(count - target))
+        raise MeshError(
+            f"mesh.target_elements = {target}: cannot be met within {TOLERANCE:.0%} "
+            f"with these dimensions and sizes; nearest allowed: {nearest}"
+        )
+
+
+def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float] | None:
+    """Close log scales with too many and too few elements; None where met or not found."""
+    within = math.log1p(TOLERANCE) * 0.99
+    fine = coarse = None
+    scale, slope = 0.0, -2.5
+    value = miss(scale, scale, 1.0)
+    for _ in range(_TRIES):
+        if abs(value) <= within:
+            return None
+        if value > 0:
+            fine = scale
+        else:
+            coarse = scale
+        step = min(max(-value / slope, -_LARGEST_STEP), _LARGEST_STEP)
+        new = scale + step
+        if fine is not None and coarse is not None:
+            if abs(coarse - fine) <= _CLOSE:
+                return fine, coarse
+            inner = 0.1 * (coarse - fine)
+            if not min(fine + inner, coarse - inner) <= new <= max(fine + inner, coarse - inner):
+                new = (fine + coarse) / 2
+        before, scale = (scale, value), new
+        value = miss(scale, scale, 1.0)
+        slope = (value - before[1]) / (scale - before[0])
+        slope = min(max(slope, _SLOPES[0]), _SLOPES[1])
+    return None
