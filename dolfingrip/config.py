@@ -1,0 +1,388 @@
+"""The configuration: one TOML file, checked before anything is computed.
+
+Every model is built from a :class:`Config` alone. Keys carry their unit in their name;
+defaults are the reference finger. Units: mm, MPa, N, s; pressure in kPa at every
+interface (:data:`KPA` converts once, where a form's constant is set).
+"""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomlkit
+from annotated_types import BaseMetadata
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+KPA = 1e-3
+"""MPa per kPa."""
+
+Vector = Annotated[tuple[float, float, float], Field()]
+
+
+class ConfigError(ValueError):
+    """Bad input, said in one line that names the key, the value and the allowed range."""
+
+
+class Section(BaseModel):
+    """A table of the TOML file: no unknown keys, no silent conversions, immutable."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False, allow_inf_nan=False)
+
+
+def _outside(key: str, value: object, allowed: str) -> PydanticCustomError:
+    return PydanticCustomError("geometry", f"{key} = {value}: {allowed}")
+
+
+class Finger(Section):
+    """Bellows finger: a base layer at x = 0, clamped at z = 0, bellows towards +x."""
+
+    length_mm: float = Field(90.0, gt=0, le=1000, description="clamp to tip, along z")
+    width_mm: float = Field(20.0, gt=0, le=500, description="along y")
+    depth_mm: float = Field(16.0, gt=0, le=500, description="back of base layer to bellows' crown")
+    base_layer_mm: float = Field(3.5, gt=0, description="strain-limiting layer")
+    wall_mm: float = Field(1.6, gt=0, description="walls of bellows and channel")
+    bellows: int = Field(8, ge=1, le=60, description="number of bellows")
+    gap_mm: float = Field(2.0, gt=0, description="clear distance between neighbouring bellows")
+    channel_mm: float = Field(2.5, gt=0, description="height of the air channel")
+    channel_width_mm: float | None = Field(
+        None, gt=0, description="width of the air channel; default: as wide as the chambers"
+    )
+    base_block_mm: float = Field(12.0, gt=0, description="solid block at the clamp")
+    tip_mm: float = Field(6.0, gt=0, description="solid tip")
+
+    @property
+    def pitch_mm(self) -> float:
+        """Distance from one bellows to the next."""
+        return (self.length_mm - self.base_block_mm - self.tip_mm) / self.bellows
+
+    @property
+    def bellows_mm(self) -> float:
+        """Outer length of one bellows along z."""
+        return self.pitch_mm - self.gap_mm
+
+    @property
+    def chamber_width_mm(self) -> float:
+        """Inner width of a bellows along y."""
+        return self.width_mm - 2 * self.wall_mm
+
+    @property
+    def channel_width(self) -> float:
+        """Width of the air channel (mm), the chambers' where none is given."""
+        return self.chamber_width_mm if self.channel_width_mm is None else self.channel_width_mm
+
+    @model_validator(mode="after")
+    def _possible(self) -> Finger:
+        if self.pitch_mm <= 0:
+            limit = self.length_mm - self.tip_mm
+            raise _outside(
+                "base_block_mm", self.base_block_mm,
+                f"no room for bellows; allowed below length - tip = {limit:g} mm",
+            )
+        if self.bellows_mm <= 0:
+            raise _outside(
+                "gap_mm", self.gap_mm,
+                f"leaves no bellows; allowed above 0 and below the pitch, {self.pitch_mm:g} mm",
+            )
+        half = min(self.bellows_mm, self.width_mm) / 2
+        if self.wall_mm >= half:
+            raise _outside(
+                "wall_mm", self.wall_mm,
+                f"thicker than half a bellows; allowed above 0 and below {half:g} mm",
+            )
+        room = self.depth_mm - self.base_layer_mm - 2 * self.wall_mm
+        if room <= 0:
+            limit = self.depth_mm - 2 * self.wall_mm
+            raise _outside(
+                "base_layer_mm", self.base_layer_mm,
+                "leaves no room for a bellows above the channel; "
+                f"allowed above 0 and below {limit:g} mm",
+            )
+        highest = self.depth_mm - self.base_layer_mm - self.wall_mm
+        if self.channel_mm >= highest:
+            raise _outside(
+                "channel_mm", self.channel_mm,
+                f"cavity not closed; allowed above 0 and below {highest:g} mm",
+            )
+        if self.channel_width > self.chamber_width_mm:
+            raise _outside(
+                "channel_width_mm", self.channel_width,
+                f"cavity not closed; allowed above 0 and up to {self.chamber_width_mm:g} mm",
+            )
+        return self
+
+
+class Material(Section):
+    """Compressible neo-Hookean solid; give ``nu`` or ``bulk_MPa``."""
+
+    mu_MPa: float = Field(2.93, gt=0, description="shear modulus (printed NinjaFlex)")
+    nu: float | None = Field(
+        None, gt=0, lt=0.5, description="Poisson's ratio; default 0.45 where no bulk_MPa is given"
+    )
+    bulk_MPa: float | None = Field(None, gt=0, description="bulk modulus, instead of nu")
+    density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity only")
+
+    @model_validator(mode="after")
+    def _one_of(self) -> Material:
+        if self.nu is not None and self.bulk_MPa is not None:
+            raise _outside("bulk_MPa", self.bulk_MPa, f"give either nu or bulk_MPa; nu = {self.nu}")
+        if self.bulk_MPa is not None and self.bulk_MPa <= 2 / 3 * self.mu_MPa:
+            raise _outside(
+                "bulk_MPa", self.bulk_MPa,
+                f"allowed above 2/3 mu_MPa = {2 / 3 * self.mu_MPa:g} MPa (nu above 0)",
+            )
+        return self
+
+    @property
+    def lmbda_MPa(self) -> float:
+        """First Lamé parameter."""
+        if self.bulk_MPa is not None:
+            return self.bulk_MPa - 2 / 3 * self.mu_MPa
+        nu = 0.45 if self.nu is None else self.nu
+        return 2 * self.mu_MPa * nu / (1 - 2 * nu)
+
+
+class Mesh(Section):
+    """Resolution of the Gmsh mesh, or a mesh file of one's own."""
+
+    file: Path | None = Field(
+        None, description="a .msh or Abaqus .inp with the groups cavity, clamp, skin, tip, symmetry"
+    )
+    half: bool = Field(True, description="half finger with the symmetry plane y = 0")
+    order: Literal[1, 2] = Field(1, description="order of the elements written to files")
+    size_mm: float = Field(3.6, gt=0, le=100, description="element size away from edges")
+    edge_size_mm: float | None = Field(
+        None, gt=0, le=100, description="element size at concave edges; default: size_mm"
+    )
+    target_elements: int | None = Field(
+        None, ge=100, le=5_000_000, description="scale both sizes to this number of tetrahedra"
+    )
+
+
+class Solver(Section):
+    """Discretisation and Newton's method."""
+
+    element: Literal["P1", "P2"] = Field("P2", description="displacement element")
+    rtol: float = Field(1e-9, gt=0, lt=1, description="residual, relative to the step's first")
+    atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
+    max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")
+    max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")
+    min_step_kPa: float = Field(0.1, gt=0, description="smallest step before a failure is called")
+    mixed_integration_point: bool = Field(
+        True, description="carry the stress as an independent field (fewer iterations)"
+    )
+
+    @model_validator(mode="after")
+    def _steps(self) -> Solver:
+        if self.min_step_kPa > self.max_step_kPa:
+            raise _outside(
+                "min_step_kPa", self.min_step_kPa,
+                f"allowed above 0 and up to max_step_kPa = {self.max_step_kPa:g} kPa",
+            )
+        return self
+
+
+class Contact(Section):
+    """Barrier contact (incremental potential contact) of the outer skin with itself."""
+
+    self_contact: bool = Field(True, description="bellows cannot pass through one another")
+    barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
+    stiffness_MPa: float = Field(1.0, gt=0, description="of the barrier")
+
+
+class Plate(Section):
+    """The force sensor: a rigid plane facing the base layer's back near the tip."""
+
+    gap_mm: float = Field(0.0, ge=0, description="skin to plate, unpressurised")
+    tilt_deg: float = Field(0.0, gt=-80, lt=80, description="rotation of the plate about y")
+    normal: Vector = Field((1.0, 0.0, 0.0), description="of the untilted plate, towards the finger")
+    contact_length_mm: float = Field(10.0, gt=0, description="length of finger facing it, from tip")
+    barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
+    stiffness_MPa: float = Field(1.0, gt=0, description="of the barrier")
+
+    @model_validator(mode="after")
+    def _direction(self) -> Plate:
+        if not any(self.normal):
+            raise _outside("normal", list(self.normal), "allowed: any vector but zero")
+        return self
+
+
+class Gravity(Section):
+    """Dead weight of the finger; off by default, as in the paper."""
+
+    acceleration_m_s2: float = Field(0.0, ge=0, le=1000, description="9.81 switches gravity on")
+    direction: Vector = Field((0.0, 0.0, 1.0), description="z is from clamp to tip")
+
+    @model_validator(mode="after")
+    def _direction(self) -> Gravity:
+        if not any(self.direction):
+            raise _outside("direction", list(self.direction), "allowed: any vector but zero")
+        return self
+
+
+class Experiment(Section):
+    """Pressures to land on, in order: 0 to the maximum, and back where asked."""
+
+    max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
+    step_kPa: float = Field(25.0, gt=0, description="a reading every so much")
+    unload: bool = Field(False, description="go back to 0 in the same steps")
+    rate_kPa_per_s: float = Field(25.0, gt=0, description="ramp; felt by models with a clock only")
+
+    @model_validator(mode="after")
+    def _steps(self) -> Experiment:
+        if self.step_kPa > self.max_pressure_kPa:
+            raise _outside(
+                "step_kPa", self.step_kPa,
+                f"allowed above 0 and up to max_pressure_kPa = {self.max_pressure_kPa:g} kPa",
+            )
+        return self
+
+
+class Config(Section):
+    """All that a simulation depends on."""
+
+    finger: Finger = Finger()
+    material: Material = Material()
+    mesh: Mesh = Mesh()
+    solver: Solver = Solver()
+    contact: Contact = Contact()
+    plate: Plate = Plate()
+    gravity: Gravity = Gravity()
+    experiment: Experiment = Experiment()
+
+    @model_validator(mode="after")
+    def _facing(self) -> Config:
+        if self.plate.contact_length_mm > self.finger.length_mm:
+            raise _outside(
+                "plate.contact_length_mm", self.plate.contact_length_mm,
+                f"allowed above 0 and up to finger.length_mm = {self.finger.length_mm:g} mm",
+            )
+        return self
+
+
+def _fields(location: Sequence[int | str]) -> dict[str, Any]:
+    """Fields of the section that holds the key at ``location``."""
+    model: Any = Config
+    for name in location[:-1]:
+        info = model.model_fields.get(name)
+        if info is None:
+            return {}
+        model = info.annotation
+    return dict(getattr(model, "model_fields", {}))
+
+
+def _allowed(location: Sequence[int | str]) -> str:
+    """The allowed range of a key in words, from its pydantic bounds."""
+    info = _fields(location).get(str(location[-1]))
+    if info is None:
+        return ""
+    words = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
+    bounds = [
+        f"{word} {getattr(item, name):g}"
+        for item in info.metadata
+        if isinstance(item, BaseMetadata)
+        for name, word in words.items()
+        if getattr(item, name, None) is not None
+    ]
+    return ("allowed: " + " and ".join(bounds)) if bounds else ""
+
+
+def _one_line(error: ValidationError) -> str:
+    """The first complaint of pydantic as ``key = value: allowed range``."""
+    first = error.errors()[0]
+    location = tuple(part for part in first["loc"] if not isinstance(part, int))
+    key = ".".join(str(part) for part in location)
+    if first["type"] == "extra_forbidden":
+        names = list(_fields(location)) or list(Config.model_fields)
+        near = difflib.get_close_matches(str(location[-1]), names, 1, 0.5)
+        hint = f"did you mean {near[0]}? " if near else ""
+        return f"{key}: unknown key; {hint}allowed: {', '.join(names)}"
+    if first["type"] == "geometry":
+        return f"{key}.{first['msg']}" if key else str(first["msg"])
+    allowed = _allowed(location) if location else ""
+    reason = allowed or first["msg"][0].lower() + first["msg"][1:]
+    if allowed and not first["type"].startswith(("greater", "less")):
+        reason = f"{first['msg'][0].lower()}{first['msg'][1:]}; {allowed}"
+    return f"{key} = {first['input']!r}: {reason}"
+
+
+def _override(data: dict[str, Any], assignment: str) -> None:
+    """Apply one ``section.key=value`` to ``data``; the value is read as TOML."""
+    key, separator, text = assignment.partition("=")
+    if not separator or not key.strip():
+        raise ConfigError(f"--set {assignment}: allowed: section.key=value")
+    try:
+        value = tomllib.loads(f"v = {text.strip()}")["v"]
+    except tomllib.TOMLDecodeError:
+        value = text.strip()
+    *sections, name = key.strip().split(".")
+    for section in sections:
+        data = data.setdefault(section, {})
+        if not isinstance(data, dict):
+            raise ConfigError(f"--set {assignment}: {section} is a value, not a section")
+    data[name] = value
+
+
+def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
+    """Read, override and check the configuration.
+
+    Args:
+        file: TOML file; the reference finger where None.
+        overrides: ``section.key=value`` strings, applied in order.
+
+    Raises:
+        ConfigError: one line naming the key, its value and the allowed range.
+    """
+    data: dict[str, Any] = {}
+    if file is not None:
+        try:
+            data = tomllib.loads(file.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ConfigError(f"--config {file}: {error.strerror}") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ConfigError(f"--config {file}: not TOML: {error}") from None
+    for assignment in overrides:
+        _override(data, assignment)
+    return from_dict(data)
+
+
+def from_dict(data: dict[str, Any]) -> Config:
+    """A checked configuration from nested dictionaries, as in ``run.json``.
+
+    Raises:
+        ConfigError: one line naming the key, its value and the allowed range.
+    """
+    try:
+        return Config.model_validate(data)
+    except ValidationError as error:
+        raise ConfigError(_one_line(error)) from None
+
+
+def dumps(config: Config) -> str:
+    """The resolved configuration as TOML, each key with its meaning as a comment."""
+    document = tomlkit.document()
+    document.add(tomlkit.comment("dolfingrip configuration: every key, as resolved"))
+    for name in type(config).model_fields:
+        section: Section = getattr(config, name)
+        table = tomlkit.table()
+        table.comment((type(section).__doc__ or "").splitlines()[0])
+        for key, info in type(section).model_fields.items():
+            value = getattr(section, key)
+            if value is None:  # TOML has no null: an unset key is shown commented out
+                table.add(tomlkit.comment(f"{key} =    # {info.description}"))
+                continue
+            item = tomlkit.item(_plain(value))
+            item.comment(info.description or "")
+            table.add(key, item)
+        document.add(name, table)
+    return tomlkit.dumps(document)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Path):
+        return str(value)
+    return list(value) if isinstance(value, tuple) else value

@@ -1,0 +1,1 @@
+"""Experiments on a finger and how each is observed."""

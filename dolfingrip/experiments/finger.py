@@ -1,0 +1,136 @@
+"""The finger's model, from the configuration alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.config import KPA, Config
+from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
+from dolfingrip.mechanics.contact import BarrierContact
+from dolfingrip.mechanics.domain import Domain
+from dolfingrip.mechanics.model import Control, Model
+from dolfingrip.mechanics.plate import RigidPlate
+from dolfingrip.mechanics.potential import Potential
+from dolfingrip.mechanics.surface import Surface
+
+DEGREE = {"P1": 1, "P2": 2}
+KG_M3_M_S2 = 1e-9
+"""N/mm³ per kg/m³ · m/s²."""
+
+
+@dataclass(slots=True)
+class FingerModel:
+    """A pressurised finger, with the plate where one faces it."""
+
+    config: Config
+    model: Model
+    plate: RigidPlate | None
+
+
+def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
+    """Model of the finger on ``domain``, with or without the force-sensor plate."""
+    if plate:
+        domain = _facing_plate(config, domain)
+    mesh = domain.mesh
+    degree = DEGREE[config.solver.element]
+    space = fem.functionspace(mesh, basix.ufl.element("Lagrange", "tetrahedron", degree,
+                                                      shape=(3,)))
+    u = fem.Function(space, name="displacement_mm")
+    mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
+    lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
+    pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
+
+    cavity = domain.surface("cavity", quadrature_degree=2 * degree)
+    terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
+    weight = _weight(config)
+    if np.any(weight):
+        dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
+        terms.append(gravity.energy(u, fem.Constant(mesh, weight)) * dx)
+    sensor = _plate(config, domain, u) if plate else None
+    if sensor is not None:
+        terms.append(sensor.energy)
+
+    contact = None
+    if config.contact.self_contact:
+        surface = Surface(space, domain, domain.facets("skin", "tip"))
+        contact = BarrierContact(
+            surface, config.contact.barrier_mm, config.contact.stiffness_MPa
+        )
+    model = Model(
+        domain,
+        u,
+        Potential(
+            u,
+            [lambda strain: neo_hookean.energy(strain, mu, lmbda)],
+            terms,
+            carried=config.solver.mixed_integration_point,
+        ),
+        _supports(space, domain),
+        {"pressure_kPa": Control(pressure, KPA)},
+        contact,
+        [sensor] if sensor is not None else [],
+    )
+    return FingerModel(config, model, sensor)
+
+
+def _weight(config: Config) -> np.ndarray:
+    """Dead weight per reference volume (N/mm³), (3,)."""
+    direction = np.asarray(config.gravity.direction, dtype=float)
+    size = config.material.density_kg_m3 * config.gravity.acceleration_m_s2 * KG_M3_M_S2
+    return size * direction / np.linalg.norm(direction)
+
+
+def _facing_plate(config: Config, domain: Domain) -> Domain:
+    """``domain`` with the region that the plate may touch."""
+    ends = domain.mesh.geometry.x[:, 2].max(initial=-np.inf)
+    length = domain.mesh.comm.allreduce(ends, MPI.MAX)
+    # a facet that straddles the plate's end does not face it
+    start = length - config.plate.contact_length_mm - 1e-6 * length
+    return domain.with_region("facing plate", ("skin", "tip"), lambda x: x[2] >= start)
+
+
+def _plate(config: Config, domain: Domain, u: fem.Function) -> RigidPlate:
+    plate = config.plate
+    tilt = np.deg2rad(plate.tilt_deg)
+    turn = np.array(
+        [[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]]
+    )
+    return RigidPlate(
+        u,
+        domain,
+        "facing plate",
+        turn @ np.asarray(plate.normal, dtype=float),
+        gap_mm=plate.gap_mm,
+        width_mm=plate.barrier_mm,
+        stiffness_MPa=plate.stiffness_MPa,
+    )
+
+
+def _supports(space: fem.FunctionSpace, domain: Domain) -> list[fem.DirichletBC]:
+    """Clamp fixed; no motion through the symmetry plane."""
+    zero = np.zeros(3, dtype=PETSc.ScalarType)
+    held = fem.locate_dofs_topological(space, 2, domain.facets("clamp"))
+    supports = [fem.dirichletbc(zero, held, space)]
+    if domain.half:
+        across = space.sub(1)
+        dofs = fem.locate_dofs_topological(across, 2, domain.facets("symmetry"))
+        supports.append(fem.dirichletbc(PETSc.ScalarType(0.0), dofs, across))
+    return supports
+
+
+def landings_kPa(config: Config) -> Sequence[float]:
+    """Pressures to land on, 0 first: up in steps to the maximum, and down where asked."""
+    experiment = config.experiment
+    count = int(np.floor(experiment.max_pressure_kPa / experiment.step_kPa + 1e-9))
+    up = [i * experiment.step_kPa for i in range(count + 1)]
+    if experiment.max_pressure_kPa - up[-1] > 1e-9 * experiment.max_pressure_kPa:
+        up.append(experiment.max_pressure_kPa)
+    return up + up[-2::-1] if experiment.unload else up

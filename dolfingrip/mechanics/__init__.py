@@ -1,0 +1,1 @@
+"""The engine: domain, total potential, Newton's method, contact, load path."""

@@ -1,0 +1,56 @@
+"""Why a load step failed: classes, and a sentence for each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class FailureKind(StrEnum):
+    """What stopped the path."""
+
+    INVERTED_ELEMENT = "inverted element"
+    CONTACT = "contact"
+    LIMIT_POINT = "limit point"
+    ITERATION_LIMIT = "iteration limit"
+
+
+_SENTENCE = {
+    FailureKind.INVERTED_ELEMENT: (
+        "an element turned inside out; refine the mesh or lower the pressure"
+    ),
+    FailureKind.CONTACT: (
+        "contact kept Newton's steps short; widen contact.barrier_mm or lower its stiffness"
+    ),
+    FailureKind.LIMIT_POINT: (
+        "the finger loses stability here (negative pivots in the tangent): "
+        "pressure control cannot follow it"
+    ),
+    FailureKind.ITERATION_LIMIT: (
+        "Newton's method did not converge within solver.max_iterations"
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A classified failure of a load step.
+
+    Attributes:
+        kind: the class.
+        last_good: controls of the last converged state, by name.
+        attempted: controls that could not be reached.
+    """
+
+    kind: FailureKind
+    last_good: dict[str, float]
+    attempted: dict[str, float]
+
+    def sentence(self) -> str:
+        """One sentence with the last good pressure (or other controls)."""
+        reached = ", ".join(
+            f"{value:g} {name.rpartition('_')[2]}"
+            for name, value in self.last_good.items()
+            if name != "time_s"
+        )
+        return f"stopped at {reached} ({self.kind}): {_SENTENCE[self.kind]}"

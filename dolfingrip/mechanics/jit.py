@@ -1,0 +1,28 @@
+"""How kernels are compiled: optimised for this processor, cached for each kind of it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+
+def _processor() -> str:
+    """What the compiler may use on this machine: the processor's instruction sets."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="ignore").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line for line in lines if line.startswith(("flags", "Features"))), "")
+
+
+def options() -> dict[str, Any]:
+    """JIT options of dolfinx; a cache shared by unlike machines keeps their kernels apart."""
+    cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    key = hashlib.sha256(f"{platform.machine()} {_processor()}".encode()).hexdigest()[:12]
+    return {
+        "cffi_extra_compile_args": ["-O3", "-march=native", "-fno-math-errno"],
+        "cache_dir": str(cache / "fenics" / key),
+    }

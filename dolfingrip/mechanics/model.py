@@ -1,0 +1,150 @@
+"""A mechanical model: displacement, total potential, supports, contact, controls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.contact import BarrierContact
+from dolfingrip.mechanics.domain import Domain
+from dolfingrip.mechanics.potential import Potential
+from dolfingrip.mechanics.state import State
+
+
+class StepBound(Protocol):
+    """What limits the length of a Newton step."""
+
+    name: str
+
+    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
+        """Largest allowed fraction of ``step`` (local dofs, mm) in [0, 1], on all ranks."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """A prescribed quantity: a constant of the potential and its unit's factor."""
+
+    constant: fem.Constant
+    factor: float = 1.0
+
+    @property
+    def value(self) -> float:
+        """Present value, in the unit that the control's name says."""
+        return float(self.constant.value) / self.factor
+
+    def set(self, value: float) -> None:
+        """Prescribe ``value``."""
+        self.constant.value = value * self.factor
+
+
+@dataclass(slots=True)
+class Model:
+    """What is solved for a stationary point of Π, and its state.
+
+    Attributes:
+        domain: reference configuration.
+        u: displacement (mm).
+        potential: all energies written in UFL.
+        supports: homogeneous displacement conditions.
+        controls: prescribed quantities by name with unit.
+        contact: barrier contact, where there is any.
+        bounds: limits of a Newton step besides contact.
+    """
+
+    domain: Domain
+    u: fem.Function
+    potential: Potential
+    supports: list[fem.DirichletBC]
+    controls: dict[str, Control]
+    contact: BarrierContact | None = None
+    bounds: Sequence[StepBound] = ()
+    time_s: float = 0.0
+    _clock: str = field(default="time_s", init=False)
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Communicator of the model's mesh."""
+        return self.domain.mesh.comm
+
+    @property
+    def dofs(self) -> int:
+        """Number of displacement dofs on all ranks."""
+        dofmap = self.u.function_space.dofmap
+        return int(dofmap.index_map.size_global * dofmap.index_map_bs)
+
+    # -- state ---------------------------------------------------------------------------------
+
+    def state(self) -> State:
+        """A copy of the present state."""
+        controls = {name: control.value for name, control in self.controls.items()}
+        return State(self.u.x.array.copy(), {**controls, self._clock: self.time_s})
+
+    def restore(self, state: State) -> None:
+        """Go back (or over) to ``state``."""
+        self.u.x.array[:] = state.displacement
+        self.prescribe(state.controls)
+
+    def prescribe(self, controls: Mapping[str, float]) -> None:
+        """Set controls by name; time is one of them."""
+        for name, value in controls.items():
+            if name == self._clock:
+                self.time_s = value
+            else:
+                self.controls[name].set(value)
+
+    # -- Newton's operands ---------------------------------------------------------------------
+
+    def assemble_residual(self, residual: PETSc.Vec, *, supported: bool = True) -> None:
+        """Gradient of Π at the present state (N) into ``residual``.
+
+        Args:
+            residual: overwritten.
+            supported: put 0 in the rows of supported dofs; their reactions otherwise.
+        """
+        with residual.localForm() as local:
+            local.set(0.0)
+        fem_petsc.assemble_vector(residual, self.potential.residual)
+        residual.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        if self.contact is not None:
+            self.contact.add_gradient(self.u.x.array, residual)
+            residual.assemble()
+        if supported:
+            rows = np.concatenate([bc.dof_indices()[0][: bc.dof_indices()[1]]
+                                   for bc in self.supports])
+            residual.array[rows] = 0.0
+
+    def max_step(self, step: np.ndarray) -> tuple[float, str]:
+        """Largest fraction of ``step`` that no bound forbids, and the bound that set it."""
+        fraction, reason = 1.0, ""
+        bounds: list[StepBound] = [*self.bounds]
+        if self.contact is not None:
+            bounds.append(self.contact)
+        for bound in bounds:
+            allowed = bound.max_step(self.u.x.array, step)
+            if allowed < fraction:
+                fraction, reason = allowed, bound.name
+        return fraction, reason
+
+    def admissible_step(self, step: np.ndarray) -> tuple[float, str]:
+        """As :meth:`max_step`, shortened until no element inverts (J stays above a tenth)."""
+        fraction, reason = self.max_step(step)
+        start = self.u.x.array.copy()
+        smallest = self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN)
+        try:
+            while fraction > 1e-6:
+                self.u.x.array[:] = start + fraction * step
+                now = self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN)
+                if now > 0.1 * min(smallest, 1.0):
+                    return fraction, reason
+                fraction, reason = fraction / 2, "inverted"
+        finally:
+            self.u.x.array[:] = start
+        return 0.0, "inverted"

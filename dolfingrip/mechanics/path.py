@@ -1,0 +1,107 @@
+"""The load path: adaptive steps that land on the asked controls, up and down."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from dolfingrip.mechanics.failure import Failure, FailureKind
+from dolfingrip.mechanics.newton import Ending, Newton, Solve
+
+COMFORTABLE = 8
+"""Newton iterations up to which the next step may be longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """How a target was reached.
+
+    Attributes:
+        iterations: Newton iterations since the last target, failed steps included.
+        steps: converged load steps.
+        cuts: steps that failed and were halved.
+        failure: set where the target was not reached; the model is then at the last good state.
+    """
+
+    iterations: int
+    steps: int
+    cuts: int
+    failure: Failure | None = None
+
+
+class LoadPath:
+    """Leads a model along straight lines between prescribed controls, time among them.
+
+    A step that fails is taken back and halved; steps grow again after easy ones.
+
+    Args:
+        newton: solver of the model.
+        longest: longest step of each control that limits the step (``pressure_kPa`` to the
+            solver's ``max_step_kPa`` by default); a control that is absent does not.
+        accept: called after each converged step; returns a reason to reject it, or "".
+    """
+
+    def __init__(
+        self,
+        newton: Newton,
+        longest: Mapping[str, float] | None = None,
+        accept: Callable[[], str] = lambda: "",
+    ) -> None:
+        self.newton = newton
+        self.model = newton.model
+        settings = newton.settings
+        self._longest = longest or {"pressure_kPa": settings.max_step_kPa}
+        self._accept = accept
+        self._length = 1.0  # of the longest step
+        self._shortest = settings.min_step_kPa / settings.max_step_kPa
+
+    def advance(self, target: Mapping[str, float]) -> Arrival:
+        """Go to ``target`` (controls by name); stop at the last good state on failure."""
+        good = self.model.state()
+        start = {name: good.controls[name] for name in target}
+        whole = max(
+            (abs(target[name] - start[name]) / longest
+             for name, longest in self._longest.items() if name in target),
+            default=1.0,
+        ) or 1.0  # number of longest steps to the target
+
+        def at(fraction: float) -> dict[str, float]:
+            if fraction == 1.0:
+                return dict(target)
+            return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
+
+        done, iterations, steps, cuts = 0.0, 0, 0, 0
+        stable = True
+        while done < 1.0:
+            length = min(self._length, 1.0) / whole
+            # no sliver is left for a last step
+            reach = 1.0 if done + 1.01 * length >= 1.0 else done + length
+            self.model.prescribe(at(reach))
+            solve = self.newton.solve()
+            iterations += solve.iterations
+            rejected = self._accept() if solve.converged else ""
+            if solve.converged and not rejected:
+                done, steps = reach, steps + 1
+                good = self.model.state()
+                stable = solve.negative_pivots == 0
+                if solve.iterations <= COMFORTABLE:
+                    self._length = min(2 * self._length, 1.0)
+                continue
+            self.model.restore(good)
+            cuts += 1
+            self._length = (reach - done) * whole / 2
+            if self._length < self._shortest:
+                failure = Failure(_classify(solve, rejected, stable), at(done), at(reach))
+                return Arrival(iterations, steps, cuts, failure)
+        return Arrival(iterations, steps, cuts)
+
+
+def _classify(solve: Solve, rejected: str, stable: bool) -> FailureKind:
+    """The class of a step that failed at its smallest length."""
+    if rejected or solve.ending is Ending.BLOCKED:
+        return FailureKind.CONTACT
+    if not stable or solve.negative_pivots > 0 or solve.ending is Ending.SINGULAR:
+        return FailureKind.LIMIT_POINT
+    if solve.ending is Ending.INVERTED:
+        return FailureKind.INVERTED_ELEMENT
+    return FailureKind.ITERATION_LIMIT

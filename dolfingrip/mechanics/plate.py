@@ -1,0 +1,93 @@
+"""The force-sensor plate: a rigid plane that faces part of the skin."""
+
+from __future__ import annotations
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.forms import plate as form
+from dolfingrip.mechanics import jit
+from dolfingrip.mechanics.domain import Domain
+
+
+class RigidPlate:
+    """Plane n · x = offset on whose side n points the skin stays.
+
+    The plane lies one barrier width behind the position that first feels the skin, so that a
+    gap of 0 is a touch without force.
+
+    Args:
+        u: displacement (mm).
+        domain: reference configuration.
+        region: name of the part of ``domain``'s boundary that may touch.
+        normal: (3,) towards the finger; any length.
+        gap_mm: distance that the nearest point of ``region`` travels along −n before it
+            is felt.
+        width_mm: barrier width ĝ.
+        stiffness_MPa: barrier stiffness κ.
+
+    Attributes:
+        energy: the UFL form of its potential.
+        offset: the plane's position along n (mm), a constant of the form.
+    """
+
+    name = "plate"
+
+    def __init__(
+        self,
+        u: fem.Function,
+        domain: Domain,
+        region: str,
+        normal: np.ndarray,
+        *,
+        gap_mm: float,
+        width_mm: float,
+        stiffness_MPa: float,
+    ) -> None:
+        self._u = u
+        self._copies = domain.copies
+        space, mesh = u.function_space, domain.mesh
+        facets = domain.facets(region)
+        self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
+        nodes = fem.locate_dofs_topological(space, 2, facets)
+        self._nodes = nodes[nodes < space.dofmap.index_map.size_local]
+        self._rest = space.tabulate_dof_coordinates()[self._nodes] @ self.normal
+        nearest = mesh.comm.allreduce(self._rest.min(initial=np.inf), MPI.MIN)
+        self.width_mm = width_mm
+        self.offset = fem.Constant(mesh, PETSc.ScalarType(nearest - gap_mm - width_mm))
+
+        n = fem.Constant(mesh, self.normal)
+        ds = domain.surface(region, **form.nodal_rule(space.ufl_element().degree))
+        position = ufl.variable(self.offset)
+        gap = form.distance(u, mesh, n, position)
+        width = fem.Constant(mesh, PETSc.ScalarType(width_mm))
+        stiffness = fem.Constant(mesh, PETSc.ScalarType(stiffness_MPa))
+        density = form.energy(gap, width, stiffness)
+        self.energy = density * ds
+        self._reaction = fem.form(ufl.diff(density, position) * ds, jit_options=jit.options())
+
+    def force_N(self) -> float:
+        """Normal force on the whole finger's plate: dΠ/d(offset)."""
+        local = fem.assemble_scalar(self._reaction)
+        return float(self._copies * self._u.function_space.mesh.comm.allreduce(local))
+
+    def gap_mm(self) -> float:
+        """Smallest distance of the skin's nodes from the plane."""
+        gaps = self._distance(self._u.x.array)
+        smallest = gaps.min(initial=np.inf)
+        return float(self._u.function_space.mesh.comm.allreduce(smallest, MPI.MIN))
+
+    def _distance(self, dofs: np.ndarray) -> np.ndarray:
+        moved = dofs.reshape(-1, 3)[self._nodes] @ self.normal
+        return self._rest + moved - float(self.offset.value)
+
+    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
+        """Largest fraction of ``step`` that leaves each node a tenth of its distance."""
+        now = self._distance(dofs)
+        approach = -step.reshape(-1, 3)[self._nodes] @ self.normal
+        closing = approach > 0
+        allowed = (0.9 * now[closing] / approach[closing]).min(initial=1.0)
+        return float(self._u.function_space.mesh.comm.allreduce(allowed, MPI.MIN))

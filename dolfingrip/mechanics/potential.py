@@ -1,0 +1,89 @@
+"""The total potential Π(u) and what is derived from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import basix
+import numpy as np
+import ufl
+from dolfinx import fem
+from ufl.core.expr import Expr
+
+from dolfingrip.forms.kinematics import (
+    deformation_gradient,
+    geometric_variation,
+    green_lagrange,
+    strain_variation,
+)
+from dolfingrip.mechanics import jit
+from dolfingrip.mechanics.carried_stress import CarriedStress
+
+StrainEnergy = Callable[[Expr], Expr]
+"""Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
+
+QUADRATURE_DEGREE = {1: 1, 2: 2}
+"""The rule of each displacement order. Four points are rank-sufficient for a quadratic
+tetrahedron (24 strains for 24 deformation modes) and what C3D10 elements use."""
+
+
+class Potential:
+    """Π(u) = ∫ Σψ(E(u)) dX + further terms, with residual and tangent in UFL.
+
+    The tangent's geometric part takes its stress from :class:`CarriedStress` where
+    ``carried`` is set (mixed integration point Newton; Magisano, Leonetti & Garcea, Int. J.
+    Numer. Methods Eng. 109, 2017), else from the displacement.
+
+    Args:
+        u: displacement (mm), vector-valued Lagrange of order 1 or 2.
+        strain_energies: densities that depend on u through E alone.
+        terms: other potentials (mJ), as UFL forms in ``u``.
+        carried: use the carried stress in the tangent.
+    """
+
+    def __init__(
+        self,
+        u: fem.Function,
+        strain_energies: Sequence[StrainEnergy],
+        terms: Sequence[ufl.Form] = (),
+        *,
+        carried: bool = True,
+    ) -> None:
+        space = u.function_space
+        degree = QUADRATURE_DEGREE[space.ufl_element().degree]
+        dx = ufl.Measure("dx", space.mesh, metadata={"quadrature_degree": degree})
+        v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
+
+        strain = ufl.variable(green_lagrange(u))
+        density = sum((energy(strain) for energy in strain_energies), start=0 * strain[0, 0])
+        stress = ufl.diff(density, strain)
+        self.carried = CarriedStress(u, stress, degree) if carried else None
+        geometric = self.carried.stress if self.carried else stress
+
+        rest = sum(terms[1:], start=terms[0]) if terms else None
+        value = density * dx
+        residual = ufl.inner(stress, strain_variation(u, v)) * dx
+        tangent = (
+            ufl.inner(ufl.derivative(stress, u, w), strain_variation(u, v))
+            + ufl.inner(geometric, geometric_variation(v, w))
+        ) * dx
+        if rest is not None:
+            value += rest
+            residual += ufl.derivative(rest, u, v)
+            tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
+        self.value, self.residual, self.tangent = (
+            fem.form(form, jit_options=jit.options()) for form in (value, residual, tangent)
+        )
+        self._jacobian = fem.Expression(
+            ufl.det(deformation_gradient(u)),
+            basix.make_quadrature(basix.CellType.tetrahedron, degree)[0],
+            jit_options=jit.options(),
+        )
+        self._u = u
+        cells = space.mesh.topology.index_map(3).size_local
+        self._cells = np.arange(cells, dtype=np.int32)
+
+    def smallest_jacobian(self) -> float:
+        """Smallest det F over this rank's integration points."""
+        values = self._jacobian.eval(self._u.function_space.mesh, self._cells)
+        return float(values.min(initial=np.inf))

@@ -1,0 +1,31 @@
+"""All that a model remembers between load steps, in one object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(slots=True)
+class State:
+    """A point on a load path that can be copied, restored and stored.
+
+    Attributes:
+        displacement: this rank's displacement dofs, ghosts included (mm).
+        controls: prescribed quantities by name, in the unit of the name (``pressure_kPa``,
+            ``time_s``).
+        history: internal variables by name, this rank's values.
+    """
+
+    displacement: np.ndarray
+    controls: dict[str, float]
+    history: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def copy(self) -> State:
+        """A copy that shares nothing with this one."""
+        return State(
+            self.displacement.copy(),
+            dict(self.controls),
+            {name: values.copy() for name, values in self.history.items()},
+        )

@@ -1,0 +1,88 @@
+"""Deformable surfaces as linear triangles, known whole on every rank."""
+
+from __future__ import annotations
+
+import numpy as np
+from dolfinx import fem
+
+from dolfingrip.mechanics.domain import Domain
+
+# A quadratic facet's nodes are its corners, then the midpoints opposite to them.
+SPLIT = {
+    3: np.array([[0, 1, 2]]),
+    6: np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2], [3, 4, 5]]),
+}
+
+
+class Surface:
+    """Triangulated surface of a body, its vertices being displacement nodes.
+
+    Each quadratic facet becomes four triangles. All ranks hold the same arrays, so that contact
+    is found alike on each; a rank contributes the rows of the nodes it owns.
+
+    Attributes:
+        rest: (n, 3) reference positions (mm).
+        triangles: (m, 3) vertex numbers.
+        facet_midpoints: (m, 3) midpoint of each triangle's facet (mm).
+        nodes: (n,) global displacement nodes (block index) of the vertices.
+        owned: vertex numbers of the nodes this rank owns.
+    """
+
+    def __init__(self, space: fem.FunctionSpace, domain: Domain, facets: np.ndarray) -> None:
+        self._comm = space.mesh.comm
+        index_map = space.dofmap.index_map
+        local = _facet_nodes(space, domain, facets)
+        global_nodes = index_map.local_to_global(local.ravel().astype(np.int32))
+        gathered = self._comm.allgather(global_nodes.reshape(local.shape))
+        width = max(block.shape[1] for block in gathered)
+        faces = np.concatenate([b.reshape(-1, width) for b in gathered])
+        # the ranks' order must not matter: sort facets and vertices by position, not by owner
+        self.nodes, renumbered = np.unique(faces, return_inverse=True)
+        renumbered = renumbered.reshape(faces.shape)
+
+        first = index_map.local_range[0]
+        mine = (self.nodes >= first) & (self.nodes < index_map.local_range[1])
+        self.owned = np.flatnonzero(mine)
+        self._owned_local = (self.nodes[self.owned] - first).astype(np.int32)
+        self.rest = self._gather(space.tabulate_dof_coordinates()[self._owned_local])
+        self.triangles = renumbered[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
+        corners = self.rest[renumbered[:, :3]].mean(axis=1)
+        self.facet_midpoints = np.repeat(corners, len(SPLIT[width]), axis=0)
+
+    def _gather(self, owned_values: np.ndarray) -> np.ndarray:
+        """(n, 3) values at all vertices from each rank's owned ones."""
+        whole = np.zeros((len(self.nodes), 3))
+        parts = self._comm.allgather((self.owned, owned_values))
+        for vertices, values in parts:
+            whole[vertices] = values
+        return whole
+
+    def displacement(self, local_dofs: np.ndarray) -> np.ndarray:
+        """(n, 3) displacement (mm) of the vertices from a local dof array."""
+        return self._gather(local_dofs.reshape(-1, 3)[self._owned_local])
+
+    def positions(self, local_dofs: np.ndarray) -> np.ndarray:
+        """(n, 3) deformed positions (mm), in the column order that ipctk wants."""
+        return np.asfortranarray(self.rest + self.displacement(local_dofs))
+
+    @property
+    def edges(self) -> np.ndarray:
+        """(k, 2) unique edges of the triangles."""
+        pairs = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]],
+                                self.triangles[:, [2, 0]]])
+        return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int32)
+
+
+def _facet_nodes(space: fem.FunctionSpace, domain: Domain, facets: np.ndarray) -> np.ndarray:
+    """(n, 3 | 6) local displacement nodes of each facet: corners, then midpoints."""
+    topology = domain.mesh.topology
+    to_cell = topology.connectivity(2, 3)
+    topology.create_connectivity(3, 2)
+    to_facet = topology.connectivity(3, 2)
+    closure = [np.array(dofs) for dofs in space.element.basix_element.entity_closure_dofs[2]]
+    nodes = np.empty((len(facets), len(closure[0])), dtype=np.int32)
+    for row, facet in enumerate(facets):
+        cell = to_cell.links(facet)[0]
+        which = int(np.flatnonzero(to_facet.links(cell) == facet)[0])
+        nodes[row] = space.dofmap.cell_dofs(cell)[closure[which]]
+    return nodes

@@ -1,0 +1,34 @@
+"""Finite-strain kinematics shared by the energies."""
+
+import ufl
+from ufl.core.expr import Expr
+
+
+def deformation_gradient(u: Expr) -> Expr:
+    """Deformation gradient F = I + ∇u, (3, 3), of the displacement ``u`` (mm)."""
+    return ufl.Identity(3) + ufl.grad(u)
+
+
+def green_lagrange(u: Expr) -> Expr:
+    """Green–Lagrange strain E = ½(∇u + ∇uᵀ + ∇uᵀ∇u), (3, 3).
+
+    Written without FᵀF − I, whose cancellation costs digits at small strain.
+    """
+    h = ufl.grad(u)
+    return (h + h.T + h.T * h) / 2
+
+
+def strain_variation(u: Expr, v: Expr) -> Expr:
+    """Variation of E(u) along ``v``: sym(Fᵀ∇v), (3, 3)."""
+    return ufl.sym(deformation_gradient(u).T * ufl.grad(v))
+
+
+def geometric_variation(v: Expr, w: Expr) -> Expr:
+    """Second variation of E along ``v`` and ``w``: sym(∇vᵀ∇w), (3, 3)."""
+    return ufl.sym(ufl.grad(v).T * ufl.grad(w))
+
+
+def current_area_vector(u: Expr, normal: Expr) -> Expr:
+    """Nanson's formula: n da = cof(F) N dA, (3,), per reference area."""
+    f = deformation_gradient(u)
+    return ufl.cofac(f) * normal
