@@ -54,9 +54,7 @@ def build(finger: Finger, half: bool) -> None:
     roof = floor + finger.channel_mm
 
     body = box((0, finger.depth_mm), finger.width_mm, (0, finger.length_mm))
-    gaps = [
-        box((roof + wall, finger.depth_mm), finger.width_mm, z) for z in gap_intervals(finger)
-    ]
+    gaps = [box((roof + wall, finger.depth_mm), finger.width_mm, z) for z in gap_intervals(finger)]
     chambers = [
         box((floor, finger.depth_mm - wall), finger.chamber_width_mm, (start + wall, end - wall))
         for start, end in bellows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Final
 
@@ -23,37 +23,39 @@ _OPTIONS: Final = {
 
 
 @contextmanager
-def session(about: str) -> Iterator[None]:
+def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[None]:
     """A Gmsh model of its own; everything is as it was before when the block is left.
 
     Parameters
     ----------
     about
         What is being done, for the error's line.
+    options
+        Gmsh's numbers by name, for the block only.
 
     Raises
     ------
     MeshError
         In place of Gmsh's own exceptions.
     """
+    options = {**_OPTIONS, **(options or {})}
     ours = not gmsh.isInitialized()
     before: dict[str, float] = {}
     if ours:
         # no interrupt handler, which only the main thread may set, and no user's settings
         gmsh.initialize([], readConfigFiles=False, interruptible=False)
     else:
-        before = {name: gmsh.option.getNumber(name) for name in _OPTIONS}
+        before = {name: gmsh.option.getNumber(name) for name in options}
         model_before = gmsh.model.getCurrent()
     try:
-        for name, value in _OPTIONS.items():
+        for name, value in options.items():
             gmsh.option.setNumber(name, value)
         gmsh.model.add("dolfingrip")
         yield
     except Exception as error:
         if type(error) is not Exception:  # Gmsh knows no other class
             raise
-        lines = str(error).split("\n")
-        raise MeshError(f"{about}: {lines[0]}") from None
+        raise MeshError(f"{about}: {str(error).splitlines()[0]}") from None
     finally:
         if ours:
             gmsh.finalize()
@@ -88,7 +90,7 @@ def current_mesh() -> SolidMesh:
         tetrahedra = tetrahedra[:, TET10]
     triangles = {}
     for _, group in gmsh.model.getPhysicalGroups(2):
-        name = gmsh.model.getPhysicalName(2, group)
+        name = gmsh.model.getPhysicalName(2, group).lower()
         if name in groups.SURFACE_TAGS:
             triangles[name] = index[_triangles_of(group)]
     return assemble(coordinates.reshape(-1, 3), tetrahedra, triangles)
@@ -102,3 +104,22 @@ def _triangles_of(group: int) -> np.ndarray:
             _, nodes = gmsh.model.mesh.getElementsByType(kind, entity)
             corners.append(nodes.astype(np.int64).reshape(-1, per_element)[:, :3])
     return np.concatenate(corners)
+
+
+def insert(mesh: SolidMesh) -> None:
+    """Put a mesh and its physical groups into the current, empty Gmsh model."""
+    tags = np.arange(1, len(mesh.points) + 1)
+    second = mesh.order == 2
+    surfaces = [groups.SURFACE_TAGS[name] for name in mesh.facets]
+    for surface in surfaces:
+        gmsh.model.addDiscreteEntity(2, surface)
+    gmsh.model.addDiscreteEntity(3, groups.SOLID_TAG, surfaces)
+    gmsh.model.mesh.addNodes(3, groups.SOLID_TAG, tags, mesh.points.ravel())
+    tetrahedra = mesh.tetrahedra[:, TET10] if second else mesh.tetrahedra
+    gmsh.model.mesh.addElementsByType(
+        groups.SOLID_TAG, 11 if second else 4, [], (tetrahedra + 1).ravel()
+    )
+    gmsh.model.addPhysicalGroup(3, [groups.SOLID_TAG], groups.SOLID_TAG, groups.SOLID)
+    for (name, facets), surface in zip(mesh.facets.items(), surfaces, strict=True):
+        gmsh.model.mesh.addElementsByType(surface, 9 if second else 2, [], (facets + 1).ravel())
+        gmsh.model.addPhysicalGroup(2, [surface], surface, name)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import gmsh
 import numpy as np
 
@@ -12,6 +14,7 @@ GROWTH = 0.5
 
 _FLAT = 1e-3
 """Sine of the angle below which two faces count as one smooth face."""
+
 
 def concave_curves() -> list[int]:
     """Curves of the current, meshed Gmsh model where the dihedral angle exceeds 180°.
@@ -87,3 +90,20 @@ def step_along_z(near: float, far: float, z: float) -> str:
     if near == far:
         return f"{near:.17g}"
     return f"{near:.17g} + ({far - near:.17g}) * step(z - {z:.17g})"
+
+
+def expected_elements(curves: list[int], size: float, edge_size: float) -> tuple[float, float]:
+    """Rough number of tetrahedra in the bulk and around the concave edges.
+
+    A regular tetrahedron with edges h fills 0.118 h³. Around an edge the solid fills three
+    quarters of a circle, in which the size grows with the distance.
+
+    Parameters
+    ----------
+    curves, size, edge_size
+        As in :func:`set_sizes`.
+    """
+    volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3))
+    length = sum(gmsh.model.occ.getMass(1, curve) for curve in curves)
+    around = 0.75 * math.pi / GROWTH**2 * length * max(1 / edge_size - 1 / size, 0)
+    return volume / (0.118 * size**3), around / 0.118

@@ -22,9 +22,9 @@ from dolfingrip.meshes.solid import (
 _OFF_PLANE: Final = 1e-6
 """Largest distance of the symmetry group from y = 0, relative to the mesh's extent."""
 
-_LATTICE: Final = np.array(
-    [[i, j, k] for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]
-) / 3
+_LATTICE: Final = (
+    np.array([[i, j, k] for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]) / 3
+)
 """Points at which Jacobians are checked; they determine that of a second-order element."""
 
 _TRIANGLE_POINTS: Final = np.array(
@@ -135,7 +135,9 @@ def _check_groups(mesh: SolidMesh) -> None:
             )
     inward = len(grouped) - _common_rows(_canonical(grouped), _canonical(outer))
     if inward:
-        raise MeshError(f"mesh: {inward} facets seen from inside; allowed: corners seen from outside")
+        raise MeshError(
+            f"mesh: {inward} facets seen from inside; allowed: corners seen from outside"
+        )
 
 
 def _check_closed(mesh: SolidMesh) -> None:

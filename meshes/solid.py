@@ -44,8 +44,7 @@ class SolidMesh:
     facets
         Node indices of each surface group's triangles, shape (k, 3) or (k, 6), corners
         counter-clockwise seen from outside the solid (normals point out of it, into the
-        cavity on the cavity's surface), then the midpoints of the edges 01, 12, 02
-        (in the facet's own numbering 01, 12, 20).
+        cavity on the cavity's surface), then the midpoints of the edges 01, 12, 20.
     """
 
     points: Floats
@@ -146,6 +145,8 @@ def assemble(points: Floats, tetrahedra: Ints, triangles: dict[str, Ints]) -> So
     for name, corners in triangles.items():
         rows = match(new[corners[:, :3]], compact)
         if (rows < 0).any():
-            raise MeshError(f"group {name}: {(rows < 0).sum()} triangles not on the solid's surface")
+            raise MeshError(
+                f"group {name}: {(rows < 0).sum()} triangles not on the solid's surface"
+            )
         facets[name] = every[np.unique(rows)]
     return SolidMesh(np.ascontiguousarray(points[used]), compact, facets)

@@ -1,0 +1,244 @@
+"""Abaqus input decks (.inp): tetrahedra, and groups of their faces.
+
+A group is read from the first of these that has its name, in any case of letters:
+
+- ``*SURFACE, TYPE=ELEMENT``: faces S1 to S4 of elements or element sets,
+- ``*ELSET``: triangles on the solid's surface, as Gmsh exports,
+- ``*NSET``: faces with all corners in the set.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import meshio
+import numpy as np
+
+from dolfingrip.meshes import groups
+from dolfingrip.meshes.solid import (
+    FACES,
+    Ints,
+    MeshError,
+    SolidMesh,
+    assemble,
+    boundary,
+    faces,
+    match,
+)
+
+_TETRAHEDRA: Final = ("C3D4", "C3D10")
+_TRIANGLES: Final = {
+    "CPS3": 3, "CPE3": 3, "S3": 3, "STRI3": 3, "R3D3": 3, "M3D3": 3, "SFM3D3": 3,
+    "CPS6": 6, "CPE6": 6, "S6": 6, "STRI65": 6, "M3D6": 6, "SFM3D6": 6,
+}  # fmt: skip
+_IGNORED: Final = ("T3D", "T2D", "B3", "MASS", "SPRING")
+_REFUSED: Final = ("INCLUDE", "SYSTEM", "NGEN", "ELGEN", "NCOPY", "ELCOPY", "NFILL")
+_CLAIM: Final = (groups.CLAMP, groups.TIP, groups.SYMMETRY, groups.CAVITY, groups.SKIN)
+"""Node sets claim faces in this order: a face with all corners on a plane lies in it."""
+
+
+@dataclass
+class _Deck:
+    """What a deck says, in its own numbering."""
+
+    nodes: dict[int, list[float]] = field(default_factory=dict)
+    tetrahedra: dict[int, list[int]] = field(default_factory=dict)
+    triangles: dict[int, list[int]] = field(default_factory=dict)
+    elsets: dict[str, list[int]] = field(default_factory=dict)
+    nsets: dict[str, list[int]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
+
+    def elements(self, name: str) -> list[int]:
+        """Elements of a set, or the one with this number."""
+        if name.isdigit():
+            return [int(name)]
+        key = _plain(name)
+        if key not in self.elsets:
+            raise MeshError(f"no element set {name}")
+        return self.elsets[key]
+
+
+def read(path: Path) -> SolidMesh:
+    """Read a deck; only the groups that it has.
+
+    Raises
+    ------
+    MeshError
+        Where it cannot be understood.
+    OSError
+        Where it cannot be read.
+    """
+    deck = _parse(path.read_text(encoding="utf-8", errors="replace"))
+    if not deck.tetrahedra:
+        raise MeshError("no tetrahedra; allowed element types: C3D4, C3D10")
+    numbers = sorted(deck.nodes)
+    ids = np.array(numbers, dtype=np.int64)
+    points = np.array([deck.nodes[number] for number in numbers])
+    row = {element: i for i, element in enumerate(deck.tetrahedra)}
+    if len({len(nodes) for nodes in deck.tetrahedra.values()}) > 1:
+        raise MeshError("C3D4 and C3D10 mixed; allowed: one of them")
+    tetrahedra = _indices(list(deck.tetrahedra.values()), ids)
+    triangles: dict[str, Ints] = {}
+    for name in groups.SURFACE_TAGS:
+        if name in deck.surfaces:
+            triangles[name] = _of_surface(deck, name, row, tetrahedra)
+        elif found := [deck.triangles[e] for e in deck.elsets.get(name, ()) if e in deck.triangles]:
+            triangles[name] = _indices([nodes[:3] for nodes in found], ids)
+    every = faces(tetrahedra)
+    free = np.setdiff1d(
+        boundary(tetrahedra),
+        np.concatenate([[-1], *(match(found, tetrahedra) for found in triangles.values())]),
+    )
+    for name in _CLAIM:
+        if name in deck.nsets and name not in triangles:
+            members = np.searchsorted(ids, deck.nsets[name])
+            claimed = np.isin(every[free, :3], members).all(axis=1)
+            triangles[name] = every[free[claimed]]
+            free = free[~claimed]
+    return assemble(points, tetrahedra, triangles)
+
+
+def write(path: Path, mesh: SolidMesh) -> None:
+    """Write nodes, C3D4 or C3D10 elements, and a node set and a surface for each group.
+
+    Abaqus and CalculiX take the deck as it is: it has no elements but those of the solid.
+
+    Raises
+    ------
+    OSError
+        Where it cannot be written.
+    """
+    kind = "tetra" if mesh.order == 1 else "tetra10"
+    meshio.write(
+        path,
+        meshio.Mesh(
+            mesh.points,
+            [(kind, mesh.tetrahedra)],
+            cell_sets={groups.SOLID: [np.arange(len(mesh.tetrahedra))]},
+            point_sets={name: np.unique(facets) for name, facets in mesh.facets.items()},
+        ),
+        file_format="abaqus",
+    )
+    with path.open("a", encoding="utf-8") as deck:  # meshio knows no surfaces
+        for name, facets in mesh.facets.items():
+            deck.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
+            for element, face in zip(*np.divmod(match(facets, mesh.tetrahedra), 4), strict=True):
+                deck.write(f"{element + 1}, S{face + 1}\n")
+
+
+def _of_surface(deck: _Deck, name: str, row: dict[int, int], tetrahedra: Ints) -> Ints:
+    """Corners of the faces of a ``*SURFACE``, shape (k, 3)."""
+    corners: list[Ints] = [np.empty((0, 3), dtype=np.int64)]
+    for of, face in deck.surfaces[name]:
+        if face not in ("S1", "S2", "S3", "S4"):
+            raise MeshError(f"surface {name}: face {face!r}; allowed: S1 to S4")
+        rows = [row[element] for element in deck.elements(of) if element in row]
+        corners.append(tetrahedra[rows][:, FACES[int(face[1]) - 1, :3]])
+    return np.concatenate(corners)
+
+
+def _indices(nodes: list[list[int]], ids: Ints) -> Ints:
+    """Positions in ``ids`` of the node numbers of elements."""
+    numbers = np.array(nodes, dtype=np.int64)
+    found = np.minimum(np.searchsorted(ids, numbers), len(ids) - 1)
+    if len(ids) == 0 or (ids[found] != numbers).any():
+        raise MeshError("an element has a node that is not there")
+    return found
+
+
+def _plain(name: str) -> str:
+    """A set's name without instance, quotes and case."""
+    return name.strip().strip('"').rpartition(".")[2].lower()
+
+
+def _parse(text: str) -> _Deck:
+    """Collect the blocks of a deck that say something about its mesh."""
+    deck = _Deck()
+    keyword, start = "", 0
+    options: dict[str, str] = {}
+    data: list[str] = []
+    for number, line in enumerate([*text.splitlines(), "*END"], 1):
+        stripped = line.strip()
+        if not stripped or stripped.startswith("**"):
+            continue
+        if not stripped.startswith("*"):
+            data.append(stripped)
+            continue
+        try:
+            _take(deck, keyword, options, data)
+        except (ValueError, IndexError) as error:
+            if isinstance(error, MeshError):
+                raise MeshError(f"line {start}: *{keyword}: {error}") from None
+            raise MeshError(f"line {start}: *{keyword}: not understood") from None
+        words = [word.strip() for word in stripped[1:].split(",")]
+        keyword, data, start = words[0].upper(), [], number
+        pairs = (word.partition("=") for word in words[1:])
+        options = {key.strip().upper(): value.strip() for key, _, value in pairs}
+    return deck
+
+
+def _take(deck: _Deck, keyword: str, options: dict[str, str], data: list[str]) -> None:
+    """Add one block, from its keyword line to the next, to the deck."""
+    if keyword in _REFUSED:
+        raise MeshError("not supported")
+    if keyword == "NODE":
+        for line in data:
+            number, *rest = line.rstrip(",").split(",")
+            if int(number) in deck.nodes:
+                raise MeshError(f"node {int(number)} twice; allowed: one part")
+            x, y, z = (float(value) for value in rest[:3])
+            deck.nodes[int(number)] = [x, y, z]
+    elif keyword == "ELEMENT":
+        _take_elements(deck, options, data)
+    elif keyword in ("ELSET", "NSET"):
+        sets = deck.elsets if keyword == "ELSET" else deck.nsets
+        members = sets.setdefault(_plain(options[keyword]), [])
+        members += _members(sets, "GENERATE" in options, data)
+    elif keyword == "SURFACE" and options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
+        lines = [[word.strip() for word in line.split(",")] for line in data]
+        deck.surfaces[_plain(options["NAME"])] = [(w[0], w[1].upper()) for w in lines]
+
+
+def _take_elements(deck: _Deck, options: dict[str, str], data: list[str]) -> None:
+    kind = options["TYPE"].upper()
+    if kind.startswith(_IGNORED):
+        return
+    corner_kind = kind.rstrip("HIMTRS")
+    if corner_kind in _TETRAHEDRA:
+        size, into = int(corner_kind[3:]), deck.tetrahedra
+    elif corner_kind in _TRIANGLES:
+        size, into = _TRIANGLES[corner_kind], deck.triangles
+    else:
+        raise MeshError(f"element type {kind}; allowed: C3D4, C3D10, and triangles on the surface")
+    # an element may go on in the next line, so lines mean nothing here
+    numbers = [int(word) for line in data for word in line.split(",") if word.strip()]
+    if len(numbers) % (size + 1):
+        raise MeshError(f"{len(numbers)} numbers; allowed: {size + 1} for each {kind}")
+    names = numbers[:: size + 1]
+    for i, name in enumerate(names):
+        if name in deck.tetrahedra or name in deck.triangles:
+            raise MeshError(f"element {name} twice; allowed: one part")
+        into[name] = numbers[i * (size + 1) + 1 : (i + 1) * (size + 1)]
+    if "ELSET" in options:
+        deck.elsets.setdefault(_plain(options["ELSET"]), []).extend(names)
+
+
+def _members(sets: dict[str, list[int]], generate: bool, data: list[str]) -> list[int]:
+    """Numbers in a set's data lines: plain, as a range, or by the names of other sets."""
+    members: list[int] = []
+    for line in data:
+        words = [word.strip() for word in line.split(",") if word.strip()]
+        if generate:
+            first, last, step = [*(int(word) for word in words), 1][:3]
+            members += range(first, last + 1, step)
+            continue
+        for word in words:
+            if word.isdigit():
+                members.append(int(word))
+            elif _plain(word) in sets:
+                members += sets[_plain(word)]
+            else:
+                raise MeshError(f"no set {word}")
+    return members
