@@ -18,6 +18,7 @@ import numpy as np
 
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.solid import (
+    EXCHANGED,
     FACES,
     Ints,
     MeshError,
@@ -80,6 +81,8 @@ def read(path: Path) -> SolidMesh:
     if len({len(nodes) for nodes in deck.tetrahedra.values()}) > 1:
         raise MeshError("C3D4 and C3D10 mixed; allowed: one of them")
     tetrahedra = _indices(list(deck.tetrahedra.values()), ids)
+    if tetrahedra.shape[1] == 10:
+        tetrahedra = tetrahedra[:, EXCHANGED]
     triangles: dict[str, Ints] = {}
     for name in groups.SURFACE_TAGS:
         if name in deck.surfaces:
@@ -110,12 +113,14 @@ def write(path: Path, mesh: SolidMesh) -> None:
     OSError
         Where it cannot be written.
     """
-    kind = "tetra" if mesh.order == 1 else "tetra10"
+    cells = ("tetra", mesh.tetrahedra)
+    if mesh.order == 2:
+        cells = ("tetra10", mesh.tetrahedra[:, EXCHANGED])
     meshio.write(
         path,
         meshio.Mesh(
             mesh.points,
-            [(kind, mesh.tetrahedra)],
+            [cells],
             cell_sets={groups.SOLID: [np.arange(len(mesh.tetrahedra))]},
             point_sets={name: np.unique(facets) for name, facets in mesh.facets.items()},
         ),

@@ -12,7 +12,7 @@ import numpy as np
 
 from dolfingrip.meshes import abaqus, groups
 from dolfingrip.meshes.gmsh_model import current_mesh, insert, session
-from dolfingrip.meshes.solid import MeshError, SolidMesh
+from dolfingrip.meshes.solid import EXCHANGED, MeshError, SolidMesh
 
 READABLE: Final = (".msh", ".inp")
 WRITABLE: Final = (".msh", ".inp", ".vtk", ".vtu")
@@ -100,5 +100,6 @@ def _write_vtk(path: Path, mesh: SolidMesh) -> None:
     tags += [
         np.full(len(f), groups.SURFACE_TAGS[n], dtype=np.int32) for n, f in mesh.facets.items()
     ]
-    cells = [(solid, mesh.tetrahedra), *((facet, facets) for facets in mesh.facets.values())]
+    tetrahedra = mesh.tetrahedra if mesh.order == 1 else mesh.tetrahedra[:, EXCHANGED]
+    cells = [(solid, tetrahedra), *((facet, facets) for facets in mesh.facets.values())]
     meshio.write(path, meshio.Mesh(mesh.points, cells, cell_data={"group": tags}))

@@ -12,9 +12,6 @@ import numpy as np
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
 
-TET10: Final = np.array([0, 1, 2, 3, 4, 5, 6, 7, 9, 8])
-"""Gmsh's order of a second-order tetrahedron's nodes in terms of ours, and the reverse."""
-
 _OPTIONS: Final = {
     "General.Terminal": 0.0,
     "General.NumThreads": 1.0,  # meshes must not depend on the machine
@@ -86,8 +83,6 @@ def current_mesh() -> SolidMesh:
         found = ", ".join(blocks) or "none"
         raise MeshError(f"volume elements: {found}; allowed: Tetrahedron 4 or Tetrahedron 10")
     tetrahedra = next(iter(blocks.values()))
-    if tetrahedra.shape[1] == 10:
-        tetrahedra = tetrahedra[:, TET10]
     triangles = {}
     for _, group in gmsh.model.getPhysicalGroups(2):
         name = gmsh.model.getPhysicalName(2, group).lower()
@@ -115,10 +110,8 @@ def insert(mesh: SolidMesh) -> None:
         gmsh.model.addDiscreteEntity(2, surface)
     gmsh.model.addDiscreteEntity(3, groups.SOLID_TAG, surfaces)
     gmsh.model.mesh.addNodes(3, groups.SOLID_TAG, tags, mesh.points.ravel())
-    tetrahedra = mesh.tetrahedra[:, TET10] if second else mesh.tetrahedra
-    gmsh.model.mesh.addElementsByType(
-        groups.SOLID_TAG, 11 if second else 4, [], (tetrahedra + 1).ravel()
-    )
+    tetrahedra = (mesh.tetrahedra + 1).ravel()
+    gmsh.model.mesh.addElementsByType(groups.SOLID_TAG, 11 if second else 4, [], tetrahedra)
     gmsh.model.addPhysicalGroup(3, [groups.SOLID_TAG], groups.SOLID_TAG, groups.SOLID)
     for (name, facets), surface in zip(mesh.facets.items(), surfaces, strict=True):
         gmsh.model.mesh.addElementsByType(surface, 9 if second else 2, [], (facets + 1).ravel())

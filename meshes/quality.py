@@ -237,8 +237,8 @@ def scaled_jacobians(mesh: SolidMesh) -> Floats:
     corners = mesh.points[mesh.tetrahedra[:, :4]]
     volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
     length = _edge_lengths(mesh)
-    # edges 01 12 02 03 13 23 meet in the corners 0, 1, 2, 3 like this
-    products = [length[:, e].prod(axis=1) for e in ([0, 2, 3], [0, 1, 4], [1, 2, 5], [3, 4, 5])]
+    # edges 01 12 02 03 23 13 meet in the corners 0, 1, 2, 3 like this
+    products = [length[:, e].prod(axis=1) for e in ([0, 2, 3], [0, 1, 5], [1, 2, 4], [3, 4, 5])]
     scaled: Floats = np.sqrt(2) * volume / np.max(products, axis=0)
     return scaled
 

@@ -14,14 +14,17 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 FACES: Final = np.array(
-    [[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 8, 7], [1, 2, 3, 5, 9, 8], [0, 3, 2, 7, 9, 6]]
+    [[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 9, 7], [1, 2, 3, 5, 8, 9], [0, 3, 2, 7, 8, 6]]
 )
 """Local nodes of a tetrahedron's faces: corners seen from outside, then their edges' midpoints.
 
 The order of the faces is Abaqus' (S1 to S4) too.
 """
 
-EDGES: Final = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
+EXCHANGED: Final = np.array([0, 1, 2, 3, 4, 5, 6, 7, 9, 8])
+"""Nodes of a second-order tetrahedron in the order of VTK, Abaqus and meshio, and back."""
+
+EDGES: Final = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]])
 """Corners of the edges whose midpoints are the local nodes 4 to 9."""
 
 
@@ -39,8 +42,8 @@ class SolidMesh:
         Coordinates in mm, shape (n, 3).
     tetrahedra
         Node indices, shape (m, 4) or (m, 10), corners first, then the midpoints of the
-        edges 01, 12, 02, 03, 13, 23: the order of VTK, Abaqus and meshio. Gmsh exchanges
-        the last two.
+        edges 01, 12, 02, 03, 23, 13: Gmsh's order. VTK, Abaqus and meshio exchange the
+        last two, see :data:`EXCHANGED`.
     facets
         Node indices of each surface group's triangles, shape (k, 3) or (k, 6), corners
         counter-clockwise seen from outside the solid (normals point out of it, into the
