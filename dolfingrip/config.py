@@ -8,6 +8,7 @@ interface (:data:`KPA` converts once, where a form's constant is set).
 from __future__ import annotations
 
 import difflib
+import json
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -161,6 +162,15 @@ class Mesh(Section):
     target_elements: int | None = Field(
         None, ge=100, le=5_000_000, description="scale both sizes to this number of tetrahedra"
     )
+
+    @model_validator(mode="after")
+    def _sizes(self) -> Mesh:
+        if self.edge_size_mm is not None and self.edge_size_mm > self.size_mm:
+            raise _outside(
+                "edge_size_mm", self.edge_size_mm,
+                f"allowed above 0 and up to size_mm = {self.size_mm:g} mm",
+            )
+        return self
 
 
 class Solver(Section):
@@ -327,11 +337,23 @@ def _override(data: dict[str, Any], assignment: str) -> None:
     data[name] = value
 
 
+def _read(file: Path) -> dict[str, Any]:
+    """Sections of a TOML file, or those a ``run.json`` was computed with."""
+    try:
+        text = file.read_text(encoding="utf-8")
+        return json.loads(text)["config"] if file.suffix == ".json" else tomllib.loads(text)
+    except OSError as error:
+        raise ConfigError(f"--config {file}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError) as error:
+        kind = "a run.json" if file.suffix == ".json" else "TOML"
+        raise ConfigError(f"--config {file}: not {kind}: {error}") from None
+
+
 def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
     """Read, override and check the configuration.
 
     Args:
-        file: TOML file; the reference finger where None.
+        file: TOML file, or the ``run.json`` of an earlier run; the reference finger where None.
         overrides: ``section.key=value`` strings, applied in order.
 
     Raises:
@@ -339,12 +361,7 @@ def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
     """
     data: dict[str, Any] = {}
     if file is not None:
-        try:
-            data = tomllib.loads(file.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise ConfigError(f"--config {file}: {error.strerror}") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ConfigError(f"--config {file}: not TOML: {error}") from None
+        data = _read(file)
     for assignment in overrides:
         _override(data, assignment)
     return from_dict(data)

@@ -58,6 +58,9 @@ class Newton:
 
     Globalisation is the model's bound on a step (contact, inversion); within it full steps are
     taken, since the carried stress makes the residual rise before it falls.
+
+    Attributes:
+        iterations: Newton iterations since the start, failed solves included.
     """
 
     def __init__(self, model: Model, settings: Solver, profile: Profile | None = None) -> None:
@@ -74,6 +77,7 @@ class Newton:
         self._bound = ""
         self._short = 0
         self._scale = 0.0
+        self.iterations = 0
         self._step = np.zeros_like(model.u.x.array)
 
     def _make_snes(self) -> PETSc.SNES:
@@ -173,12 +177,12 @@ class Newton:
         if model.potential.carried is not None:
             model.potential.carried.reset()
         self._x.array[:] = model.u.x.array[: self._owned]
-        with self.profile.phase("linear solve and the rest of SNES"):
+        with self.profile.phase("linear solve"):
             self._snes.solve(None, self._x)
         self._take(self._x)
         self._retired.clear()
         iterations = self._snes.getIterationNumber()
-        self.profile.counts["Newton iterations"] += iterations
+        self.iterations += iterations
         return Solve(
             self._ending(self._snes.getConvergedReason()),
             iterations,

@@ -1,0 +1,131 @@
+"""The ``dolfingrip`` command."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from mpi4py import MPI
+from rich.console import Console
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config, ConfigError
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Simulate 3D-printed pneumatic gripper fingers.",
+)
+
+ConfigFile = Annotated[
+    Path | None,
+    typer.Option("--config", "-c", help="TOML file, or a run.json to repeat; see `config`."),
+]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", "-s", metavar="KEY=VALUE", help="e.g. finger.wall_mm=1.8; repeatable."),
+]
+Renders = Annotated[
+    str | None,
+    typer.Option("--render", metavar="kPa,kPa,…", help="Pressures to render, e.g. 0,100,200."),
+]
+Colour = Annotated[
+    str, typer.Option("--colour-by", help="Colour renders by displacement or stretch.")
+]
+
+
+def console() -> Console:
+    """Where results are printed: silent on ranks other than 0."""
+    return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False)
+
+
+@app.callback()
+def _log(verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log details.")] = False,
+         ) -> None:
+    root = MPI.COMM_WORLD.rank == 0
+    level = (logging.INFO if verbose else logging.WARNING) if root else logging.CRITICAL
+    logging.basicConfig(level=level, format="%(message)s", stream=sys.stderr)
+
+
+@app.command("config")
+def show_config(config: ConfigFile = None, overrides: Overrides = None) -> None:
+    """Print the resolved configuration, each key with its meaning."""
+    resolved = configuration.load(config, overrides or ())
+    if MPI.COMM_WORLD.rank == 0:
+        sys.stdout.write(configuration.dumps(resolved))
+
+
+@app.command()
+def mesh(
+    out: Annotated[Path, typer.Option(help="Folder for the mesh files.")] = Path("out/mesh"),
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+) -> None:
+    """Mesh the finger: .msh, VTK and Abaqus .inp."""
+    from dolfingrip.commands import write_mesh
+
+    write_mesh(configuration.load(config, overrides or ()), out, console())
+
+
+@app.command()
+def bend(
+    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/bend"),
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+    render: Renders = None,
+    colour_by: Colour = "displacement",
+) -> None:
+    """Free bending: the tip's angle against pressure."""
+    _experiment("bending", config, overrides, out, render, colour_by)
+
+
+@app.command()
+def force(
+    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/force"),
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+    render: Renders = None,
+    colour_by: Colour = "displacement",
+) -> None:
+    """Blocked force: the tip against the force sensor's plate."""
+    _experiment("blocked_force", config, overrides, out, render, colour_by)
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/demo"),
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+) -> None:
+    """Both experiments on the reference finger, a table, plots and renders."""
+    from dolfingrip.commands import run_demo
+
+    run_demo(configuration.load(config, overrides or ()), out, console())
+
+
+def _experiment(
+    kind: str,
+    config: Path | None,
+    overrides: list[str] | None,
+    out: Path,
+    render: str | None,
+    colour_by: str,
+) -> None:
+    from dolfingrip.commands import run_experiment
+
+    resolved: Config = configuration.load(config, overrides or ())
+    run_experiment(kind, resolved, out, render, colour_by, console())
+
+
+def main() -> None:
+    """Run the command; bad input ends with one line and exit code 2."""
+    try:
+        app(standalone_mode=True)
+    except ConfigError as error:
+        if MPI.COMM_WORLD.rank == 0:
+            sys.stderr.write(f"dolfingrip: {error}\n")
+        sys.exit(2)

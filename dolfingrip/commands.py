@@ -1,0 +1,179 @@
+"""What the commands do: run, plot, render, print."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments import landings_kPa, run
+from dolfingrip.experiments.run import Kind, Result, Row
+from dolfingrip.experiments.undeformed import solid
+from dolfingrip.mechanics.domain import on_root
+from dolfingrip.meshes import files
+from dolfingrip.meshes.quality import check
+from dolfingrip.report import curve, render
+from dolfingrip.report.table import tabulate
+
+TITLES = {"bending": "Free bending", "blocked_force": "Blocked force"}
+DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
+
+
+def write_mesh(config: Config, out: Path, console: Console) -> None:
+    """Write ``finger.msh``, ``.vtk`` and ``.inp`` into ``out``."""
+
+    def work() -> None:
+        with console.status("meshing"):
+            mesh = solid(config)
+        console.print(check(mesh).summary())
+        out.mkdir(parents=True, exist_ok=True)
+        for suffix in (".msh", ".vtk", ".inp"):
+            files.write(out / f"finger{suffix}", mesh)
+            console.print(f"wrote {out / f'finger{suffix}'}")
+
+    on_root(MPI.COMM_WORLD, work)
+
+
+def run_experiment(
+    kind: Kind, config: Config, out: Path, renders: str | None, colour_by: str, console: Console
+) -> Result:
+    """Run one experiment, print its table, plot and render."""
+    wanted = _pressures(renders, config)
+    if colour_by not in ("displacement", "stretch"):
+        raise ConfigError(f"--colour-by {colour_by}: allowed: displacement, stretch")
+    _writable(out)
+    result = _run(kind, config, out, console)
+    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, colour_by, console))
+    if MPI.COMM_WORLD.rank == 0:
+        _print(result, out, console)
+    return result
+
+
+def run_demo(config: Config, out: Path, console: Console) -> None:
+    """Both experiments, one table, plots and renders."""
+    _writable(out)
+    wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
+    results = {}
+    for kind in ("bending", "blocked_force"):
+        folder = out / kind
+        results[kind] = _run(kind, config, folder, console)
+        on_root(
+            MPI.COMM_WORLD,
+            lambda kind=kind, folder=folder: _report(
+                results[kind], folder, wanted, "displacement", console
+            ),
+        )
+    if MPI.COMM_WORLD.rank == 0:
+        bending, blocked = results["bending"], results["blocked_force"]
+        console.print(tabulate(bending.columns(), blocked.columns(), title="Reference finger"))
+        for result in (bending, blocked):
+            _print_remarks(result, console)
+        console.print(f"pictures, tables and ParaView fields: {out}")
+
+
+def _writable(out: Path) -> None:
+    """Fail before computing where results could not be written."""
+
+    def work() -> None:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ConfigError(f"--out {out}: {error.strerror}") from None
+
+    on_root(MPI.COMM_WORLD, work)
+
+
+def _pressures(text: str | None, config: Config) -> list[float]:
+    """Pressures of ``--render``, which must be among those the run lands on."""
+    if not text:
+        return []
+    landings = landings_kPa(config)
+    try:
+        wanted = [float(part) for part in text.split(",")]
+    except ValueError:
+        raise ConfigError(f"--render {text}: allowed: pressures in kPa, as in 0,100,200") from None
+    for pressure in wanted:
+        if not np.isclose(landings, pressure).any():
+            known = ", ".join(f"{p:g}" for p in dict.fromkeys(landings))
+            raise ConfigError(f"--render {pressure:g}: allowed: {known} (kPa)")
+    return wanted
+
+
+def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:
+    with _bar(TITLES[kind], len(landings_kPa(config)), console) as advance:
+        return run(kind, config, out=out, progress=advance)
+
+
+@contextmanager
+def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], None]]:
+    """A progress bar on a terminal, nothing elsewhere."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[note]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        task = progress.add_task(title, total=total, note="mesh and forms")
+
+        def advance(row: Row) -> None:
+            progress.update(task, advance=1, note=f"{row['pressure_kPa']:g} kPa")
+
+        yield advance
+
+
+def _report(
+    result: Result, out: Path, wanted: list[float], colour_by: str, console: Console
+) -> None:
+    """Plot the curve and render the poses that were reached."""
+    if not result.rows:
+        return
+    with console.status("plotting and rendering"):
+        columns = result.columns()
+        if result.kind == "bending":
+            curve.plot_bending(columns, out / "curve.png")
+        else:
+            curve.plot_blocked_force(columns, out / "curve.png", result.turning)
+        reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
+        if not reached:
+            return
+        plate = _plate(result)
+        fields = out / "fields.pvd"
+        render.render_finger(fields, reached, out, colour_by=colour_by, plate=plate)
+        if len(reached) > 1:
+            render.render_strip(
+                fields, reached, out / "strip.png", colour_by=colour_by, plate=plate
+            )
+
+
+def _plate(result: Result) -> render.Plate | None:
+    """The force sensor, where there is one, for the picture."""
+    if result.plate is None:
+        return None
+    return render.Plate(
+        point_mm=result.plate.point_mm,
+        normal=result.plate.normal,
+        contact_length_mm=result.config.plate.contact_length_mm,
+    )
+
+
+def _print(result: Result, out: Path, console: Console) -> None:
+    if result.rows:
+        alone = {result.kind: result.columns()}
+        console.print(tabulate(**alone, title=TITLES[result.kind]))
+    _print_remarks(result, console)
+    console.print(f"results: {out}")
+
+
+def _print_remarks(result: Result, console: Console) -> None:
+    if result.turning is not None:
+        console.print(result.turning.sentence())
+    if result.failure is not None:
+        console.print(f"[red]{TITLES[result.kind]} {result.failure.sentence()}[/red]")

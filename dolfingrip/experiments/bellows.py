@@ -1,0 +1,88 @@
+"""Distances between neighbouring bellows."""
+
+from __future__ import annotations
+
+import ipctk
+import numpy as np
+
+from dolfingrip.config import Finger
+from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
+
+
+class BellowsGaps:
+    """Smallest distance across each gap between bellows, base block and tip.
+
+    Parts are told apart by the configuration's dimensions, so a mesh file of another shape has
+    no gaps here. Vertices below the gap's floor belong to no part.
+    """
+
+    def __init__(self, finger: FingerModel) -> None:
+        self._model = finger.model
+        config = finger.config.finger
+        self._reach = 1.25 * config.gap_mm
+        self._pairs: list[tuple[str, ipctk.CollisionMesh, np.ndarray]] = []
+        contact = finger.model.contact
+        self._surface = contact.surface if contact is not None else None
+        if self._surface is None:
+            return
+        gaps = gap_intervals(config)
+        part = _parts(config, gaps, self._surface.rest)
+        names = [_before(config, start) for start, _ in gaps] + ["tip"]
+        for i in range(len(gaps)):
+            mesh, vertices = self._facing(part, i)
+            if mesh is not None:
+                self._pairs.append((f"{names[i]} and {names[i + 1]}", mesh, vertices))
+
+    def _facing(
+        self, part: np.ndarray, first: int
+    ) -> tuple[ipctk.CollisionMesh | None, np.ndarray]:
+        """Collision mesh of the parts ``first`` and ``first`` + 1 that ignores each by itself."""
+        assert self._surface is not None
+        whole = self._surface.triangles
+        label = part[whole]
+        inside = (label == label[:, :1]).all(axis=1) & np.isin(label[:, 0], (first, first + 1))
+        if len(np.unique(label[inside, 0])) < 2:
+            return None, np.empty(0, dtype=np.int64)
+        vertices, triangles = np.unique(whole[inside], return_inverse=True)
+        faces = np.asfortranarray(triangles.reshape(-1, 3).astype(np.int32))
+        mesh = ipctk.CollisionMesh(
+            np.asfortranarray(self._surface.rest[vertices]), ipctk.edges(faces), faces
+        )
+        mesh.can_collide = ipctk.make_vertex_patches_filter(part[vertices].astype(np.int32))
+        return mesh, vertices
+
+    def all_mm(self) -> dict[str, float]:
+        """Distance by pair of neighbours (mm); infinite beyond 1.25 times the gap at rest."""
+        if self._surface is None:
+            return {}
+        dofs = self._model.u.x.array
+        now = self._surface.positions(dofs)
+        found = {}
+        for name, mesh, vertices in self._pairs:
+            moved = np.asfortranarray(now[vertices])
+            close = ipctk.NormalCollisions()
+            close.build(mesh, moved, self._reach)
+            found[name] = float(np.sqrt(close.compute_minimum_distance(mesh, moved)))
+        return found
+
+    def smallest_mm(self) -> float:
+        """Smallest distance between neighbours (mm); NaN where none is known or near."""
+        smallest = min(self.all_mm().values(), default=np.inf)
+        return smallest if np.isfinite(smallest) else float("nan")
+
+
+def _before(config: Finger, gap_start_mm: float) -> str:
+    """Name of the part that ends where a gap starts."""
+    ended = sum(end <= gap_start_mm + 1e-6 for _, end in bellows_intervals(config))
+    return f"bellows {ended}" if ended else "base block"
+
+
+def _parts(config: Finger, gaps: list[tuple[float, float]], points: np.ndarray) -> np.ndarray:
+    """(n,) for each reference point how many gaps lie before it; −1 for points below them."""
+    floor = config.base_layer_mm + config.channel_mm + config.wall_mm
+    part = np.zeros(len(points), dtype=np.int64)
+    for start, end in gaps:
+        part[points[:, 2] > (start + end) / 2] += 1
+    part[points[:, 0] <= floor + 1e-6 * config.depth_mm] = -1
+    return part

@@ -1,0 +1,236 @@
+"""Run an experiment along its pressures and keep what it yields, row by row."""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from mpi4py import MPI
+
+from dolfingrip.config import Config
+from dolfingrip.experiments import record, turning_point
+from dolfingrip.experiments.fields import FieldFile
+from dolfingrip.experiments.finger import FingerModel, build, landings_kPa
+from dolfingrip.experiments.observation import Observation
+from dolfingrip.experiments.turning_point import TurningPoint
+from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.mechanics.failure import Failure
+from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.profile import Profile
+
+Kind = Literal["bending", "blocked_force"]
+Row = dict[str, Any]
+
+COLUMNS = (
+    "experiment", "specimen", "cycle", "branch", "time_s", "pressure_kPa", "angle_deg",
+    "force_N", "tip_x_mm", "tip_z_mm", "chord_angle_deg", "cavity_volume_mm3",
+    "contact_gap_mm", "plate_gap_mm", "iterations", "load_steps",
+)  # fmt: skip
+"""Columns of ``result.csv``: those of the measured-data format, then what else is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlatePose:
+    """A point of the rigid plane (mm) and its normal towards the finger."""
+
+    point_mm: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+
+@dataclass(slots=True)
+class Result:
+    """What an experiment yielded.
+
+    Attributes:
+        kind: ``bending`` or ``blocked_force``.
+        rows: one dictionary a landing, by column.
+        failure: why the path ended early, if it did; the rows up to there are good.
+        turning: of the blocked-force curve, where it turns.
+        plate: where the force sensor stood.
+        facts: contents of ``run.json`` besides the configuration.
+    """
+
+    kind: Kind
+    config: Config
+    rows: list[Row] = field(default_factory=list)
+    failure: Failure | None = None
+    turning: TurningPoint | None = None
+    plate: PlatePose | None = None
+    facts: dict[str, Any] = field(default_factory=dict)
+
+    def column(self, name: str) -> np.ndarray:
+        """(rows,) values of a column as floats, NaN where it is empty."""
+        return np.array([row.get(name, np.nan) for row in self.rows], dtype=float)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The table by column."""
+        names = [name for name in COLUMNS if any(name in row for row in self.rows)]
+        return {name: [row.get(name) for row in self.rows] for name in names}
+
+
+def run(
+    kind: Kind,
+    config: Config | None = None,
+    *,
+    out: Path | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    progress: Callable[[Row], None] = lambda row: None,
+) -> Result:
+    """Pressurise the finger, free or against the plate.
+
+    Args:
+        kind: ``bending`` or ``blocked_force``.
+        config: all that the simulation depends on; default: the reference finger.
+        out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; nothing is written
+            where None.
+        comm: ranks to run on.
+        progress: called with each new row, on every rank.
+
+    Raises:
+        ConfigError: bad mesh or geometry, in one line.
+    """
+    config = config or Config()
+    start = time.perf_counter()
+    profile = Profile()
+    with profile.phase("mesh"):
+        domain = load_domain(config, comm)
+    with profile.phase("forms"):
+        finger = build(config, domain, plate=kind == "blocked_force")
+        newton = Newton(finger.model, config.solver, profile)
+        observation = Observation(finger)
+    result = Result(kind, config)
+    if finger.plate is not None:
+        normal, offset = finger.plate.normal, float(finger.plate.offset.value)
+        result.plate = PlatePose(tuple(offset * normal), tuple(normal))
+    path = LoadPath(newton, accept=lambda: _intersecting(finger))
+    gaps: list[dict[str, float]] = []
+    with ExitStack() as stack:
+        keep = stack.enter_context(_Keeper(out, finger, profile)) if out is not None else None
+        highest, before = 0.0, 0.0
+        for pressure in landings_kPa(config):
+            clock = finger.model.time_s + abs(pressure - before) / config.experiment.rate_kPa_per_s
+            arrival = path.advance({"pressure_kPa": pressure, "time_s": clock})
+            if arrival.failure is not None:
+                result.failure = arrival.failure
+                break
+            with profile.phase("observation"):
+                readings = observation.read()
+                gaps.append(observation.gaps.all_mm())
+            row: Row = {
+                "experiment": kind,
+                "specimen": "simulated",
+                "cycle": 1,
+                "branch": "unloading" if pressure < highest else "loading",
+                **readings,
+                "iterations": arrival.iterations,
+                "load_steps": arrival.steps,
+            }
+            highest, before = max(highest, pressure), pressure
+            result.rows.append(row)
+            if keep is not None:
+                keep.append(row)
+            progress(row)
+    if kind == "blocked_force":
+        result.turning = _turning(result, gaps, config)
+    result.facts = _facts(result, finger, newton, profile, time.perf_counter() - start)
+    if out is not None and comm.rank == 0:
+        record.write(out / "run.json", config, result.facts)
+    comm.Barrier()
+    return result
+
+
+class _Keeper:
+    """Writes rows and fields as they come, so that an interrupted run keeps them."""
+
+    def __init__(self, out: Path, finger: FingerModel, profile: Profile) -> None:
+        comm = finger.model.comm
+        self._profile = profile
+        if comm.rank == 0:
+            out.mkdir(parents=True, exist_ok=True)
+        comm.Barrier()
+        self._fields = FieldFile(finger.model, out / "fields.pvd")
+        self._file = (
+            (out / "result.csv").open("w", encoding="utf-8", newline="")
+            if comm.rank == 0
+            else None
+        )
+        if self._file is not None:
+            self._table = csv.DictWriter(self._file, COLUMNS, lineterminator="\n")
+            self._table.writeheader()
+
+    def __enter__(self) -> _Keeper:
+        return self
+
+    def append(self, row: Row) -> None:
+        """Write one row and its fields."""
+        with self._profile.phase("output"):
+            self._fields.write()
+            if self._file is not None:
+                self._table.writerow({k: _digits(v) for k, v in row.items() if v == v})
+                self._file.flush()
+
+    def __exit__(self, *_: object) -> None:
+        self._fields.close()
+        if self._file is not None:
+            self._file.close()
+
+
+def _digits(value: Any) -> Any:
+    """Ten significant digits: more are the solver's tolerance."""
+    return f"{value:.10g}" if isinstance(value, float) else value
+
+
+def _intersecting(finger: FingerModel) -> str:
+    contact = finger.model.contact
+    passed = contact is not None and contact.intersects(finger.model.u.x.array)
+    return "the skin passes through itself" if passed else ""
+
+
+def _turning(
+    result: Result, gaps: list[dict[str, float]], config: Config
+) -> TurningPoint | None:
+    loading = [i for i, row in enumerate(result.rows) if row["branch"] == "loading"]
+    return turning_point.find(
+        result.column("pressure_kPa")[loading],
+        result.column("force_N")[loading],
+        [gaps[i] for i in loading],
+        config.contact.barrier_mm,
+    )
+
+
+def _facts(
+    result: Result, finger: FingerModel, newton: Newton, profile: Profile, wall_s: float
+) -> dict[str, Any]:
+    model = finger.model
+    topology = model.domain.mesh.topology
+    return {
+        "experiment": result.kind,
+        "mesh": {
+            "elements": int(topology.index_map(3).size_global),
+            "dofs": model.dofs,
+            "half": model.domain.half,
+        },
+        "newton": {
+            "iterations": newton.iterations,
+            "load_steps": sum(row["load_steps"] for row in result.rows),
+            "matrix_patterns": newton.tangent.patterns + 1,
+        },
+        "failure": None
+        if result.failure is None
+        else {
+            "kind": str(result.failure.kind),
+            "last_good": result.failure.last_good,
+            "sentence": result.failure.sentence(),
+        },
+        "turning_point": None if result.turning is None else asdict(result.turning),
+        "ranks": model.comm.size,
+        "wall_s": round(wall_s, 3),
+        "profile": profile.as_dict(),
+    }

@@ -1,0 +1,39 @@
+"""The reference (undeformed) configuration: a mesh from dimensions or from a file, on all ranks."""
+
+from __future__ import annotations
+
+import logging
+
+from mpi4py import MPI
+
+from dolfingrip.config import Config
+from dolfingrip.mechanics.domain import Domain, distribute, on_root
+from dolfingrip.meshes import files
+from dolfingrip.meshes.generate import finger_mesh
+from dolfingrip.meshes.quality import check
+from dolfingrip.meshes.solid import SolidMesh
+
+log = logging.getLogger(__name__)
+
+
+def solid(config: Config) -> SolidMesh:
+    """The checked mesh that ``config`` asks for, on the calling rank.
+
+    Raises:
+        MeshError: one line, where it cannot be made, read or used.
+    """
+    if config.mesh.file is not None:
+        mesh = files.read(config.mesh.file)
+    else:
+        mesh = finger_mesh(config.finger, config.mesh)
+    log.info(check(mesh).summary())
+    return mesh
+
+
+def load_domain(config: Config, comm: MPI.Comm) -> Domain:
+    """The mesh of ``config``, made on rank 0 and distributed.
+
+    Raises:
+        MeshError: on every rank.
+    """
+    return distribute(comm, on_root(comm, lambda: solid(config)))
