@@ -14,6 +14,9 @@ from dolfingrip.meshes.solid import MeshError
 _TOLERANCE_MM = 1e-5
 """Larger than the padding of OpenCASCADE's bounding boxes, smaller than any dimension."""
 
+THINNEST_MM = 0.01
+"""Least distance of two parallel faces; the kernel may drop what is much thinner."""
+
 
 def bellows_intervals(finger: Finger) -> list[tuple[float, float]]:
     """Outer extent along z (mm) of each bellows, from clamp to tip.
@@ -42,7 +45,13 @@ def build(finger: Finger, half: bool) -> None:
         Dimensions.
     half
         Only y >= 0, with the group ``symmetry`` on y = 0.
+
+    Raises
+    ------
+    MeshError
+        Where a part of the finger is too thin to be modelled.
     """
+    _refuse_slivers(finger)
 
     def box(x: tuple[float, float], width: float, z: tuple[float, float]) -> tuple[int, int]:
         y0 = 0.0 if half else -width / 2
@@ -68,6 +77,32 @@ def build(finger: Finger, half: bool) -> None:
     if len(solid) != 1:
         raise MeshError(f"finger: falls into {len(solid)} parts; allowed: one solid")
     _add_groups(solid[0][1], finger, half)
+
+
+def _refuse_slivers(finger: Finger) -> None:
+    """Faces closer than the kernel can tell apart are no geometry."""
+    beside = finger.chamber_width_mm - finger.channel_width
+    distances = {
+        "length_mm": finger.length_mm,
+        "base_block_mm": finger.base_block_mm,
+        "tip_mm": finger.tip_mm,
+        "base_layer_mm": finger.base_layer_mm,
+        "gap_mm": finger.gap_mm,
+        "channel_width_mm": min(finger.channel_width, beside or finger.channel_width),
+        "channel_mm": min(
+            finger.channel_mm,
+            finger.depth_mm - finger.base_layer_mm - finger.channel_mm - finger.wall_mm,
+        ),
+        "wall_mm": min(
+            finger.wall_mm, finger.bellows_mm - 2 * finger.wall_mm, finger.chamber_width_mm
+        ),
+    }
+    for key, distance in distances.items():
+        if distance < THINNEST_MM:
+            raise MeshError(
+                f"finger.{key} = {getattr(finger, key)}: leaves {distance:.3g} mm between two "
+                f"faces; allowed: at least {THINNEST_MM} mm"
+            )
 
 
 def _add_groups(volume: int, finger: Finger, half: bool) -> None:

@@ -69,10 +69,10 @@ class Quality:
         return (
             f"{self.tetrahedra} tetrahedra of order {self.order}, {self.points} points, "
             f"solid {self.volume_mm3:.1f} mm³, cavity {self.cavity_mm3:.1f} mm³, "
-            f"scaled Jacobian min {self.scaled_jacobian_min:.2f} "
+            f"scaled Jacobian min {self.scaled_jacobian_min:.2g} "
             f"median {self.scaled_jacobian_median:.2f}, "
-            f"dihedral angle min {self.dihedral_min_deg:.0f}°, "
-            f"edge min {self.edge_min_mm:.2f} mm"
+            f"dihedral angle min {self.dihedral_min_deg:.2g}°, "
+            f"edge min {self.edge_min_mm:.2g} mm"
         )
 
 
