@@ -1,0 +1,24 @@
+"""Meshes that several tests look at; they are frozen, so one of each will do."""
+
+from __future__ import annotations
+
+import pytest
+
+from dolfingrip.config import Finger, Mesh
+from dolfingrip.meshes.generate import finger_mesh
+from dolfingrip.meshes.solid import SolidMesh
+
+
+@pytest.fixture(scope="session")
+def half() -> SolidMesh:
+    return finger_mesh(Finger(), Mesh(size_mm=10))
+
+
+@pytest.fixture(scope="session")
+def half_second_order() -> SolidMesh:
+    return finger_mesh(Finger(), Mesh(size_mm=10, order=2))
+
+
+@pytest.fixture(scope="session")
+def whole() -> SolidMesh:
+    return finger_mesh(Finger(), Mesh(size_mm=10, half=False))
