@@ -7,7 +7,6 @@ interface (:data:`KPA` converts once, where a form's constant is set).
 
 from __future__ import annotations
 
-import difflib
 import json
 import tomllib
 from collections.abc import Sequence
@@ -15,14 +14,16 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomlkit
-from annotated_types import BaseMetadata
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
+
+from dolfingrip import complaint
 
 KPA = 1e-3
 """MPa per kPa."""
 
-Vector = Annotated[tuple[float, float, float], Field()]
+Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+"""TOML's arrays are lists; the numbers in them stay checked."""
 
 
 class ConfigError(ValueError):
@@ -32,7 +33,7 @@ class ConfigError(ValueError):
 class Section(BaseModel):
     """A table of the TOML file: no unknown keys, no silent conversions, immutable."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
 def _outside(key: str, value: object, allowed: str) -> PydanticCustomError:
@@ -78,22 +79,27 @@ class Finger(Section):
 
     @model_validator(mode="after")
     def _possible(self) -> Finger:
+        if self.tip_mm >= self.length_mm:
+            raise _outside(
+                "tip_mm", self.tip_mm,
+                f"allowed: above 0 and below length_mm = {self.length_mm:g} mm",
+            )
         if self.pitch_mm <= 0:
             limit = self.length_mm - self.tip_mm
             raise _outside(
                 "base_block_mm", self.base_block_mm,
-                f"no room for bellows; allowed below length - tip = {limit:g} mm",
+                f"leaves no room for bellows; allowed: above 0 and below {limit:g} mm",
             )
         if self.bellows_mm <= 0:
             raise _outside(
                 "gap_mm", self.gap_mm,
-                f"leaves no bellows; allowed above 0 and below the pitch, {self.pitch_mm:g} mm",
+                f"leaves no bellows; allowed: above 0 and below the pitch, {self.pitch_mm:g} mm",
             )
-        half = min(self.bellows_mm, self.width_mm) / 2
+        half = min(self.bellows_mm, self.width_mm, self.depth_mm) / 2
         if self.wall_mm >= half:
             raise _outside(
                 "wall_mm", self.wall_mm,
-                f"thicker than half a bellows; allowed above 0 and below {half:g} mm",
+                f"thicker than half a bellows; allowed: above 0 and below {half:g} mm",
             )
         room = self.depth_mm - self.base_layer_mm - 2 * self.wall_mm
         if room <= 0:
@@ -101,18 +107,18 @@ class Finger(Section):
             raise _outside(
                 "base_layer_mm", self.base_layer_mm,
                 "leaves no room for a bellows above the channel; "
-                f"allowed above 0 and below {limit:g} mm",
+                f"allowed: above 0 and below {limit:g} mm",
             )
         highest = self.depth_mm - self.base_layer_mm - self.wall_mm
         if self.channel_mm >= highest:
             raise _outside(
                 "channel_mm", self.channel_mm,
-                f"cavity not closed; allowed above 0 and below {highest:g} mm",
+                f"cavity not closed; allowed: above 0 and below {highest:g} mm",
             )
         if self.channel_width > self.chamber_width_mm:
             raise _outside(
                 "channel_width_mm", self.channel_width,
-                f"cavity not closed; allowed above 0 and up to {self.chamber_width_mm:g} mm",
+                f"cavity not closed; allowed: above 0 and up to {self.chamber_width_mm:g} mm",
             )
         return self
 
@@ -134,7 +140,7 @@ class Material(Section):
         if self.bulk_MPa is not None and self.bulk_MPa <= 2 / 3 * self.mu_MPa:
             raise _outside(
                 "bulk_MPa", self.bulk_MPa,
-                f"allowed above 2/3 mu_MPa = {2 / 3 * self.mu_MPa:g} MPa (nu above 0)",
+                f"allowed: above 2/3 mu_MPa = {2 / 3 * self.mu_MPa:g} MPa (nu above 0)",
             )
         return self
 
@@ -151,7 +157,9 @@ class Mesh(Section):
     """Resolution of the Gmsh mesh, or a mesh file of one's own."""
 
     file: Path | None = Field(
-        None, description="a .msh or Abaqus .inp with the groups cavity, clamp, skin, tip, symmetry"
+        None,
+        strict=False,
+        description="a .msh or Abaqus .inp with the groups cavity, clamp, skin, tip, symmetry",
     )
     half: bool = Field(True, description="half finger with the symmetry plane y = 0")
     order: Literal[1, 2] = Field(1, description="order of the elements written to files")
@@ -168,7 +176,7 @@ class Mesh(Section):
         if self.edge_size_mm is not None and self.edge_size_mm > self.size_mm:
             raise _outside(
                 "edge_size_mm", self.edge_size_mm,
-                f"allowed above 0 and up to size_mm = {self.size_mm:g} mm",
+                f"allowed: above 0 and up to size_mm = {self.size_mm:g} mm",
             )
         return self
 
@@ -191,7 +199,7 @@ class Solver(Section):
         if self.min_step_kPa > self.max_step_kPa:
             raise _outside(
                 "min_step_kPa", self.min_step_kPa,
-                f"allowed above 0 and up to max_step_kPa = {self.max_step_kPa:g} kPa",
+                f"allowed: above 0 and up to max_step_kPa = {self.max_step_kPa:g} kPa",
             )
         return self
 
@@ -247,7 +255,7 @@ class Experiment(Section):
         if self.step_kPa > self.max_pressure_kPa:
             raise _outside(
                 "step_kPa", self.step_kPa,
-                f"allowed above 0 and up to max_pressure_kPa = {self.max_pressure_kPa:g} kPa",
+                f"allowed: above 0 and up to max_pressure_kPa = {self.max_pressure_kPa:g} kPa",
             )
         return self
 
@@ -269,55 +277,21 @@ class Config(Section):
         if self.plate.contact_length_mm > self.finger.length_mm:
             raise _outside(
                 "plate.contact_length_mm", self.plate.contact_length_mm,
-                f"allowed above 0 and up to finger.length_mm = {self.finger.length_mm:g} mm",
+                f"allowed: above 0 and up to finger.length_mm = {self.finger.length_mm:g} mm",
             )
+        if self.mesh.half and self.mesh.file is None:
+            sideways = self.sideways()
+            if sideways is not None:
+                raise _outside(*sideways, "allowed: no y-part with mesh.half = true")
         return self
 
-
-def _fields(location: Sequence[int | str]) -> dict[str, Any]:
-    """Fields of the section that holds the key at ``location``."""
-    model: Any = Config
-    for name in location[:-1]:
-        info = model.model_fields.get(name)
-        if info is None:
-            return {}
-        model = info.annotation
-    return dict(getattr(model, "model_fields", {}))
-
-
-def _allowed(location: Sequence[int | str]) -> str:
-    """The allowed range of a key in words, from its pydantic bounds."""
-    info = _fields(location).get(str(location[-1]))
-    if info is None:
-        return ""
-    words = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
-    bounds = [
-        f"{word} {getattr(item, name):g}"
-        for item in info.metadata
-        if isinstance(item, BaseMetadata)
-        for name, word in words.items()
-        if getattr(item, name, None) is not None
-    ]
-    return ("allowed: " + " and ".join(bounds)) if bounds else ""
-
-
-def _one_line(error: ValidationError) -> str:
-    """The first complaint of pydantic as ``key = value: allowed range``."""
-    first = error.errors()[0]
-    location = tuple(part for part in first["loc"] if not isinstance(part, int))
-    key = ".".join(str(part) for part in location)
-    if first["type"] == "extra_forbidden":
-        names = list(_fields(location)) or list(Config.model_fields)
-        near = difflib.get_close_matches(str(location[-1]), names, 1, 0.5)
-        hint = f"did you mean {near[0]}? " if near else ""
-        return f"{key}: unknown key; {hint}allowed: {', '.join(names)}"
-    if first["type"] == "geometry":
-        return f"{key}.{first['msg']}" if key else str(first["msg"])
-    allowed = _allowed(location) if location else ""
-    reason = allowed or first["msg"][0].lower() + first["msg"][1:]
-    if allowed and not first["type"].startswith(("greater", "less")):
-        reason = f"{first['msg'][0].lower()}{first['msg'][1:]}; {allowed}"
-    return f"{key} = {first['input']!r}: {reason}"
+    def sideways(self) -> tuple[str, object] | None:
+        """The key and value of a load that a half finger cannot bear, where there is one."""
+        if self.plate.normal[1]:
+            return "plate.normal", list(self.plate.normal)
+        if self.gravity.acceleration_m_s2 and self.gravity.direction[1]:
+            return "gravity.direction", list(self.gravity.direction)
+        return None
 
 
 def _override(data: dict[str, Any], assignment: str) -> None:
@@ -341,12 +315,22 @@ def _read(file: Path) -> dict[str, Any]:
     """Sections of a TOML file, or those a ``run.json`` was computed with."""
     try:
         text = file.read_text(encoding="utf-8")
-        return json.loads(text)["config"] if file.suffix == ".json" else tomllib.loads(text)
+        data = json.loads(text)["config"] if file.suffix == ".json" else tomllib.loads(text)
     except OSError as error:
         raise ConfigError(f"--config {file}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError) as error:
         kind = "a run.json" if file.suffix == ".json" else "TOML"
         raise ConfigError(f"--config {file}: not {kind}: {error}") from None
+    if not isinstance(data, dict):
+        raise ConfigError(f"--config {file}: not a run.json: its config is no table")
+    return data
+
+
+def _anchor(data: dict[str, Any], folder: Path) -> None:
+    """Make the mesh file's path absolute, so that it is found from any folder later."""
+    mesh = data.get("mesh")
+    if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
+        mesh["file"] = str((folder / mesh["file"]).resolve())
 
 
 def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
@@ -354,7 +338,9 @@ def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
 
     Args:
         file: TOML file, or the ``run.json`` of an earlier run; the reference finger where None.
-        overrides: ``section.key=value`` strings, applied in order.
+            A mesh file in it is sought from its folder.
+        overrides: ``section.key=value`` strings, applied in order; a mesh file is sought from
+            the working folder.
 
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.
@@ -362,8 +348,10 @@ def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
     data: dict[str, Any] = {}
     if file is not None:
         data = _read(file)
+        _anchor(data, file.parent)
     for assignment in overrides:
         _override(data, assignment)
+    _anchor(data, Path())
     return from_dict(data)
 
 
@@ -376,7 +364,7 @@ def from_dict(data: dict[str, Any]) -> Config:
     try:
         return Config.model_validate(data)
     except ValidationError as error:
-        raise ConfigError(_one_line(error)) from None
+        raise ConfigError(complaint.one_line(error, Config, data)) from None
 
 
 def dumps(config: Config) -> str:

@@ -1,0 +1,125 @@
+"""Bad configuration, said in one line that names the key, the value and the allowed range."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import types
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, Union, get_args, get_origin
+
+from annotated_types import BaseMetadata
+from pydantic import BaseModel, ValidationError
+
+UNITS = {
+    "mm": "mm",
+    "MPa": "MPa",
+    "kPa": "kPa",
+    "N": "N",
+    "deg": "deg",
+    "kg_m3": "kg/m³",
+    "m_s2": "m/s²",
+    "kPa_per_s": "kPa/s",
+}
+"""Unit by the ending of a key."""
+
+BOUNDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
+LONGEST = 60
+"""Characters of a value that are shown."""
+
+
+def unit(key: str) -> str:
+    """The unit that a key's name ends in; "" for a pure number."""
+    endings = [ending for ending in UNITS if key.endswith(f"_{ending}")]
+    return UNITS[max(endings, key=len)] if endings else ""
+
+
+def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, Any]) -> str:
+    """The first complaint of pydantic about ``data``, which should have made a ``root``."""
+    first = error.errors()[0]
+    # the numbers are places in a vector, which is named as a whole
+    location = [str(part) for part in first["loc"] if not isinstance(part, int)]
+    key = ".".join(location)
+    if first["type"] == "extra_forbidden":
+        return _unknown(location, root)
+    if first["type"] == "geometry":
+        return f"{key}.{first['msg']}" if key else str(first["msg"])
+    value: Any = data
+    for part in location:
+        value = value[part]
+    return f"{key} = {shown(value)}: {_reason(first['type'], location, root)}"
+
+
+def shown(value: Any) -> str:
+    """A value as it stands in TOML, cut where it is long."""
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+
+
+def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
+    info = _fields(location[:-1], root)[location[-1]]
+    hint = _bare(info.annotation)
+    if isinstance(hint, type) and issubclass(hint, BaseModel):
+        return f"not a table; allowed: keys {', '.join(hint.model_fields)}"
+    if get_origin(hint) is Literal:
+        return f"allowed: {', '.join(str(choice) for choice in get_args(hint))}"
+    if hint is bool:
+        return "allowed: true, false"
+    if hint is Path:
+        return "allowed: a file's path in quotes"
+    if get_origin(hint) is tuple:
+        return "allowed: three finite numbers, as in [1, 0, 0]"
+    what = "integer" if hint is int else "number"
+    bounds = _bounds(info, location[-1])
+    if kind.startswith(("greater", "less")):
+        return f"allowed: {bounds}"
+    if kind == "finite_number":
+        what = "finite number"
+    article = "an" if hint is int else "a"
+    return f"not {article} {what}; allowed: {bounds}"
+
+
+def _bounds(info: Any, key: str) -> str:
+    """The allowed range in words, with its unit, from pydantic's bounds."""
+    parts = [
+        f"{word} {getattr(item, name):.10g}"
+        for item in info.metadata
+        if isinstance(item, BaseMetadata)
+        for name, word in BOUNDS.items()
+        if getattr(item, name, None) is not None
+    ]
+    return f"{' and '.join(parts)} {unit(key)}".strip()
+
+
+def _bare(hint: Any) -> Any:
+    """A type without the None that makes it optional."""
+    if get_origin(hint) in (Union, types.UnionType):
+        return next(part for part in get_args(hint) if part is not type(None))
+    return hint
+
+
+def _fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
+    """Fields of the section at the end of ``sections``."""
+    model: Any = root
+    for name in sections:
+        model = model.model_fields[name].annotation
+    return dict(model.model_fields)
+
+
+def _unknown(location: Sequence[str], root: type[BaseModel]) -> str:
+    """An unknown key, the nearest known one and those that are allowed in its place."""
+    *sections, name = location
+    here = list(_fields(sections, root))
+    elsewhere = [
+        f"{section}.{name}"
+        for section, info in root.model_fields.items()
+        if name in info.annotation.model_fields  # type: ignore[union-attr]
+    ]
+    if elsewhere:
+        meant = " or ".join(elsewhere)
+    else:
+        near = difflib.get_close_matches(name, here, 1, 0.6)
+        meant = ".".join([*sections, *near]) if near else ""
+    hint = f"did you mean {meant}? " if meant else ""
+    return f"{'.'.join(location)}: unknown key; {hint}allowed: {', '.join(here)}"
