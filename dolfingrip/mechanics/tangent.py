@@ -1,10 +1,10 @@
-"""The tangent matrix: a fixed pattern with room for contact."""
+"""The tangent matrix: symmetric blocks in a fixed pattern with room for contact."""
 
 from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from dolfinx import fem
+from dolfinx import cpp
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
@@ -14,35 +14,26 @@ from dolfingrip.mechanics.model import Model
 class Tangent:
     """Hessian of Π (N/mm) as a PETSc matrix whose pattern changes only when contact needs it.
 
-    Contact couples nodes that no element joins. Their places are added to the pattern with
-    the pairs that come near, so that from one iteration to the next the symbolic factorisation
-    stays valid.
+    Blocks of 3 × 3, the upper triangle alone: inserting scalars into a full matrix takes as
+    long as computing them. Contact couples nodes that no element joins; their places are added
+    with those of pairs that come near, so that from one iteration to the next the symbolic
+    factorisation stays valid.
+
+    Attributes:
+        matrix: the PETSc matrix (type SBAIJ), replaced when the pattern grows.
+        patterns: how many patterns there were.
     """
 
     def __init__(self, model: Model) -> None:
         self._model = model
         self._form = model.potential.tangent
-        self._elastic = fem_petsc.create_matrix(self._form)
-        # fill it once: an empty matrix would lose its pattern in the first assembly
-        fem_petsc.assemble_matrix(self._elastic, self._form, bcs=model.supports)
-        self._elastic.assemble()
-        self.matrix = self._elastic
-        self.patterns = 0
+        self._elastic = _block_graph(model)
+        self._rows = self._elastic.shape[0]
+        self._first = model.u.function_space.dofmap.index_map.local_range[0]
         self._known = np.empty(0, dtype=np.int64)
-        space = model.u.function_space
-        index_map = space.dofmap.index_map
-        count = index_map.size_local + index_map.num_ghosts
-        self._supported = self._supported_nodes(3 * count)
-
-    def _supported_nodes(self, size: int) -> np.ndarray:
-        """(n, 3) booleans over the contact surface's vertices: dofs held by a support."""
-        marked = np.zeros(size, dtype=bool)
-        for bc in self._model.supports:
-            marked[bc.dof_indices()[0]] = True
-        contact = self._model.contact
-        if contact is None:
-            return np.empty((0, 3), dtype=bool)
-        return contact.surface.displacement(marked.astype(float)) > 0.5
+        self._free = self._free_components()
+        self.patterns = 0
+        self.matrix = self._create(self._elastic)
 
     def assemble(self) -> None:
         """Assemble at the model's present state."""
@@ -53,35 +44,42 @@ class Tangent:
         if extra is not None:
             self._make_room(extra)
         self.matrix.zeroEntries()
+        if extra is not None:  # before the form, which ends by setting the supports' diagonal
+            self._add(self._scaled(extra))
         fem_petsc.assemble_matrix(self.matrix, self._form, bcs=model.supports)
         self.matrix.assemble()
-        if extra is not None:
-            self._add(extra)
-            self.matrix.assemble()
 
-    def _global_dofs(self) -> np.ndarray:
-        """(3n,) global dof of each surface vertex's components."""
-        assert self._model.contact is not None
-        nodes = self._model.contact.surface.nodes
-        return (3 * nodes[:, None] + np.arange(3)).ravel()
+    # -- pattern -------------------------------------------------------------------------------
 
-    def _owned_rows(self, extra: sp.coo_matrix) -> sp.csr_matrix:
-        """Rows of the contact Hessian that this rank owns, free dofs only, global columns."""
-        free = ~self._supported.ravel()
-        dofs = self._global_dofs()
-        first, last = self._elastic.getOwnershipRange()
-        rows, columns = dofs[extra.row], dofs[extra.col]
-        keep = free[extra.row] & free[extra.col] & (rows >= first) & (rows < last)
-        size = self._elastic.getSize()[1]
-        return sp.csr_matrix(
-            (extra.data[keep], (rows[keep] - first, columns[keep])), shape=(last - first, size)
-        )
+    def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
+        """An assembled zero matrix with the places of ``graph`` (owned block rows)."""
+        space = self._model.u.function_space
+        local, size = 3 * self._rows, 3 * space.dofmap.index_map.size_global
+        row, column = graph.nonzero()
+        here = (column >= self._first) & (column < self._first + self._rows)
+        upper = column >= row + self._first
+        count = [np.bincount(row[part & upper], minlength=self._rows).astype(PETSc.IntType)
+                 for part in (here, ~here)]
+        matrix = PETSc.Mat().create(self._model.comm)
+        matrix.setSizes(((local, size), (local, size)), bsize=3)
+        matrix.setType(PETSc.Mat.Type.SBAIJ)
+        matrix.setPreallocationNNZ(tuple(count))
+        matrix.setLGMap(self._numbering(), self._numbering())
+        matrix.setOption(PETSc.Mat.Option.IGNORE_LOWER_TRIANGULAR, True)
+        # an assembly drops places that were not set
+        self._insert(matrix, graph, np.zeros((len(row), 3, 3)))
+        matrix.assemble()
+        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATION_ERR, True)
+        self.patterns += 1
+        return matrix
 
-    def _add(self, extra: sp.coo_matrix) -> None:
-        rows = self._owned_rows(extra)
-        self.matrix.setValuesCSR(
-            rows.indptr.astype(PETSc.IntType), rows.indices.astype(PETSc.IntType), rows.data,
-            addv=True,
+    def _numbering(self) -> PETSc.LGMap:
+        """Local to global block numbers of the displacement nodes."""
+        index_map = self._model.u.function_space.dofmap.index_map
+        count = index_map.size_local + index_map.num_ghosts
+        nodes = index_map.local_to_global(np.arange(count, dtype=np.int32))
+        return PETSc.LGMap().create(
+            nodes.astype(PETSc.IntType), bsize=3, comm=self._model.comm
         )
 
     def _make_room(self, extra: sp.coo_matrix) -> None:
@@ -94,28 +92,65 @@ class Tangent:
         near = self._model.contact.near_pairs(self._model.u.x.array)
         keys = np.concatenate([near[:, 0] * count + near[:, 1], near[:, 1] * count + near[:, 0]])
         self._known = np.unique(np.concatenate([pairs, keys]))
-        row, column = np.divmod(self._known, count)
-        block = sp.coo_matrix(
-            (np.ones(9 * len(row)),
-             ((3 * row[:, None] + np.repeat(np.arange(3), 3)).ravel(),
-              (3 * column[:, None] + np.tile(np.arange(3), 3)).ravel())),
-            shape=extra.shape,
+        nodes = self._model.contact.surface.nodes
+        row, column = (nodes[i] for i in np.divmod(self._known, count))
+        owned = (row >= self._first) & (row < self._first + self._rows)
+        contact = sp.csr_matrix(
+            (np.ones(owned.sum()), (row[owned] - self._first, column[owned])),
+            shape=self._elastic.shape,
         )
-        indptr, indices, _ = self._elastic.getValuesCSR()
-        first, last = self._elastic.getOwnershipRange()
-        shape = (last - first, self._elastic.getSize()[1])
-        elastic = sp.csr_matrix((np.ones(len(indices)), indices, indptr), shape=shape)
-        union = (elastic + self._owned_rows(block)).tocsr()
-        union.sort_indices()
+        self.matrix = self._create((self._elastic + contact).tocsr())
 
-        matrix = PETSc.Mat().create(self._model.comm)
-        matrix.setSizes(self._elastic.getSizes(), bsize=3)
-        matrix.setType(PETSc.Mat.Type.AIJ)
-        matrix.setPreallocationCSR(
-            (union.indptr.astype(PETSc.IntType), union.indices.astype(PETSc.IntType))
+    # -- contact -------------------------------------------------------------------------------
+
+    def _free_components(self) -> np.ndarray:
+        """(3n,) 1 for free components of the contact surface's vertices, 0 for supported ones."""
+        contact = self._model.contact
+        if contact is None:
+            return np.empty(0)
+        free = np.ones_like(self._model.u.x.array)
+        for bc in self._model.supports:
+            free[bc.dof_indices()[0]] = 0.0
+        return contact.surface.displacement(free).ravel()
+
+    def _scaled(self, extra: sp.coo_matrix) -> sp.bsr_matrix:
+        """The contact Hessian by blocks, zero in supported rows and columns."""
+        data = extra.data * self._free[extra.row] * self._free[extra.col]
+        return sp.coo_matrix((data, (extra.row, extra.col)), shape=extra.shape).tobsr((3, 3))
+
+    def _add(self, blocks: sp.bsr_matrix) -> None:
+        """Add the block rows that this rank owns."""
+        assert self._model.contact is not None
+        nodes = self._model.contact.surface.nodes
+        vertex = np.repeat(np.arange(len(nodes)), np.diff(blocks.indptr))
+        row, column = nodes[vertex], nodes[blocks.indices]
+        owned = (row >= self._first) & (row < self._first + self._rows)
+        graph = sp.csr_matrix(
+            (np.flatnonzero(owned) + 1, (row[owned] - self._first, column[owned])),
+            shape=self._elastic.shape,
         )
-        matrix.setLGMap(*self._elastic.getLGMap())
-        matrix.assemble()
-        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATION_ERR, True)
-        self.matrix = matrix
-        self.patterns += 1
+        self._insert(self.matrix, graph, blocks.data[graph.data - 1], add=True)
+
+    def _insert(
+        self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
+    ) -> None:
+        """Set or add (3, 3) ``blocks`` at the places of ``graph``."""
+        matrix.setValuesBlockedCSR(
+            graph.indptr.astype(PETSc.IntType), graph.indices.astype(PETSc.IntType),
+            np.ascontiguousarray(blocks), addv=add,
+        )
+
+
+def _block_graph(model: Model) -> sp.csr_matrix:
+    """Owned block rows with global block columns of what elements couple."""
+    pattern = cpp.fem.create_sparsity_pattern(model.potential.tangent._cpp_object)
+    pattern.finalize()
+    edges, offsets = pattern.graph
+    index_map = model.u.function_space.dofmap.index_map
+    rows = index_map.size_local
+    columns = pattern.column_index_map()
+    edges, offsets = np.asarray(edges), np.asarray(offsets[: rows + 1])
+    edges = columns.local_to_global(edges[: offsets[-1]].astype(np.int32))
+    return sp.csr_matrix(
+        (np.ones(len(edges)), edges, offsets), shape=(rows, index_map.size_global)
+    )
