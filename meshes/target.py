@@ -75,7 +75,7 @@ def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float
     """Close log scales with too many and too few elements; None where met or not found."""
     within = math.log1p(TOLERANCE) * 0.99
     fine = coarse = None
-    scale, slope = 0.0, -2.5
+    scale, slope = 0.0, -2.0
     value = miss(scale, scale, 1.0)
     for _ in range(_TRIES):
         if abs(value) <= within:

@@ -34,7 +34,7 @@ def equal(first: SolidMesh, second: SolidMesh) -> bool:
     [
         (35140, {"half": False}),
         (5000, {}),
-        (5000, {"size_mm": 6.0, "edge_size_mm": 2.0}),
+        (3500, {"size_mm": 6.0, "edge_size_mm": 2.0}),
         (1500, {"order": 2}),
     ],
 )
