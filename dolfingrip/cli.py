@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
+import traceback
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from mpi4py import MPI
@@ -13,6 +15,9 @@ from rich.console import Console
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
+
+if TYPE_CHECKING:
+    from dolfingrip.experiments.run import Kind, Result
 
 app = typer.Typer(
     add_completion=False,
@@ -44,8 +49,9 @@ def console() -> Console:
 
 
 @app.callback()
-def _log(verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log details.")] = False,
-         ) -> None:
+def _log(
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log details.")] = False,
+) -> None:
     root = MPI.COMM_WORLD.rank == 0
     level = (logging.INFO if verbose else logging.WARNING) if root else logging.CRITICAL
     logging.basicConfig(level=level, format="%(message)s", stream=sys.stderr)
@@ -104,11 +110,12 @@ def demo(
     """Both experiments on the reference finger, a table, plots and renders."""
     from dolfingrip.commands import run_demo
 
-    run_demo(configuration.load(config, overrides or ()), out, console())
+    results = run_demo(configuration.load(config, overrides or ()), out, console())
+    _exit(*results)
 
 
 def _experiment(
-    kind: str,
+    kind: Kind,
     config: Path | None,
     overrides: list[str] | None,
     out: Path,
@@ -118,14 +125,34 @@ def _experiment(
     from dolfingrip.commands import run_experiment
 
     resolved: Config = configuration.load(config, overrides or ())
-    run_experiment(kind, resolved, out, render, colour_by, console())
+    _exit(run_experiment(kind, resolved, out, render, colour_by, console()))
+
+
+def _exit(*results: Result) -> None:
+    """Exit code 1 where a load path ended early, its results up to there being kept."""
+    if any(result.failure is not None for result in results):
+        raise typer.Exit(1)
 
 
 def main() -> None:
-    """Run the command; bad input ends with one line and exit code 2."""
+    """Run the command.
+
+    Exit codes: 0; 1 where a load path ended early (what was reached is kept, and a sentence
+    says why it ended); 2 with one line for bad input; 130 where interrupted.
+    """
+    comm = MPI.COMM_WORLD
+    errors = sys.stderr
+    if comm.rank:  # what concerns all is said once
+        sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     try:
-        app(standalone_mode=True)
+        app()
     except ConfigError as error:
-        if MPI.COMM_WORLD.rank == 0:
-            sys.stderr.write(f"dolfingrip: {error}\n")
+        sys.stderr.write(f"dolfingrip: {error}\n")
         sys.exit(2)
+    except Exception:
+        if comm.size == 1:
+            raise
+        # the other ranks would wait for this one for ever
+        traceback.print_exc(file=errors)
+        errors.flush()
+        comm.Abort(70)

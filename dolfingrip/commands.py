@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import cast, get_args
 
 import numpy as np
 from mpi4py import MPI
@@ -22,20 +24,23 @@ from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate
 
 TITLES = {"bending": "Free bending", "blocked_force": "Blocked force"}
+KINDS: tuple[Kind, ...] = get_args(Kind)
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
 def write_mesh(config: Config, out: Path, console: Console) -> None:
     """Write ``finger.msh``, ``.vtk`` and ``.inp`` into ``out``."""
 
+    _writable(out)
+
     def work() -> None:
         with console.status("meshing"):
             mesh = solid(config)
-        console.print(check(mesh).summary())
-        out.mkdir(parents=True, exist_ok=True)
+        console.print(check(mesh).summary(), soft_wrap=True)
+        _make(out)
         for suffix in (".msh", ".vtk", ".inp"):
             files.write(out / f"finger{suffix}", mesh)
-            console.print(f"wrote {out / f'finger{suffix}'}")
+            console.print(f"wrote {out / f'finger{suffix}'}", soft_wrap=True)
 
     on_root(MPI.COMM_WORLD, work)
 
@@ -45,48 +50,69 @@ def run_experiment(
 ) -> Result:
     """Run one experiment, print its table, plot and render."""
     wanted = _pressures(renders, config)
-    if colour_by not in ("displacement", "stretch"):
-        raise ConfigError(f"--colour-by {colour_by}: allowed: displacement, stretch")
+    quantity = _quantity(colour_by)
     _writable(out)
     result = _run(kind, config, out, console)
-    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, colour_by, console))
+    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, quantity, console))
     if MPI.COMM_WORLD.rank == 0:
         _print(result, out, console)
     return result
 
 
-def run_demo(config: Config, out: Path, console: Console) -> None:
+def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
     """Both experiments, one table, plots and renders."""
     _writable(out)
     wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
-    results = {}
-    for kind in ("bending", "blocked_force"):
-        folder = out / kind
-        results[kind] = _run(kind, config, folder, console)
-        on_root(
-            MPI.COMM_WORLD,
-            lambda kind=kind, folder=folder: _report(
-                results[kind], folder, wanted, "displacement", console
-            ),
-        )
+    results = {kind: _demonstrate(kind, config, out / kind, wanted, console) for kind in KINDS}
+    bending, blocked = results["bending"], results["blocked_force"]
     if MPI.COMM_WORLD.rank == 0:
-        bending, blocked = results["bending"], results["blocked_force"]
-        console.print(tabulate(bending.columns(), blocked.columns(), title="Reference finger"))
-        for result in (bending, blocked):
+        if bending.rows and blocked.rows:
+            console.print(tabulate(bending.columns(), blocked.columns(), title="Reference finger"))
+        for result in results.values():
             _print_remarks(result, console)
-        console.print(f"pictures, tables and ParaView fields: {out}")
+        console.print(f"pictures, tables and ParaView fields: {out}", soft_wrap=True)
+    return [bending, blocked]
+
+
+def _demonstrate(
+    kind: Kind, config: Config, out: Path, wanted: list[float], console: Console
+) -> Result:
+    result = _run(kind, config, out, console)
+    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, "displacement", console))
+    return result
 
 
 def _writable(out: Path) -> None:
-    """Fail before computing where results could not be written."""
+    """Fail before computing where results could not be written; nothing is made yet.
+
+    Raises:
+        ConfigError: on every rank.
+    """
 
     def work() -> None:
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ConfigError(f"--out {out}: {error.strerror}") from None
+        there = next(path for path in (out.absolute(), *out.absolute().parents) if path.exists())
+        if not there.is_dir():
+            raise ConfigError(f"--out {out}: {there} is a file; allowed: a folder")
+        if not os.access(there, os.W_OK | os.X_OK):
+            raise ConfigError(f"--out {out}: {there} is read-only; allowed: a writable folder")
 
     on_root(MPI.COMM_WORLD, work)
+
+
+def _make(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"--out {out}: {error.strerror}") from None
+
+
+def _quantity(text: str) -> render.Quantity:
+    """What ``--colour-by`` asks for."""
+    for quantity in get_args(render.Quantity):
+        if text == quantity:
+            return cast(render.Quantity, quantity)
+    allowed = ", ".join(get_args(render.Quantity))
+    raise ConfigError(f"--colour-by {text}: allowed: {allowed}")
 
 
 def _pressures(text: str | None, config: Config) -> list[float]:
@@ -112,7 +138,10 @@ def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:
 
 @contextmanager
 def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], None]]:
-    """A progress bar on a terminal, nothing elsewhere."""
+    """A progress bar on a terminal, nothing elsewhere (a disabled one prints an empty line)."""
+    if not console.is_terminal:
+        yield lambda row: None
+        return
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -120,7 +149,7 @@ def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], N
         TextColumn("{task.fields[note]}"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+    with Progress(*columns, console=console) as progress:
         task = progress.add_task(title, total=total, note="mesh and forms")
 
         def advance(row: Row) -> None:
@@ -130,7 +159,11 @@ def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], N
 
 
 def _report(
-    result: Result, out: Path, wanted: list[float], colour_by: str, console: Console
+    result: Result,
+    out: Path,
+    wanted: list[float],
+    colour_by: render.Quantity,
+    console: Console,
 ) -> None:
     """Plot the curve and render the poses that were reached."""
     if not result.rows:
@@ -169,11 +202,13 @@ def _print(result: Result, out: Path, console: Console) -> None:
         alone = {result.kind: result.columns()}
         console.print(tabulate(**alone, title=TITLES[result.kind]))
     _print_remarks(result, console)
-    console.print(f"results: {out}")
+    console.print(f"results: {out}", soft_wrap=True)
 
 
 def _print_remarks(result: Result, console: Console) -> None:
     if result.turning is not None:
-        console.print(result.turning.sentence())
+        console.print(result.turning.sentence(), soft_wrap=True)
     if result.failure is not None:
-        console.print(f"[red]{TITLES[result.kind]} {result.failure.sentence()}[/red]")
+        console.print(
+            f"[red]{TITLES[result.kind]} {result.failure.sentence()}[/red]", soft_wrap=True
+        )

@@ -81,43 +81,50 @@ class Finger(Section):
     def _possible(self) -> Finger:
         if self.tip_mm >= self.length_mm:
             raise _outside(
-                "tip_mm", self.tip_mm,
+                "tip_mm",
+                self.tip_mm,
                 f"allowed: above 0 and below length_mm = {self.length_mm:g} mm",
             )
         if self.pitch_mm <= 0:
             limit = self.length_mm - self.tip_mm
             raise _outside(
-                "base_block_mm", self.base_block_mm,
+                "base_block_mm",
+                self.base_block_mm,
                 f"leaves no room for bellows; allowed: above 0 and below {limit:g} mm",
             )
         if self.bellows_mm <= 0:
             raise _outside(
-                "gap_mm", self.gap_mm,
+                "gap_mm",
+                self.gap_mm,
                 f"leaves no bellows; allowed: above 0 and below the pitch, {self.pitch_mm:g} mm",
             )
         half = min(self.bellows_mm, self.width_mm, self.depth_mm) / 2
         if self.wall_mm >= half:
             raise _outside(
-                "wall_mm", self.wall_mm,
+                "wall_mm",
+                self.wall_mm,
                 f"thicker than half a bellows; allowed: above 0 and below {half:g} mm",
             )
         room = self.depth_mm - self.base_layer_mm - 2 * self.wall_mm
         if room <= 0:
             limit = self.depth_mm - 2 * self.wall_mm
             raise _outside(
-                "base_layer_mm", self.base_layer_mm,
+                "base_layer_mm",
+                self.base_layer_mm,
                 "leaves no room for a bellows above the channel; "
                 f"allowed: above 0 and below {limit:g} mm",
             )
         highest = self.depth_mm - self.base_layer_mm - self.wall_mm
         if self.channel_mm >= highest:
             raise _outside(
-                "channel_mm", self.channel_mm,
+                "channel_mm",
+                self.channel_mm,
                 f"cavity not closed; allowed: above 0 and below {highest:g} mm",
             )
         if self.channel_width > self.chamber_width_mm:
             raise _outside(
-                "channel_width_mm", self.channel_width,
+                "channel_width_mm",
+                self.channel_width,
                 f"cavity not closed; allowed: above 0 and up to {self.chamber_width_mm:g} mm",
             )
         return self
@@ -139,7 +146,8 @@ class Material(Section):
             raise _outside("bulk_MPa", self.bulk_MPa, f"give either nu or bulk_MPa; nu = {self.nu}")
         if self.bulk_MPa is not None and self.bulk_MPa <= 2 / 3 * self.mu_MPa:
             raise _outside(
-                "bulk_MPa", self.bulk_MPa,
+                "bulk_MPa",
+                self.bulk_MPa,
                 f"allowed: above 2/3 mu_MPa = {2 / 3 * self.mu_MPa:g} MPa (nu above 0)",
             )
         return self
@@ -175,7 +183,8 @@ class Mesh(Section):
     def _sizes(self) -> Mesh:
         if self.edge_size_mm is not None and self.edge_size_mm > self.size_mm:
             raise _outside(
-                "edge_size_mm", self.edge_size_mm,
+                "edge_size_mm",
+                self.edge_size_mm,
                 f"allowed: above 0 and up to size_mm = {self.size_mm:g} mm",
             )
         return self
@@ -198,7 +207,8 @@ class Solver(Section):
     def _steps(self) -> Solver:
         if self.min_step_kPa > self.max_step_kPa:
             raise _outside(
-                "min_step_kPa", self.min_step_kPa,
+                "min_step_kPa",
+                self.min_step_kPa,
                 f"allowed: above 0 and up to max_step_kPa = {self.max_step_kPa:g} kPa",
             )
         return self
@@ -254,7 +264,8 @@ class Experiment(Section):
     def _steps(self) -> Experiment:
         if self.step_kPa > self.max_pressure_kPa:
             raise _outside(
-                "step_kPa", self.step_kPa,
+                "step_kPa",
+                self.step_kPa,
                 f"allowed: above 0 and up to max_pressure_kPa = {self.max_pressure_kPa:g} kPa",
             )
         return self
@@ -276,7 +287,8 @@ class Config(Section):
     def _facing(self) -> Config:
         if self.plate.contact_length_mm > self.finger.length_mm:
             raise _outside(
-                "plate.contact_length_mm", self.plate.contact_length_mm,
+                "plate.contact_length_mm",
+                self.plate.contact_length_mm,
                 f"allowed: above 0 and up to finger.length_mm = {self.finger.length_mm:g} mm",
             )
         if self.mesh.half and self.mesh.file is None:

@@ -9,6 +9,14 @@ from dolfinx import io
 from dolfingrip.experiments.stretch import PrincipalStretch
 from dolfingrip.mechanics.model import Model
 
+COLLECTION = """<?xml version="1.0"?>
+<VTKFile type="Collection" version="1.0">
+  <Collection>
+{}
+  </Collection>
+</VTKFile>
+"""
+
 
 class FieldFile:
     """``fields.pvd`` with ``displacement_mm`` and ``principal_stretch`` at each step.
@@ -18,13 +26,21 @@ class FieldFile:
 
     def __init__(self, model: Model, path: Path) -> None:
         self._model = model
+        self._path = path
         self._stretch = PrincipalStretch(model.u)
         self._file = io.VTKFile(model.comm, str(path), "w")
+        self._steps: list[str] = []
 
     def write(self) -> None:
         """Append the present state; its time is the model's."""
         self._stretch.update()
-        self._file.write_function([self._model.u, self._stretch.field], self._model.time_s)
+        time_s = self._model.time_s
+        self._file.write_function([self._model.u, self._stretch.field], time_s)
+        piece = f"{self._path.stem}{len(self._steps):06d}.pvtu"
+        self._steps.append(f'    <DataSet timestep="{time_s:.10g}" part="0" file="{piece}" />')
+        if self._model.comm.rank == 0:
+            # dolfinx lists the steps when it closes the file, which a killed run never does
+            self._path.write_text(COLLECTION.format("\n".join(self._steps)), encoding="utf-8")
 
     def close(self) -> None:
         """Finish the file, on all ranks."""

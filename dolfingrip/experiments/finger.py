@@ -12,7 +12,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.config import KPA, Config
+from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
 from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
@@ -41,8 +41,9 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         domain = _facing_plate(config, domain)
     mesh = domain.mesh
     degree = DEGREE[config.solver.element]
-    space = fem.functionspace(mesh, basix.ufl.element("Lagrange", "tetrahedron", degree,
-                                                      shape=(3,)))
+    space = fem.functionspace(
+        mesh, basix.ufl.element("Lagrange", "tetrahedron", degree, shape=(3,))
+    )
     u = fem.Function(space, name="displacement_mm")
     mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
     lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
@@ -61,9 +62,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     contact = None
     if config.contact.self_contact:
         surface = Surface(space, domain, domain.facets("skin", "tip"))
-        contact = BarrierContact(
-            surface, config.contact.barrier_mm, config.contact.stiffness_MPa
-        )
+        contact = BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
     model = Model(
         domain,
         u,
@@ -94,15 +93,19 @@ def _facing_plate(config: Config, domain: Domain) -> Domain:
     length = domain.mesh.comm.allreduce(ends, MPI.MAX)
     # a facet that straddles the plate's end does not face it
     start = length - config.plate.contact_length_mm - 1e-6 * length
-    return domain.with_region("facing plate", ("skin", "tip"), lambda x: x[2] >= start)
+    facing = domain.with_region("facing plate", ("skin", "tip"), lambda x: x[2] >= start)
+    if not domain.mesh.comm.allreduce(len(facing.facets("facing plate"))):
+        raise ConfigError(
+            f"plate.contact_length_mm = {config.plate.contact_length_mm}: no element of the "
+            "mesh is that near to its tip; allowed: longer than the elements there"
+        )
+    return facing
 
 
 def _plate(config: Config, domain: Domain, u: fem.Function) -> RigidPlate:
     plate = config.plate
     tilt = np.deg2rad(plate.tilt_deg)
-    turn = np.array(
-        [[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]]
-    )
+    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
     return RigidPlate(
         u,
         domain,

@@ -19,7 +19,9 @@ class Observation:
 
     ``angle_deg`` is the rotation of the tip face's area vector about y from the unpressurised
     pose, positive towards the base layer (−x), continuous beyond 180°; ``chord_angle_deg`` that
-    of the line from the clamp's centre to the tip's. Volume and force are the whole finger's.
+    of the line from the clamp's centre to the tip's. The tip's displacement is from the mesh,
+    so that under gravity it shows the sag which the angles do not. Volume and force are the
+    whole finger's.
     """
 
     def __init__(self, finger: FingerModel) -> None:
@@ -45,9 +47,7 @@ class Observation:
         clamp_area = self._integrate(form(one * clamp))
         clamp_centre = [self._integrate(form(x[i] * clamp)) / clamp_area for i in (0, 2)]
         self._arm = np.subtract(tip_centre, clamp_centre)
-        self._rest_angle = self._face_angle()
-        self._rest_chord = self._chord_angle(self._tip_displacement())
-        self._last = {"angle": 0.0, "chord": 0.0}
+        self.tare()
         self._clamped = _clamped_rows(finger)
         self._reaction = fem_petsc.create_vector(model.potential.residual)
         self.gaps = BellowsGaps(finger)
@@ -65,6 +65,12 @@ class Observation:
     def _chord_angle(self, moved: np.ndarray) -> float:
         x, z = self._arm + moved[[0, 2]]
         return float(np.degrees(np.arctan2(-x, z)))
+
+    def tare(self) -> None:
+        """Take the present pose as the one from which angles are measured."""
+        self._rest_angle = self._face_angle()
+        self._rest_chord = self._chord_angle(self._tip_displacement())
+        self._last = {"angle": 0.0, "chord": 0.0}
 
     def _unwrap(self, name: str, angle_deg: float) -> float:
         """The branch of the angle that is nearest to the last reading."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -14,9 +13,9 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.config import Config
-from dolfingrip.experiments import record, turning_point
-from dolfingrip.experiments.fields import FieldFile
+from dolfingrip.experiments import turning_point
 from dolfingrip.experiments.finger import FingerModel, build, landings_kPa
+from dolfingrip.experiments.keeper import COLUMNS, Keeper, Row
 from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.turning_point import TurningPoint
 from dolfingrip.experiments.undeformed import load_domain
@@ -26,14 +25,6 @@ from dolfingrip.mechanics.path import LoadPath
 from dolfingrip.mechanics.profile import Profile
 
 Kind = Literal["bending", "blocked_force"]
-Row = dict[str, Any]
-
-COLUMNS = (
-    "experiment", "specimen", "cycle", "branch", "time_s", "pressure_kPa", "angle_deg",
-    "force_N", "tip_x_mm", "tip_z_mm", "chord_angle_deg", "cavity_volume_mm3",
-    "contact_gap_mm", "plate_gap_mm", "iterations", "load_steps",
-)  # fmt: skip
-"""Columns of ``result.csv``: those of the measured-data format, then what else is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,16 +94,16 @@ def run(
         domain = load_domain(config, comm)
     with profile.phase("forms"):
         finger = build(config, domain, plate=kind == "blocked_force")
-        newton = Newton(finger.model, config.solver, profile)
         observation = Observation(finger)
     result = Result(kind, config)
     if finger.plate is not None:
         normal, offset = finger.plate.normal, float(finger.plate.offset.value)
         result.plate = PlatePose(tuple(offset * normal), tuple(normal))
-    path = LoadPath(newton, accept=lambda: _intersecting(finger))
     gaps: list[dict[str, float]] = []
     with ExitStack() as stack:
-        keep = stack.enter_context(_Keeper(out, finger, profile)) if out is not None else None
+        keep = stack.enter_context(Keeper(out, kind, finger, profile)) if out is not None else None
+        newton = Newton(finger.model, config.solver, profile)
+        path = LoadPath(newton, accept=lambda: _intersecting(finger))
         highest, before = 0.0, 0.0
         for pressure in landings_kPa(config):
             clock = finger.model.time_s + abs(pressure - before) / config.experiment.rate_kPa_per_s
@@ -121,6 +112,8 @@ def run(
                 result.failure = arrival.failure
                 break
             with profile.phase("observation"):
+                if not result.rows:
+                    observation.tare()
                 readings = observation.read()
                 gaps.append(observation.gaps.all_mm())
             row: Row = {
@@ -137,54 +130,13 @@ def run(
             if keep is not None:
                 keep.append(row)
             progress(row)
-    if kind == "blocked_force":
-        result.turning = _turning(result, gaps, config)
-    result.facts = _facts(result, finger, newton, profile, time.perf_counter() - start)
-    if out is not None and comm.rank == 0:
-        record.write(out / "run.json", config, result.facts)
+        if kind == "blocked_force":
+            result.turning = _turning(result, gaps, config)
+        result.facts = _facts(result, finger, newton, profile, time.perf_counter() - start)
+        if keep is not None:
+            keep.finish(result.facts)
     comm.Barrier()
     return result
-
-
-class _Keeper:
-    """Writes rows and fields as they come, so that an interrupted run keeps them."""
-
-    def __init__(self, out: Path, finger: FingerModel, profile: Profile) -> None:
-        comm = finger.model.comm
-        self._profile = profile
-        if comm.rank == 0:
-            out.mkdir(parents=True, exist_ok=True)
-        comm.Barrier()
-        self._fields = FieldFile(finger.model, out / "fields.pvd")
-        self._file = (
-            (out / "result.csv").open("w", encoding="utf-8", newline="")
-            if comm.rank == 0
-            else None
-        )
-        if self._file is not None:
-            self._table = csv.DictWriter(self._file, COLUMNS, lineterminator="\n")
-            self._table.writeheader()
-
-    def __enter__(self) -> _Keeper:
-        return self
-
-    def append(self, row: Row) -> None:
-        """Write one row and its fields."""
-        with self._profile.phase("output"):
-            self._fields.write()
-            if self._file is not None:
-                self._table.writerow({k: _digits(v) for k, v in row.items() if v == v})
-                self._file.flush()
-
-    def __exit__(self, *_: object) -> None:
-        self._fields.close()
-        if self._file is not None:
-            self._file.close()
-
-
-def _digits(value: Any) -> Any:
-    """Ten significant digits: more are the solver's tolerance."""
-    return f"{value:.10g}" if isinstance(value, float) else value
 
 
 def _intersecting(finger: FingerModel) -> str:
@@ -193,9 +145,7 @@ def _intersecting(finger: FingerModel) -> str:
     return "the skin passes through itself" if passed else ""
 
 
-def _turning(
-    result: Result, gaps: list[dict[str, float]], config: Config
-) -> TurningPoint | None:
+def _turning(result: Result, gaps: list[dict[str, float]], config: Config) -> TurningPoint | None:
     loading = [i for i, row in enumerate(result.rows) if row["branch"] == "loading"]
     return turning_point.find(
         result.column("pressure_kPa")[loading],
@@ -212,6 +162,7 @@ def _facts(
     topology = model.domain.mesh.topology
     return {
         "experiment": result.kind,
+        "complete": result.failure is None,
         "mesh": {
             "elements": int(topology.index_map(3).size_global),
             "dofs": model.dofs,

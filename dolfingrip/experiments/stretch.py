@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import ufl
 from dolfinx import fem, la
 
 from dolfingrip.forms.kinematics import deformation_gradient

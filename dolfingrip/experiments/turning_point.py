@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 STEEPER = 1.1
 """Smallest ratio of the slopes that counts as a turn."""
@@ -35,8 +36,8 @@ class TurningPoint:
         """What was found, with units."""
         text = (
             f"turning point at {self.pressure_kPa:.0f} kPa, {self.force_N:.2f} N: slope "
-            f"{1e3 * self.slope_before_N_per_kPa:.1f} N/MPa before, "
-            f"{1e3 * self.slope_after_N_per_kPa:.1f} N/MPa after"
+            f"{self.slope_before_N_per_kPa:.4f} N/kPa before, "
+            f"{self.slope_after_N_per_kPa:.4f} N/kPa after"
         )
         if self.touch_kPa is not None:
             text += f"; first to touch: {self.touching}, at {self.touch_kPa:.0f} kPa"
@@ -44,8 +45,8 @@ class TurningPoint:
 
 
 def find(
-    pressure_kPa: Sequence[float],
-    force_N: Sequence[float],
+    pressure_kPa: npt.ArrayLike,
+    force_N: npt.ArrayLike,
     gaps_mm: Sequence[dict[str, float]] = (),
     touch_mm: float = 0.0,
 ) -> TurningPoint | None:
@@ -75,25 +76,30 @@ def find(
     if before <= 0 or before + change < STEEPER * before:
         return None
     touch, pair = _first_touch(p, gaps_mm, touch_mm)
-    return TurningPoint(
-        float(at), float(level), float(before), float(before + change), touch, pair
-    )
+    return TurningPoint(float(at), float(level), float(before), float(before + change), touch, pair)
 
 
 def _first_touch(
     p: np.ndarray, gaps_mm: Sequence[dict[str, float]], touch_mm: float
 ) -> tuple[float | None, str | None]:
-    """Pressure (linear between readings) and pair of the first touch."""
+    """Pressure and pair of the first touch.
+
+    The gap closes freely until the barrier holds it open, so where the two readings before the
+    touch are known the line through them is followed; between them and the reading after it
+    the touch would come late.
+    """
     first: tuple[float | None, str | None] = (None, None)
     for pair in gaps_mm[0] if gaps_mm else ():
-        gaps = [gap[pair] for gap in gaps_mm]
-        for i, gap in enumerate(gaps):
-            if gap > touch_mm:
-                continue
-            at = float(p[i])
-            if i and np.isfinite(gaps[i - 1]):
-                at = float(np.interp(-touch_mm, [-gaps[i - 1], -gap], [p[i - 1], p[i]]))
-            if first[0] is None or at < first[0]:
-                first = (at, pair)
-            break
+        gaps = np.array([gap[pair] for gap in gaps_mm])
+        closed = np.flatnonzero(gaps <= touch_mm)
+        if not closed.size:
+            continue
+        i = int(closed[0])
+        at = float(p[i])
+        start = i - 2 if i > 1 and gaps[i - 1] < gaps[i - 2] < np.inf else i - 1
+        if i and np.isfinite(gaps[i - 1]):
+            rate = (gaps[start + 1] - gaps[start]) / (p[start + 1] - p[start])
+            at = float(np.clip(p[i - 1] + (touch_mm - gaps[i - 1]) / rate, p[i - 1], p[i]))
+        if first[0] is None or at < first[0]:
+            first = (at, pair)
     return first

@@ -6,7 +6,7 @@ import logging
 
 from mpi4py import MPI
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.mechanics.domain import Domain, distribute, on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.generate import finger_mesh
@@ -34,6 +34,11 @@ def load_domain(config: Config, comm: MPI.Comm) -> Domain:
     """The mesh of ``config``, made on rank 0 and distributed.
 
     Raises:
-        MeshError: on every rank.
+        ConfigError: on every rank.
     """
-    return distribute(comm, on_root(comm, lambda: solid(config)))
+    domain = distribute(comm, on_root(comm, lambda: solid(config)))
+    sideways = config.sideways()
+    if domain.half and sideways is not None:
+        key, value = sideways
+        raise ConfigError(f"{key} = {value}: allowed: no y-part for a half finger")
+    return domain

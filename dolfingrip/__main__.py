@@ -1,0 +1,5 @@
+"""``python -m dolfingrip``."""
+
+from dolfingrip.cli import main
+
+main()

@@ -1,0 +1,86 @@
+"""What a run leaves in its folder, row by row."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Any
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments import record
+from dolfingrip.experiments.fields import FieldFile
+from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.mechanics.domain import on_root
+from dolfingrip.mechanics.profile import Profile
+
+Row = dict[str, Any]
+
+COLUMNS = (
+    "experiment", "specimen", "cycle", "branch", "time_s", "pressure_kPa", "angle_deg",
+    "force_N", "tip_x_mm", "tip_z_mm", "chord_angle_deg", "cavity_volume_mm3",
+    "contact_gap_mm", "plate_gap_mm", "iterations", "load_steps",
+)  # fmt: skip
+"""Columns of ``result.csv``: those of the measured-data format, then what else is known."""
+
+
+class Keeper:
+    """Writes ``result.csv``, ``run.json`` and ``fields.pvd`` as the run goes.
+
+    A run that is interrupted keeps its rows and fields so far, and a ``run.json`` that says
+    how to repeat it.
+
+    Raises:
+        ConfigError: on every rank, where the folder cannot be written.
+    """
+
+    def __init__(self, out: Path, kind: str, finger: FingerModel, profile: Profile) -> None:
+        self._out = out
+        self._config: Config = finger.config
+        self._comm = finger.model.comm
+        self._profile = profile
+        self._file = on_root(self._comm, lambda: self._open(kind))
+        self._fields = FieldFile(finger.model, out / "fields.pvd")
+
+    def _open(self, kind: str) -> Any:
+        try:
+            self._out.mkdir(parents=True, exist_ok=True)
+            record.write(
+                self._out / "run.json", self._config, {"experiment": kind, "complete": False}
+            )
+            file = (self._out / "result.csv").open("w", encoding="utf-8", newline="")
+        except OSError as error:
+            raise ConfigError(f"--out {self._out}: {error.strerror}") from None
+        self._table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        self._table.writeheader()
+        return file
+
+    def __enter__(self) -> Keeper:
+        return self
+
+    def append(self, row: Row) -> None:
+        """Write one row and its fields."""
+        with self._profile.phase("output"):
+            self._fields.write()
+            if self._file is not None:
+                self._table.writerow({k: _digits(v) for k, v in row.items() if not _empty(v)})
+                self._file.flush()
+
+    def finish(self, facts: dict[str, Any]) -> None:
+        """Complete ``run.json``."""
+        if self._comm.rank == 0:
+            record.write(self._out / "run.json", self._config, facts)
+
+    def __exit__(self, *_: object) -> None:
+        self._fields.close()
+        if self._file is not None:
+            self._file.close()
+
+
+def _empty(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)
+
+
+def _digits(value: Any) -> Any:
+    """Ten significant digits: more are the solver's tolerance."""
+    return f"{value:.10g}" if isinstance(value, float) else value
