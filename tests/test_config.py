@@ -1,0 +1,204 @@
+"""The configuration: what is refused, how it is said, and that it survives a round trip."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dolfingrip import complaint, config
+from dolfingrip.config import Config, ConfigError
+
+DIMENSIONLESS = {
+    "finger.bellows",
+    "material.nu",
+    "mesh.order",
+    "mesh.target_elements",
+    "solver.rtol",
+    "solver.max_iterations",
+    "plate.normal",
+    "gravity.direction",
+}
+"""Numbers without a unit: counts, ratios and directions."""
+
+REFUSED = {
+    # a value out of its range, which is told with its unit
+    "finger.gap_mm=-1": "finger.gap_mm = -1: allowed: above 0 mm",
+    "finger.wall_mm=nan": "finger.wall_mm = NaN: not a finite number; allowed: above 0 mm",
+    "finger.bellows=0": "finger.bellows = 0: allowed: at least 1 and at most 60",
+    "plate.tilt_deg=90": "plate.tilt_deg = 90: allowed: above -80 and below 80 deg",
+    "material.nu=0.5": "material.nu = 0.5: allowed: above 0 and below 0.5",
+    "experiment.rate_kPa_per_s=0": "experiment.rate_kPa_per_s = 0: allowed: above 0 kPa/s",
+    # another type: nothing is converted silently
+    "finger.wall_mm=thick": 'finger.wall_mm = "thick": not a number; allowed: above 0 mm',
+    "finger.wall_mm='2'": 'finger.wall_mm = "2": not a number; allowed: above 0 mm',
+    "finger.wall_mm=true": "finger.wall_mm = true: not a number; allowed: above 0 mm",
+    "finger.wall_mm=1\n2": 'finger.wall_mm = "1\\n2": not a number; allowed: above 0 mm',
+    "finger.bellows=2.5": "finger.bellows = 2.5: not an integer; allowed: at least 1",
+    "mesh.half=1": "mesh.half = 1: allowed: true, false",
+    "mesh.file=3": "mesh.file = 3: allowed: a file's path",
+    "solver.element=P3": 'solver.element = "P3": allowed: P1, P2',
+    "plate.normal=[1, 0]": "plate.normal = [1, 0]: allowed: three finite numbers",
+    "plate.normal=[1, 0, 'a']": 'plate.normal = [1, 0, "a"]: allowed: three finite numbers',
+    "plate.normal=[0, 0, 0]": "plate.normal = [0.0, 0.0, 0.0]: allowed: any vector but zero",
+    "finger=3": "finger = 3: not a table; allowed: keys length_mm",
+    # an unknown key: the near one is named
+    "finger.wall_cm=1": "finger.wall_cm: unknown key; did you mean finger.wall_mm? allowed: ",
+    "experiment.max_pressure_MPa=1": "did you mean experiment.max_pressure_kPa?",
+    "wall_mm=1": "wall_mm: unknown key; did you mean finger.wall_mm? allowed: finger, material",
+    "finger.size_mm=1": "finger.size_mm: unknown key; did you mean mesh.size_mm?",
+    "contact.gap_mm=1": "did you mean finger.gap_mm or plate.gap_mm?",
+    "fingr.wall_mm=1": "fingr: unknown key; did you mean finger?",
+    "zzz=1": "zzz: unknown key; allowed: finger,",
+    # an impossible geometry
+    "finger.wall_mm=3.5": "finger.wall_mm = 3.5: thicker than half a bellows; "
+    "allowed: above 0 and below 3.5 mm",
+    "finger.gap_mm=9": "finger.gap_mm = 9.0: leaves no bellows; "
+    "allowed: above 0 and below the pitch, 9 mm",
+    "finger.channel_mm=10.9": "finger.channel_mm = 10.9: cavity not closed; "
+    "allowed: above 0 and below 10.9 mm",
+    "finger.channel_width_mm=17": "finger.channel_width_mm = 17.0: cavity not closed; "
+    "allowed: above 0 and up to 16.8 mm",
+    "finger.base_layer_mm=13": "finger.base_layer_mm = 13.0: leaves no room for a bellows",
+    "finger.base_block_mm=84": "finger.base_block_mm = 84.0: leaves no room for bellows; "
+    "allowed: above 0 and below 84 mm",
+    "finger.tip_mm=90": "finger.tip_mm = 90.0: allowed: above 0 and below length_mm = 90 mm",
+    "finger.depth_mm=3": "finger.wall_mm = 1.6: thicker than half a bellows",
+    # keys that exclude one another
+    "material.bulk_MPa=1": "material.bulk_MPa = 1.0: allowed: above 2/3 mu_MPa",
+    "mesh.edge_size_mm=5": "mesh.edge_size_mm = 5.0: allowed: above 0 and up to size_mm = ",
+    "solver.min_step_kPa=30": "solver.min_step_kPa = 30.0: allowed: above 0 and up to max_step_kPa",
+    "experiment.step_kPa=300": "experiment.step_kPa = 300.0: allowed: above 0 and up to max_pressu",
+    "plate.contact_length_mm=91": "plate.contact_length_mm = 91.0: allowed: above 0 and up to fing",
+    "plate.normal=[1, 1, 0]": "plate.normal = [1.0, 1.0, 0.0]: allowed: no y-part with mesh.half",
+    # no assignment at all
+    "finger.wall_mm": "--set finger.wall_mm: allowed: section.key=value",
+    "=3": "--set =3: allowed: section.key=value",
+}
+
+
+def _complaint(*overrides: str, file: Path | None = None) -> str:
+    with pytest.raises(ConfigError) as caught:
+        config.load(file, overrides)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("assignment", REFUSED)
+def test_bad_input_is_one_line_with_key_value_and_range(assignment: str) -> None:
+    said = _complaint(assignment)
+    assert REFUSED[assignment] in said
+    assert "\n" not in said
+
+
+def test_both_nu_and_bulk_modulus_are_refused() -> None:
+    said = _complaint("material.nu=0.4", "material.bulk_MPa=20")
+    assert said == "material.bulk_MPa = 20.0: give either nu or bulk_MPa; nu = 0.4"
+
+
+def test_gravity_across_the_symmetry_plane_is_refused_for_a_half_finger_only() -> None:
+    across = ("gravity.direction=[0, 1, 0]", "gravity.acceleration_m_s2=9.81")
+    assert "gravity.direction = [0.0, 1.0, 0.0]: allowed: no y-part" in _complaint(*across)
+    assert not config.load(None, [*across, "mesh.half=false"]).mesh.half
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.toml", "wall", "--config {}: not TOML: "),
+        ("a.toml", "[finger]\nwall_mm = 1\nwall_mm = 2\n", "--config {}: not TOML: "),
+        ("a.toml", "[finger]\nwall_mm = -1\n", "finger.wall_mm = -1: allowed: above 0 mm"),
+        ("a.json", "{", "--config {}: not a run.json: "),
+        ("a.json", "{}", "--config {}: not a run.json: "),
+        ("a.json", '{"config": 3}', "--config {}: not a run.json: "),
+        ("a.json", '{"config": {"finger": {"bellows": null}}}', "finger.bellows = null: not an"),
+    ],
+)
+def test_bad_file_is_one_line(tmp_path: Path, name: str, text: str, said: str) -> None:
+    file = tmp_path / name
+    file.write_text(text, encoding="utf-8")
+    complaint_ = _complaint(file=file)
+    assert complaint_.startswith(said.format(file))
+    assert "\n" not in complaint_
+
+
+def test_missing_file_is_named(tmp_path: Path) -> None:
+    assert _complaint(file=tmp_path / "no.toml") == (
+        f"--config {tmp_path / 'no.toml'}: No such file or directory"
+    )
+
+
+def test_overrides_win_over_the_file_and_later_ones_over_earlier(tmp_path: Path) -> None:
+    file = tmp_path / "finger.toml"
+    file.write_text("[finger]\nwall_mm = 1.2\ngap_mm = 2.5\n", encoding="utf-8")
+    found = config.load(
+        file,
+        ["finger.wall_mm=1.3", " finger.wall_mm = 1.4", "plate.normal=[1,0,0.5]",
+         "solver.element=P1", 'mesh.file="a b.msh"'],
+    )  # fmt: skip
+    assert (found.finger.wall_mm, found.finger.gap_mm) == (1.4, 2.5)
+    assert found.plate.normal == (1.0, 0.0, 0.5)
+    assert found.solver.element == "P1"
+
+
+def test_mesh_file_is_sought_beside_the_configuration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    file = tmp_path / "finger.toml"
+    file.write_text('[mesh]\nfile = "own.msh"\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "here")
+    assert config.load(file).mesh.file == tmp_path / "own.msh"
+    assert config.load(file, ["mesh.file=own.msh"]).mesh.file == tmp_path / "here" / "own.msh"
+
+
+CHANGED = [
+    "finger.wall_mm=1.8",
+    "finger.channel_width_mm=10",
+    "mesh.half=false",
+    "mesh.file=/tmp/finger \u00e9.msh",
+    "material.bulk_MPa=30.0",
+    "plate.normal=[0.5, -0.25, 1]",
+    "gravity.acceleration_m_s2=9.81",
+    "experiment.unload=true",
+]
+
+
+@pytest.mark.parametrize("overrides", [[], CHANGED], ids=["reference", "changed"])
+def test_printed_configuration_reads_back_equal(overrides: list[str], tmp_path: Path) -> None:
+    resolved = config.load(None, overrides)
+    printed = tmp_path / "printed.toml"
+    printed.write_text(config.dumps(resolved), encoding="utf-8")
+    assert config.load(printed) == resolved
+    recorded = tmp_path / "run.json"
+    content = {"config": resolved.model_dump(mode="json", exclude_none=True)}
+    recorded.write_text(json.dumps(content), encoding="utf-8")
+    assert config.load(recorded) == resolved
+
+
+def _keys() -> dict[str, Any]:
+    return {
+        f"{section}.{key}": info
+        for section, field in Config.model_fields.items()
+        for key, info in field.annotation.model_fields.items()  # type: ignore[union-attr]
+    }
+
+
+def test_every_number_has_its_unit_in_its_name() -> None:
+    numbers = {
+        key for key, info in _keys().items() if re.search(r"\b(int|float)\b|1, 2", str(info))
+    }
+    assert {"finger.wall_mm", "plate.normal"} <= numbers  # the search finds numbers at all
+    assert {key for key in numbers if not complaint.unit(key)} == DIMENSIONLESS
+
+
+def test_every_key_is_printed_with_its_meaning() -> None:
+    lines = config.dumps(Config()).splitlines()
+    for key, info in _keys().items():
+        name = key.partition(".")[2]
+        assert info.description
+        assert any(
+            re.match(rf"(# )?{name} = .*# {re.escape(info.description)}", line) for line in lines
+        ), key
