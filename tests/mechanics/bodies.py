@@ -6,7 +6,7 @@ energies, each with a constant that switches it on: the kernels are then the sam
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import basix.ufl
@@ -19,7 +19,6 @@ from petsc4py import PETSc
 
 from dolfingrip.config import KPA
 from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
-from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
 from dolfingrip.mechanics.model import Control, Model
 from dolfingrip.mechanics.plate import RigidPlate
@@ -163,7 +162,19 @@ def body(solid: Domain, degree: int, *, mu: float = 1.0, nu: float = 0.45,
     return Body(model, moduli[0], moduli[1], pressure, force, plate)
 
 
-def with_contact(solid: Body, contact: BarrierContact) -> Body:
-    """``solid`` with barrier contact added to its model."""
-    solid.model.contact = contact
-    return solid
+def join(solids: Sequence[mesh.Mesh], offsets: np.ndarray) -> mesh.Mesh:
+    """One mesh of several straight-edged solids that share no vertex, each moved."""
+    points, cells, count = [], [], 0
+    for solid, offset in zip(solids, offsets, strict=True):
+        points.append(solid.geometry.x + offset)
+        cells.append(solid.geometry.dofmap.astype(np.int64) + count)
+        count += len(solid.geometry.x)
+    return tetrahedra(np.concatenate(points), np.concatenate(cells))
+
+
+def tetrahedra(points: np.ndarray, cells: np.ndarray) -> mesh.Mesh:
+    """A mesh from (n, 3) points and (m, 4) cells."""
+    element = basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,))
+    return mesh.create_mesh(
+        MPI.COMM_SELF, np.asarray(cells, dtype=np.int64), np.asarray(points, dtype=float),
+        ufl.Mesh(element))

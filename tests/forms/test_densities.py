@@ -1,0 +1,112 @@
+"""Energy densities by themselves: plain numbers, no mesh and no compiler."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import ufl
+
+from dolfingrip.forms import neo_hookean, plate
+
+SEED = 23
+MU, LMBDA = 2.93, 26.37
+
+
+def evaluate(expression: ufl.core.expr.Expr) -> np.ndarray:
+    """Value of a UFL expression without coefficients."""
+    shape = expression.ufl_shape
+    flat = [float(expression[i](())) for i in np.ndindex(*shape)] if shape else [expression(())]
+    return np.array(flat, dtype=float).reshape(shape)
+
+
+def psi(strain: np.ndarray) -> float:
+    """Strain energy of the Green–Lagrange strain."""
+    return float(neo_hookean.energy(ufl.as_matrix(strain.tolist()), MU, LMBDA)(()))
+
+
+def random_strain(size: float) -> np.ndarray:
+    """A symmetric (3, 3) strain."""
+    print("seed", SEED)
+    full = np.random.default_rng(SEED).uniform(-size, size, (3, 3))
+    return np.asarray((full + full.T) / 2)
+
+
+def slope(function: Callable[[float], float], at: float, step: float) -> float:
+    """Central difference."""
+    return (function(at + step) - function(at - step)) / (2 * step)
+
+
+def test_no_energy_at_rest() -> None:
+    """ψ(0) = 0 and it has a minimum there."""
+    assert psi(np.zeros((3, 3))) == 0.0
+    strain = random_strain(1e-3)
+    assert psi(strain) > 0.0
+    assert psi(-strain) > 0.0
+
+
+def test_small_strain_is_hooke() -> None:
+    """ψ → μ E:E + λ/2 (tr E)² at small strain, with an error of third order.
+
+    At strains of 1e-4 that is about 1e-4 of the energy, and round-off 1e-16/1e-8.
+    """
+    for size in (1e-3, 1e-4):
+        strain = random_strain(size)
+        hooke = MU * np.sum(strain**2) + LMBDA / 2 * np.trace(strain) ** 2
+        assert psi(strain) == pytest.approx(hooke, rel=10 * size)
+
+
+def test_value_in_uniaxial_strain() -> None:
+    """F = diag(λ, 1, 1): ψ = μ/2 (λ² − 1 − 2 ln λ) + Λ/2 (ln λ)², by hand."""
+    for stretch in (0.5, 1.2, 3.0):
+        strain = np.diag([(stretch**2 - 1) / 2, 0, 0])
+        log = np.log(stretch)
+        expected = MU / 2 * (stretch**2 - 1 - 2 * log) + LMBDA / 2 * log**2
+        assert psi(strain) == pytest.approx(expected, rel=1e-13)
+
+
+def test_isotropic() -> None:
+    """ψ(QᵀEQ) = ψ(E)."""
+    strain = random_strain(0.2)
+    turn, _ = np.linalg.qr(np.random.default_rng(SEED + 1).normal(size=(3, 3)))
+    assert psi(turn.T @ strain @ turn) == pytest.approx(psi(strain), rel=1e-12)
+
+
+def barrier(gap: float, width: float = 0.1, stiffness: float = 2.0) -> float:
+    """The plate's energy per area."""
+    return float(plate.energy(ufl.as_ufl(gap), ufl.as_ufl(width), ufl.as_ufl(stiffness))(()))
+
+
+def test_barrier_reach() -> None:
+    """Nothing from the width on; more and more without bound towards the plane."""
+    assert barrier(0.1) == barrier(0.25) == 0.0
+    gaps = np.geomspace(1e-12, 0.0999, 60)
+    energies = np.array([barrier(gap) for gap in gaps])
+    assert (np.diff(energies) < 0).all()
+    assert (energies > 0).all()
+    assert barrier(1e-300) > 100.0
+
+
+def test_barrier_pressure_at_half_width() -> None:
+    """−dψ/dg = κ (2 (1 − s)(−ln s) + (1 − s)²/s) = 1.193 κ at s = ½, as documented."""
+    pressure = -slope(barrier, 0.05, 1e-6)
+    assert pressure == pytest.approx(2.0 * (np.log(2) + 0.5), rel=1e-7)
+
+
+def test_barrier_is_smooth_at_its_width() -> None:
+    """ψ ~ κ ĝ (1 − s)³ near s = 1: value, slope and curvature all go to zero there."""
+    for closeness in (1e-2, 1e-3):
+        energy = barrier(0.1 * (1 - closeness))
+        assert energy == pytest.approx(2.0 * 0.1 * closeness**3, rel=closeness)
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+def test_nodal_rule(degree: int) -> None:
+    """The weights are positive and integrate 1, x and y over the triangle exactly."""
+    rule = plate.nodal_rule(degree)
+    points, weights = np.array(rule["quadrature_points"]), np.array(rule["quadrature_weights"])
+    assert points.shape == ({1: 3, 2: 6}[degree], 2)
+    assert (weights > 0).all()
+    np.testing.assert_allclose(weights @ np.column_stack([np.ones(len(points)), points]),
+                               [1 / 2, 1 / 6, 1 / 6], rtol=1e-14)

@@ -1,0 +1,63 @@
+"""Contact patch test: two blocks pressed together carry the same uniform pressure."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mechanics import bodies
+
+from dolfingrip.config import Solver
+from dolfingrip.mechanics.contact import BarrierContact
+from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.surface import Surface
+
+WIDTH = 0.02
+NU = 0.3
+PUSH = WIDTH / 2
+TOP = 2 + WIDTH
+
+
+def stacked(lower: int, upper: int) -> bodies.Body:
+    """Unit cubes of ``lower``³ and ``upper``³ cells, one barrier's width apart along z."""
+    solid = bodies.domain(
+        bodies.join([bodies.box((n, n, n)) for n in (lower, upper)],
+                    np.array([[0, 0, 0], [0, 0, 1 + WIDTH]])),
+        {"skin": lambda x: np.ones(x.shape[1], dtype=bool)})
+    body = bodies.body(solid, 1, nu=NU)
+    surface = Surface(body.u.function_space, solid, solid.facets("skin"))
+    body.model.contact = BarrierContact(surface, WIDTH, 1.0)
+    return body
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(3, 3), (3, 4)], ids=["matching", "not matching"])
+def test_blocks_pressed_together(lower: int, upper: int) -> None:
+    """The force is that of two bars in series with the gap, and spreads evenly.
+
+    Bars with free sides under the stress E ε, ε = (push − closing of the gap)/2 = 0.5 %, where
+    finite strain changes E ε and ν ε by less than 1 %. Where vertices of one face meet no
+    vertices of the other, a barrier is uneven by its own compression at most.
+    """
+    blocks = stacked(lower, upper)
+    for axis in (0, 1, 2):
+        blocks.hold(bodies.plane(axis, 0.0), axis)
+    blocks.hold(bodies.plane(2, TOP), 2)
+    z = blocks.nodes[:, 2]
+    blocks.displace(np.where(z > 1 + WIDTH / 2, -PUSH, 0.0)[:, None] * [0, 0, 1])
+    assert Newton(blocks.model, Solver(rtol=1e-9, max_iterations=60)).solve().converged
+
+    u = blocks.displacement()
+    below, above = np.isclose(z, 1.0), np.isclose(z, 1 + WIDTH)
+    closing = u[below, 2].mean() - u[above, 2].mean()
+    young = 2 * float(blocks.mu.value) * (1 + NU)
+    strain = (PUSH - closing) / 2
+    forces = blocks.gradient()
+    ends = [forces[np.isclose(z, level), 2].sum() for level in (0.0, TOP)]
+    side = np.isclose(blocks.nodes[:, 0], 1.0)
+    print("force", ends, "bars", young * strain, "gap closed by", closing,
+          "uneven", np.ptp(u[below, 2]), np.ptp(u[above, 2]),
+          "sides", u[side, 0].min() / strain, u[side, 0].max() / strain)
+    assert ends[0] == pytest.approx(-ends[1], rel=1e-6)
+    assert abs(ends[0]) == pytest.approx(young * strain, rel=0.01)
+    assert 0.0 < closing < 0.05 * WIDTH
+    assert max(np.ptp(u[below, 2]), np.ptp(u[above, 2])) < closing
+    assert u[side, 0].mean() == pytest.approx(NU * strain, rel=0.01)

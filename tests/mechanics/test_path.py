@@ -1,0 +1,137 @@
+"""The load path: where it lands, what it remembers, and that it comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from mechanics import bodies
+
+from dolfingrip.config import KPA, Solver
+from dolfingrip.mechanics.failure import FailureKind
+from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.path import LoadPath
+
+SETTINGS = Solver(rtol=1e-11, max_step_kPa=40.0, min_step_kPa=5.0)
+
+
+@pytest.fixture(scope="module")
+def clamped() -> bodies.Body:
+    """The hollow cube on its clamp, linear elements."""
+    solid = bodies.body(bodies.hollow_cube(), 1)
+    solid.hold(bodies.plane(2, 0.0))
+    return solid
+
+
+@pytest.fixture
+def solid(clamped: bodies.Body) -> Iterator[bodies.Body]:
+    """As ``clamped``, at rest before and after each test."""
+    yield clamped
+    clamped.displace(np.zeros_like(clamped.nodes))
+    clamped.model.prescribe({"pressure_kPa": 0.0, "time_s": 0.0})
+
+
+def test_lands_on_every_target(solid: bodies.Body) -> None:
+    """Pressures and times are met exactly, in steps no longer than allowed."""
+    path = LoadPath(Newton(solid.model, SETTINGS))
+    for pressure, time, steps in ((33.3, 1.1, 1), (100.1, 2.0, 2), (100.1, 7.0, 1), (0.7, 9.3, 3)):
+        arrival = path.advance({"pressure_kPa": pressure, "time_s": time})
+        assert arrival.failure is None
+        assert arrival.steps == steps
+        assert solid.pressure.value == pressure * KPA
+        assert solid.model.time_s == time
+        assert solid.model.state().controls == pytest.approx(
+            {"pressure_kPa": pressure, "time_s": time}, rel=1e-15)
+
+
+def test_intermediate_steps_lie_on_a_line(solid: bodies.Body) -> None:
+    """All controls go together: time is the same share of its way as the pressure."""
+    seen: list[tuple[float, float]] = []
+
+    def record() -> str:
+        controls = solid.model.state().controls
+        seen.append((controls["pressure_kPa"], controls["time_s"]))
+        return ""
+
+    path = LoadPath(Newton(solid.model, SETTINGS), accept=record)
+    path.advance({"pressure_kPa": 120.0, "time_s": 6.0})
+    np.testing.assert_allclose(seen, [[40, 2], [80, 4], [120, 6]], rtol=1e-12)
+
+
+def test_unloading_returns(solid: bodies.Body) -> None:
+    """An elastic body forgets: after 200 kPa and back it is where it was, to 1e-9 mm."""
+    path = LoadPath(Newton(solid.model, SETTINGS))
+    path.advance({"pressure_kPa": 200.0})
+    assert np.abs(solid.displacement()).max() > 0.01
+    path.advance({"pressure_kPa": 0.0})
+    assert np.abs(solid.displacement()).max() < 1e-9
+
+
+def test_state_is_a_copy(solid: bodies.Body) -> None:
+    """A state neither follows the model nor shares memory with its copies, and restores it."""
+    path = LoadPath(Newton(solid.model, SETTINGS))
+    path.advance({"pressure_kPa": 50.0, "time_s": 1.0})
+    state = solid.model.state()
+    copy = state.copy()
+    there = solid.displacement()
+    path.advance({"pressure_kPa": 80.0, "time_s": 2.0})
+    copy.displacement[:] = 7.0
+    copy.controls["pressure_kPa"] = 7.0
+
+    assert not np.array_equal(solid.displacement(), there)
+    solid.model.restore(state)
+    assert np.array_equal(solid.displacement(), there)
+    assert solid.model.time_s == 1.0
+    assert solid.pressure.value == pytest.approx(50.0 * KPA, rel=1e-15)
+
+
+def test_path_does_not_depend_on_its_history(solid: bodies.Body) -> None:
+    """Restored and led the same way again, the model arrives at the same solution."""
+    path = LoadPath(Newton(solid.model, SETTINGS))
+    path.advance({"pressure_kPa": 50.0})
+    state = solid.model.state()
+    path.advance({"pressure_kPa": 130.0})
+    first = solid.displacement()
+    solid.model.restore(state)
+    path.advance({"pressure_kPa": 130.0})
+    np.testing.assert_allclose(solid.displacement(), first, atol=1e-10)
+
+
+def test_rejected_step_is_contact(solid: bodies.Body) -> None:
+    """A state that must not be accepted is left, exactly; the step is halved down to its least."""
+    def reject() -> str:
+        return "" if solid.model.controls["pressure_kPa"].value < 60.0 else "touches"
+
+    path = LoadPath(Newton(solid.model, SETTINGS), accept=reject)
+    assert path.advance({"pressure_kPa": 40.0, "time_s": 1.0}).failure is None
+    arrival = path.advance({"pressure_kPa": 200.0, "time_s": 5.0})
+    failure = arrival.failure
+    assert failure is not None
+    assert failure.kind is FailureKind.CONTACT
+    assert arrival.cuts > 0
+    reached = failure.last_good["pressure_kPa"]
+    assert 60.0 - 2 * SETTINGS.min_step_kPa <= reached < 60.0
+    assert failure.attempted["pressure_kPa"] >= 60.0
+    assert "kPa" in failure.sentence()
+
+    left = solid.displacement()
+    assert solid.model.controls["pressure_kPa"].value == pytest.approx(reached, rel=1e-12)
+    # the state left is in equilibrium: another solve changes nothing
+    assert Newton(solid.model, SETTINGS).solve().converged
+    np.testing.assert_allclose(solid.displacement(), left, atol=1e-10)
+
+
+def test_failed_step_is_undone_bitwise(solid: bodies.Body) -> None:
+    """Too few iterations are called that, and the last good state is kept to the last bit."""
+    path = LoadPath(Newton(solid.model, SETTINGS))
+    path.advance({"pressure_kPa": 50.0, "time_s": 2.0})
+    good = solid.model.state()
+    hasty = Solver(rtol=1e-11, max_step_kPa=40.0, min_step_kPa=5.0, max_iterations=1)
+    failure = LoadPath(Newton(solid.model, hasty)).advance(
+        {"pressure_kPa": 200.0, "time_s": 9.0}).failure
+    assert failure is not None
+    assert failure.kind is FailureKind.ITERATION_LIMIT
+    assert failure.last_good == pytest.approx({"pressure_kPa": 50.0, "time_s": 2.0})
+    assert np.array_equal(solid.model.state().displacement, good.displacement)
+    assert solid.model.state().controls == pytest.approx(good.controls)
