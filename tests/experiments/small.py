@@ -1,0 +1,46 @@
+"""A finger on so few elements that a run takes seconds: right in kind, not in figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from mpi4py import MPI
+
+from dolfingrip import config
+from dolfingrip.experiments.finger import FingerModel, build
+from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.path import LoadPath
+
+COARSE = ("mesh.size_mm=6", "mesh.edge_size_mm=6")
+SHORT = (
+    *COARSE,
+    "finger.length_mm=38",
+    "finger.bellows=2",
+    "experiment.max_pressure_kPa=50",
+)
+"""A quarter of the bellows and of the cost."""
+
+
+def coarse(*overrides: str) -> config.Config:
+    """The reference finger, coarsely meshed."""
+    return config.load(None, [*COARSE, *overrides])
+
+
+def short(*overrides: str) -> config.Config:
+    """A short finger of two bellows, coarsely meshed."""
+    return config.load(None, [*SHORT, *overrides])
+
+
+def model(settings: config.Config, *, plate: bool, comm: MPI.Comm = MPI.COMM_SELF) -> FingerModel:
+    """The unpressurised finger."""
+    return build(settings, load_domain(settings, comm), plate=plate)
+
+
+def pressurise(finger: FingerModel, pressures_kPa: Iterable[float]) -> Iterable[float]:
+    """Lead the finger through the pressures and stop at each."""
+    path = LoadPath(Newton(finger.model, finger.config.solver))
+    for pressure in pressures_kPa:
+        arrival = path.advance({"pressure_kPa": pressure})
+        assert arrival.failure is None, arrival.failure.sentence()
+        yield pressure
