@@ -171,7 +171,7 @@ class Mesh(Section):
     )
     half: bool = Field(True, description="half finger with the symmetry plane y = 0")
     order: Literal[1, 2] = Field(1, description="order of the elements written to files")
-    size_mm: float = Field(3.6, gt=0, le=100, description="element size away from edges")
+    size_mm: float = Field(2.8, gt=0, le=100, description="element size away from edges")
     edge_size_mm: float | None = Field(
         None, gt=0, le=100, description="element size at concave edges; default: size_mm"
     )

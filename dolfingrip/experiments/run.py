@@ -170,6 +170,7 @@ def _facts(
         },
         "newton": {
             "iterations": newton.iterations,
+            "factorisations": newton.factorisations,
             "load_steps": sum(row["load_steps"] for row in result.rows),
             "matrix_patterns": newton.tangent.patterns + 1,
         },

@@ -16,6 +16,10 @@ from dolfingrip.mechanics.model import Model
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.tangent import Tangent
 
+CHORD = 0.02
+"""An iteration that brought the residual below this part of the one before leaves a tangent
+good enough for the next iteration, too; factorising it is what costs."""
+
 SHORTEST_STEP = 1e-3
 """A Newton step shortened below this fraction makes no progress any more."""
 
@@ -61,6 +65,7 @@ class Newton:
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
+        factorisations: of the tangent; fewer, as a good tangent serves twice.
     """
 
     def __init__(self, model: Model, settings: Solver, profile: Profile | None = None) -> None:
@@ -78,6 +83,9 @@ class Newton:
         self._short = 0
         self._scale = 0.0
         self.iterations = 0
+        self.factorisations = 0
+        self._keep_factors = False
+        self._last_norm = np.inf
         self._step = np.zeros_like(model.u.x.array)
 
     def _make_snes(self) -> PETSc.SNES:
@@ -117,7 +125,10 @@ class Newton:
             self.model.assemble_residual(residual)
 
     def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
+        if self._keep_factors:
+            return
         with self.profile.phase("tangent"):
+            self.factorisations += 1
             self._take(x)
             before = self.tangent.matrix
             self.tangent.assemble()
@@ -164,6 +175,8 @@ class Newton:
         tolerance = max(self.settings.atol_N, self.settings.rtol * self._scale)
         if norm <= tolerance and not self._bound:
             return reason.CONVERGED_FNORM_RELATIVE
+        self._keep_factors = norm < CHORD * self._last_norm and not self._bound
+        self._last_norm = norm
         if norm > 1e6 * max(self._scale, 1.0):
             return reason.DIVERGED_DTOL
         return reason.CONVERGED_ITERATING
@@ -174,6 +187,7 @@ class Newton:
         """Iterate from the model's present state; the state is changed even if this fails."""
         model = self.model
         self._bound, self._short = "", 0
+        self._keep_factors, self._last_norm = False, 0.0
         if model.potential.carried is not None:
             model.potential.carried.reset()
         self._x.array[:] = model.u.x.array[: self._owned]
