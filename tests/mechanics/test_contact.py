@@ -59,7 +59,9 @@ def at_vertices(contact: BarrierContact, dofs: np.ndarray) -> np.ndarray:
     return contact.surface.displacement(dofs).ravel()
 
 
-def line(start: np.ndarray, w: np.ndarray, of: Callable[[np.ndarray], Any]) -> Callable[[float], Any]:
+def line(
+    start: np.ndarray, w: np.ndarray, of: Callable[[np.ndarray], Any]
+) -> Callable[[float], Any]:
     """``of`` along a line of dofs."""
     return lambda step: of(start + step * w)
 

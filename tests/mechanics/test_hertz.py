@@ -5,14 +5,14 @@ from __future__ import annotations
 import gmsh
 import numpy as np
 import pytest
+from mechanics import bodies
+from mpi4py import MPI
+
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.domain import Domain, distribute
 from dolfingrip.mechanics.newton import Newton
 from dolfingrip.meshes.gmsh_model import current_mesh, session
 from dolfingrip.meshes.groups import SURFACE_TAGS
-from mpi4py import MPI
-
-from mechanics import bodies
 
 RADIUS = 10.0
 SPOT = 0.02 * RADIUS

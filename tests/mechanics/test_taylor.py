@@ -106,3 +106,14 @@ def test_carried_stress_follows_to_first_order(hollow: bodies.Body) -> None:
         assert taylor.rates(difference, 0.0, 0.01).min() > 1.9
     finally:
         hollow.displace(np.zeros_like(start))
+
+
+def test_plain_tangent_is_the_same() -> None:
+    """Without the carried stress the tangent is what it is with a fresh one."""
+    plain, carrying = (
+        bodies.body(bodies.hollow_cube(), 1, carried=carried) for carried in (False, True))
+    assert plain.model.potential.carried is None
+    for solid in (plain, carrying):
+        solid.displace(0.05 * np.random.default_rng(SEED).uniform(-1, 1, solid.nodes.shape))
+    difference = plain.tangent() - carrying.tangent()
+    assert difference.norm() < 1e-14 * plain.tangent().norm()
