@@ -7,7 +7,7 @@ import os
 import sys
 import traceback
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from mpi4py import MPI
@@ -18,6 +18,9 @@ from dolfingrip.config import Config, ConfigError
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.run import Kind, Result
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as of shells."""
 
 app = typer.Typer(
     add_completion=False,
@@ -45,7 +48,18 @@ Colour = Annotated[
 
 def console() -> Console:
     """Where results are printed: silent on ranks other than 0."""
-    return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False)
+    bare = False if _redirected() else None  # None: rich finds out
+    return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False, force_terminal=bare)
+
+
+def _redirected() -> bool:
+    """Whether mpirun's output goes elsewhere than the terminal that it lets its ranks see."""
+    if "PMIX_RANK" not in os.environ:
+        return False
+    try:
+        return not os.readlink(f"/proc/{os.getppid()}/fd/1").startswith(("/dev/pts", "/dev/tty"))
+    except OSError:
+        return True
 
 
 @app.callback()
@@ -146,13 +160,32 @@ def main() -> None:
         sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     try:
         app()
-    except ConfigError as error:
+    except ConfigError as error:  # the same on all ranks
         sys.stderr.write(f"dolfingrip: {error}\n")
-        sys.exit(2)
-    except Exception:
+        _end(2)
+    except SystemExit as ending:
+        _end(ending.code)
+    except Exception as error:
+        if _interrupted(error):
+            _end(INTERRUPTED)
         if comm.size == 1:
             raise
         # the other ranks would wait for this one for ever
         traceback.print_exc(file=errors)
         errors.flush()
         comm.Abort(70)
+
+
+def _end(code: object) -> NoReturn:
+    """Exit on all ranks, the text of rank 0 first: mpirun kills the rest as one rank fails."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if code and code != INTERRUPTED:  # an interrupt may have reached this rank alone
+        MPI.COMM_WORLD.Barrier()
+    sys.exit(code)  # type: ignore[arg-type]
+
+
+def _interrupted(error: BaseException) -> bool:
+    """Whether Ctrl-C is behind an error: PETSc passes it on from a callback as its own."""
+    behind = error.__cause__ or error.__context__
+    return isinstance(error, KeyboardInterrupt) or (behind is not None and _interrupted(behind))

@@ -1,0 +1,223 @@
+"""The command: what it prints, writes and returns, for good and for bad input."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+
+from dolfingrip import cli
+from dolfingrip.config import Config, dumps
+
+COARSE = (
+    "--set", "mesh.size_mm=6", "--set", "finger.length_mm=38", "--set", "finger.bellows=2",
+    "--set", "experiment.max_pressure_kPa=40", "--set", "experiment.step_kPa=10",
+)  # fmt: skip
+BAD = {
+    "value": ["--set", "finger.gap_mm=-1"],
+    "unknown key": ["--set", "finger.wall_cm=1"],
+    "geometry": ["--set", "finger.wall_mm=4"],
+    "too thin to mesh": ["--set", "finger.wall_mm=3.499999"],
+    "no configuration": ["--config", "no.toml"],
+    "no mesh": ["--set", "mesh.file=no.msh"],
+    "mesh of another kind": ["--set", "mesh.file=mesh.txt"],
+    "mesh without groups": ["--set", "mesh.file=bare.msh"],
+    "render": ["--render", "0,33"],
+    "render text": ["--render", "all"],
+    "colour": ["--colour-by", "stress"],
+}
+SAID = {
+    "value": "finger.gap_mm = -1: allowed: above 0 mm",
+    "unknown key": "finger.wall_cm: unknown key; did you mean finger.wall_mm?",
+    "geometry": "finger.wall_mm = 4.0: thicker than half a bellows; allowed: above 0 and below 3.5",
+    "too thin to mesh": "finger.wall_mm = 3.499999: leaves 2e-06 mm between two faces; allowed:",
+    "no configuration": "--config no.toml: No such file or directory",
+    "no mesh": "no.msh: No such file or directory",
+    "mesh of another kind": "mesh.txt: unknown format; allowed: .msh, .inp",
+    "mesh without groups": "bare.msh: missing groups cavity, clamp, skin, tip",
+    "render": "--render 33: allowed: 0, 25, 50, 75, 100, 125, 150, 175, 200, 225, 250 (kPa)",
+    "render text": "--render all: allowed: pressures in kPa",
+    "colour": "--colour-by stress: allowed: displacement, stretch",
+}
+ENVIRONMENT = {
+    **os.environ,
+    "OMP_NUM_THREADS": "1",
+    "HWLOC_HIDE_ERRORS": "2",  # a sandbox without /sys is no concern of ours
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+}
+COMMAND = (sys.executable, "-P", "-m", "dolfingrip")
+
+
+def _call(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Exit code of the command in this process."""
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    return int(ended.value.code or 0)
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with bad mesh files."""
+    tetrahedron = "4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+    (tmp_path / "bare.msh").write_text(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
+        f"$Nodes\n{tetrahedron}$EndNodes\n$Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n"
+    )
+    (tmp_path / "mesh.txt").write_text("nothing")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_bad_input_is_one_line_exit_code_2_and_nothing_written(
+    kind: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    before = sorted(folder.iterdir())
+    assert _call("bend", "--out", "results", *BAD[kind], monkeypatch=monkeypatch) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith("dolfingrip: ")
+    assert SAID[kind] in err
+    assert err.endswith("\n")
+    assert err.count("\n") == 1
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("command", ["bend", "force", "mesh", "demo"])
+@pytest.mark.parametrize("out", ["mesh.txt", "mesh.txt/results"])
+def test_a_file_in_the_way_of_results_is_named(
+    command: str,
+    out: str,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    assert _call(command, "--out", out, monkeypatch=monkeypatch) == 2
+    said = f"dolfingrip: --out {out}: {folder / 'mesh.txt'} is a file; allowed: a folder\n"
+    assert capfd.readouterr() == ("", said)
+
+
+def test_printed_configuration_is_the_resolved_one(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert _call("config", monkeypatch=monkeypatch) == 0
+    assert capfd.readouterr().out == dumps(Config())
+    assert _call("config", "--set", "finger.wall_mm=1.8", monkeypatch=monkeypatch) == 0
+    assert "\nwall_mm = 1.8 # walls of bellows and channel\n" in capfd.readouterr().out
+
+
+def test_usage_errors_keep_their_form(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert _call("bend", "--nothing", monkeypatch=monkeypatch) == 2
+    assert "No such option: --nothing" in capfd.readouterr().err
+
+
+def test_force_writes_table_curve_and_renders(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ("force", "--out", str(tmp_path), *COARSE, "--render", "0,40")
+    code = _call(*arguments, "--colour-by", "stretch", monkeypatch=monkeypatch)
+    out, err = capfd.readouterr()
+    assert (code, err) == (0, "")
+    assert "Blocked force (N)" in out
+    assert f"results: {tmp_path}\n" in out
+    assert not out.startswith("\n")  # no trace of a progress bar
+    for name in ("curve", "finger_0kPa", "finger_40kPa", "strip"):
+        picture = matplotlib.image.imread(tmp_path / f"{name}.png")
+        assert picture[..., :3].std() > 0.01, name
+    record = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
+    assert record["command"] == [*arguments, "--colour-by", "stretch"]
+
+    again = tmp_path / "again"
+    code = _call(
+        "force", "--config", str(tmp_path / "run.json"), "--out", str(again),
+        monkeypatch=monkeypatch,
+    )  # fmt: skip
+    assert code == 0
+    assert (again / "result.csv").read_bytes() == (tmp_path / "result.csv").read_bytes()
+    assert not list(again.glob("finger*.png"))
+
+
+def test_a_path_that_ends_early_is_told_and_exits_with_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    one = ("--set", "solver.max_iterations=1", "--set", "solver.min_step_kPa=20")
+    code = _call(
+        "bend", "--out", str(tmp_path), *COARSE, *one, "--render", "0,40", monkeypatch=monkeypatch
+    )
+    out, _ = capfd.readouterr()
+    assert code == 1
+    assert "Free bending stopped at 0 kPa (" in out
+    assert len((tmp_path / "result.csv").read_text(encoding="utf-8").splitlines()) == 2
+    assert (tmp_path / "finger_0kPa.png").exists()
+    assert not (tmp_path / "finger_40kPa.png").exists()
+
+
+def test_mesh_writes_what_can_be_read_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "mesh"
+    assert _call("mesh", "--out", str(out), *COARSE, monkeypatch=monkeypatch) == 0
+    said, err = capfd.readouterr()
+    assert err == ""
+    assert sorted(file.name for file in out.iterdir()) == ["finger.inp", "finger.msh", "finger.vtk"]
+    for name in ("finger.msh", "finger.inp"):
+        assert f"wrote {out / name}\n" in said
+        arguments = ("mesh", "--out", str(tmp_path / name), "--set", f"mesh.file={out / name}")
+        assert _call(*arguments, monkeypatch=monkeypatch) == 0
+        assert capfd.readouterr().out.splitlines()[0] == said.splitlines()[0]
+
+
+def test_interrupt_is_quiet(tmp_path: Path) -> None:
+    """Ctrl-C in the middle: exit code 130, no traceback, rows so far kept."""
+    steps = ("--set", "experiment.step_kPa=0.5")
+    run = subprocess.Popen(
+        [*COMMAND, "bend", "--out", str(tmp_path), *COARSE, *steps],
+        env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    table = tmp_path / "result.csv"
+    for _ in range(600):
+        if table.exists() and len(table.read_text(encoding="utf-8").splitlines()) > 2:
+            break
+        time.sleep(0.1)
+    run.send_signal(signal.SIGINT)
+    out, err = run.communicate(timeout=60)
+    assert (run.returncode, out, err) == (130, "", "")
+    assert len(table.read_text(encoding="utf-8").splitlines()) > 2
+
+
+@pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun")
+@pytest.mark.parametrize("kind", ["value", "too thin to mesh", "no mesh", "render"])
+def test_bad_input_on_two_ranks_is_said_once_and_ends_all(kind: str, tmp_path: Path) -> None:
+    """Meshing fails on rank 0 alone: the other must not wait for it for ever."""
+    ended = subprocess.run(
+        ["mpirun", "--oversubscribe", "-n", "2", *COMMAND, "bend", "--out", "results", *BAD[kind]],
+        env=_outside_mpi(), capture_output=True, text=True, timeout=90, cwd=tmp_path, check=False,
+        stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+    assert ended.returncode == 2
+    ours = [line for line in ended.stderr.splitlines() if line.startswith("dolfingrip: ")]
+    assert len(ours) == 1
+    assert SAID[kind] in ours[0]
+    assert "Traceback" not in ended.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def _outside_mpi() -> dict[str, str]:
+    """The environment without what this process' own MPI put there."""
+    return {
+        name: value
+        for name, value in ENVIRONMENT.items()
+        if not name.startswith(("OMPI_MCA_", "OMPI_COMM_", "PMIX_", "OPAL_", "PRTE_"))
+    }
