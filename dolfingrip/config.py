@@ -194,7 +194,7 @@ class Solver(Section):
     """Discretisation and Newton's method."""
 
     element: Literal["P1", "P2"] = Field("P2", description="displacement element")
-    rtol: float = Field(1e-9, gt=0, lt=1, description="residual, relative to the step's first")
+    rtol: float = Field(1e-8, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")
     max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")

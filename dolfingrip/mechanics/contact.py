@@ -16,9 +16,10 @@ ipctk.set_num_threads(1)  # one thread a rank, as everywhere
 class BarrierContact:
     """Surfaces repel one another within the barrier's width and never pass.
 
-    Π_contact = κ Σ A b(d), over the pairs of vertex–face and edge–edge closer than the width
-    (Li et al. 2020), weighted by area so that it converges with the mesh (Li et al.,
-    Convergent Incremental Potential Contact, 2023).
+    Π_contact = −κ ĝ Σ A (1 − s²)² ln s², s = d/ĝ, over the pairs of vertex–face and edge–edge at
+    a distance d below the width ĝ (Li et al. 2020), weighted by area so that it converges with
+    the mesh (Li et al., Convergent Incremental Potential Contact, 2023). Being in s², it is
+    about eight times as stiff at first touch as the plate's barrier with the same κ.
 
     Args:
         surface: vertices and triangles of all bodies.
@@ -50,13 +51,25 @@ class BarrierContact:
         return pairs
 
     def near_pairs(self, dofs: np.ndarray) -> np.ndarray:
-        """(k, 2) vertex pairs that are close enough to touch soon."""
-        close = self._pairs(self.surface.positions(dofs), 2 * self.width_mm)
+        """(k, 2) vertices that share a pair of parts close enough to touch soon.
+
+        All vertices of a vertex–face or edge–edge pair count, also where only some of them are
+        felt at present, so that sliding along a face needs no new pairs.
+        """
+        near = ipctk.Candidates()
+        near.build(self._mesh, self.surface.positions(dofs), self.width_mm)
         edges, faces = self._mesh.edges, self._mesh.faces
-        ids = np.array([close[i].vertex_ids(edges, faces) for i in range(len(close))])
+        found = [
+            np.array([[c.face_id, c.vertex_id] for c in near.fv_candidates]).reshape(-1, 2),
+            np.array([[c.edge0_id, c.edge1_id] for c in near.ee_candidates]).reshape(-1, 2),
+        ]
+        vertices = np.concatenate([
+            np.column_stack([faces[found[0][:, 0]], found[0][:, 1]]),
+            np.column_stack([edges[found[1][:, 0]], edges[found[1][:, 1]]]),
+        ])
         first, second = np.triu_indices(4, 1)
-        pairs = np.stack([ids[:, first].ravel(), ids[:, second].ravel()], axis=1)
-        return np.unique(pairs[(pairs >= 0).all(axis=1)], axis=0).astype(np.int64)
+        pairs = np.stack([vertices[:, first].ravel(), vertices[:, second].ravel()], axis=1)
+        return np.unique(pairs, axis=0).astype(np.int64)
 
     # -- energy --------------------------------------------------------------------------------
 

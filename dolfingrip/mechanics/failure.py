@@ -23,8 +23,7 @@ _SENTENCE = {
         "contact kept Newton's steps short; widen contact.barrier_mm or lower its stiffness"
     ),
     FailureKind.LIMIT_POINT: (
-        "the finger loses stability here (negative pivots in the tangent): "
-        "pressure control cannot follow it"
+        "the finger goes soft here (its stiffness vanishes): pressure control cannot follow it"
     ),
     FailureKind.ITERATION_LIMIT: (
         "Newton's method did not converge within solver.max_iterations"

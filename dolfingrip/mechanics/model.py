@@ -116,10 +116,9 @@ class Model:
         if self.contact is not None:
             self.contact.add_gradient(self.u.x.array, residual)
             residual.assemble()
-        if supported:
-            rows = np.concatenate([bc.dof_indices()[0][: bc.dof_indices()[1]]
-                                   for bc in self.supports])
-            residual.array[rows] = 0.0
+        for bc in self.supports if supported else ():
+            dofs, owned = bc.dof_indices()
+            residual.array[dofs[:owned]] = 0.0
 
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
         """Largest fraction of ``step`` that no bound forbids, and the bound that set it."""

@@ -20,6 +20,18 @@ CHORD = 0.02
 """An iteration that brought the residual below this part of the one before leaves a tangent
 good enough for the next iteration, too; factorising it is what costs."""
 
+STUBBORN = 0.7
+"""Once the first iterations are over, a residual that falls by less calls a line search."""
+
+SETTLED = 2
+"""Iterations after which a step that a bound cuts is searched: a new touch must not undo them."""
+
+HOPELESS = 3.0
+"""A residual so many times its early peak does not come back."""
+
+EARLY = 4
+"""Iterations in which the residual may rise, as the carried stress makes it do."""
+
 SHORTEST_STEP = 1e-3
 """A Newton step shortened below this fraction makes no progress any more."""
 
@@ -60,8 +72,10 @@ class Solve:
 class Newton:
     """Finds a stationary point of a model's Π from its present state.
 
-    Globalisation is the model's bound on a step (contact, inversion); within it full steps are
-    taken, since the carried stress makes the residual rise before it falls.
+    Globalisation is the model's bound on a step (contact, inversion). Within it full steps are
+    taken at first, since the carried stress makes the residual rise before it falls; later a
+    residual that stagnates (pairs of contact that change from step to step) is searched along
+    the step, and one that exceeds its early peak ends the solve.
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
@@ -76,6 +90,7 @@ class Newton:
         self._residual = fem_petsc.create_vector(model.potential.residual)
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
+        self._trial = self._residual.duplicate()
         self._owned = self._x.getLocalSize()
         self._retired: list[PETSc.Mat] = []
         self._snes = self._make_snes()
@@ -85,7 +100,10 @@ class Newton:
         self.iterations = 0
         self.factorisations = 0
         self._keep_factors = False
-        self._last_norm = np.inf
+        self._settled = False
+        self._stagnates = False
+        self._last_norm = 0.0
+        self._peak = 0.0
         self._step = np.zeros_like(model.u.x.array)
 
     def _make_snes(self) -> PETSc.SNES:
@@ -144,6 +162,8 @@ class Newton:
             step[: self._owned] = -y.array_r
             self._forward(step)
             fraction, self._bound = self.model.admissible_step(step)
+            if self._stagnates or (self._bound and self._settled):
+                fraction = self._search(step, fraction)
             self._short = self._short + 1 if fraction < SHORTEST_STEP else 0
             step *= fraction
             if self.model.potential.carried is not None:
@@ -151,6 +171,17 @@ class Newton:
             if fraction < 1.0:
                 y.scale(fraction)
         return fraction < 1.0
+
+    def _search(self, step: np.ndarray, longest: float) -> float:
+        """The fraction of ``step`` with the smallest residual among the longest and its halves."""
+        start = self.model.u.x.array.copy()
+        best = (np.inf, longest)
+        for fraction in longest * 0.5 ** np.arange(4):
+            self.model.u.x.array[:] = start + fraction * step
+            self.model.assemble_residual(self._trial)
+            best = min(best, (self._trial.norm(), float(fraction)))
+        self.model.u.x.array[:] = start
+        return best[1]
 
     def _forward(self, local: np.ndarray) -> None:
         """Fill the ghosts of a local dof array from their owners."""
@@ -170,14 +201,18 @@ class Newton:
             return reason.DIVERGED_FNORM_NAN
         if iteration == 0:
             self._scale = norm
+        if iteration <= EARLY:
+            self._peak = max(self._peak, norm)
         if self._short > 2:
             return reason.DIVERGED_LINE_SEARCH
         tolerance = max(self.settings.atol_N, self.settings.rtol * self._scale)
         if norm <= tolerance and not self._bound:
             return reason.CONVERGED_FNORM_RELATIVE
         self._keep_factors = norm < CHORD * self._last_norm and not self._bound
+        self._settled = iteration >= SETTLED
+        self._stagnates = iteration > EARLY and norm > STUBBORN * self._last_norm
         self._last_norm = norm
-        if norm > 1e6 * max(self._scale, 1.0):
+        if iteration > EARLY and norm > HOPELESS * self._peak:
             return reason.DIVERGED_DTOL
         return reason.CONVERGED_ITERATING
 
@@ -187,7 +222,8 @@ class Newton:
         """Iterate from the model's present state; the state is changed even if this fails."""
         model = self.model
         self._bound, self._short = "", 0
-        self._keep_factors, self._last_norm = False, 0.0
+        self._keep_factors, self._stagnates = False, False
+        self._last_norm, self._peak = 0.0, 0.0
         if model.potential.carried is not None:
             model.potential.carried.reset()
         self._x.array[:] = model.u.x.array[: self._owned]

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from mpi4py import MPI
+
 from dolfingrip.mechanics.failure import Failure, FailureKind
 from dolfingrip.mechanics.newton import Ending, Newton, Solve
+from dolfingrip.mechanics.state import State
+
+SOFT = 0.2
+"""Part of the largest stiffness on the path below which a failure is a limit point."""
 
 COMFORTABLE = 8
 """Newton iterations up to which the next step may be longer."""
@@ -53,6 +60,7 @@ class LoadPath:
         self._longest = longest or {"pressure_kPa": settings.max_step_kPa}
         self._accept = accept
         self._length = 1.0  # of the longest step
+        self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
 
     def advance(self, target: Mapping[str, float]) -> Arrival:
@@ -71,7 +79,6 @@ class LoadPath:
             return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
 
         done, iterations, steps, cuts = 0.0, 0, 0, 0
-        stable = True
         while done < 1.0:
             length = min(self._length, 1.0) / whole
             # no sliver is left for a last step
@@ -81,9 +88,10 @@ class LoadPath:
             iterations += solve.iterations
             rejected = self._accept() if solve.converged else ""
             if solve.converged and not rejected:
+                stiffness = self._stiffness((reach - done) * whole, good)
+                self._stiffest = max(self._stiffest, stiffness)
                 done, steps = reach, steps + 1
                 good = self.model.state()
-                stable = solve.negative_pivots == 0
                 if solve.iterations <= COMFORTABLE:
                     self._length = min(2 * self._length, 1.0)
                 continue
@@ -91,16 +99,37 @@ class LoadPath:
             cuts += 1
             self._length = (reach - done) * whole / 2
             if self._length < self._shortest:
-                failure = Failure(_classify(solve, rejected, stable), at(done), at(reach))
+                back = self._shortest / whole / 2
+                soft = self._is_soft(at(done - back), back * whole, good)
+                failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
                 return Arrival(iterations, steps, cuts, failure)
         return Arrival(iterations, steps, cuts)
 
+    def _stiffness(self, length: float, before: State) -> float:
+        """Part of a longest step for each mm that the displacement has moved from ``before``."""
+        moved = self.model.u.x.array - before.displacement
+        square = self.model.comm.allreduce(float(moved @ moved), MPI.SUM)
+        return length / math.sqrt(square) if square > 0 else 0.0
 
-def _classify(solve: Solve, rejected: str, stable: bool) -> FailureKind:
+    def _is_soft(self, controls: Mapping[str, float], length: float, good: State) -> bool:
+        """Whether the model answers a small step back much more softly than it once did.
+
+        Bergan's current stiffness parameter (Bergan, Horrigmoe, Kråkeland & Søreide, Int. J.
+        Numer. Methods Eng. 12, 1978), which vanishes at a limit point. The pivots of a diverged
+        iteration tell nothing. The model is restored to ``good``.
+        """
+        self.model.prescribe(controls)
+        converged = self.newton.solve().converged
+        stiffness = self._stiffness(length, good)
+        self.model.restore(good)
+        return converged and 0 < stiffness < SOFT * self._stiffest
+
+
+def _classify(solve: Solve, rejected: str, soft: bool) -> FailureKind:
     """The class of a step that failed at its smallest length."""
     if rejected or solve.ending is Ending.BLOCKED:
         return FailureKind.CONTACT
-    if not stable or solve.negative_pivots > 0 or solve.ending is Ending.SINGULAR:
+    if soft or solve.ending is Ending.SINGULAR:
         return FailureKind.LIMIT_POINT
     if solve.ending is Ending.INVERTED:
         return FailureKind.INVERTED_ELEMENT

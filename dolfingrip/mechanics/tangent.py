@@ -91,7 +91,7 @@ class Tangent:
         assert self._model.contact is not None
         near = self._model.contact.near_pairs(self._model.u.x.array)
         keys = np.concatenate([near[:, 0] * count + near[:, 1], near[:, 1] * count + near[:, 0]])
-        self._known = np.unique(np.concatenate([pairs, keys]))
+        self._known = np.unique(np.concatenate([self._known, pairs, keys]))
         nodes = self._model.contact.surface.nodes
         row, column = (nodes[i] for i in np.divmod(self._known, count))
         owned = (row >= self._first) & (row < self._first + self._rows)
