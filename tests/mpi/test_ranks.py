@@ -1,0 +1,139 @@
+"""The same answer on any number of ranks, and no rank left waiting.
+
+Run as ``mpirun -n 2 python -m pytest tests/mpi`` (also with 3, or without mpirun). The reference
+is the same model solved by each rank alone on MPI.COMM_SELF: nothing is stored.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from dolfingrip import config
+from dolfingrip.config import ConfigError
+from dolfingrip.experiments import Result, run
+from dolfingrip.mechanics.domain import on_root
+from dolfingrip.meshes import files
+from dolfingrip.meshes.quality import check
+from dolfingrip.report.fields import list_steps, read_grid, read_tetrahedra
+from experiments import small
+
+WORLD = MPI.COMM_WORLD
+READINGS = (
+    "angle_deg", "force_N", "tip_x_mm", "tip_z_mm", "chord_angle_deg", "cavity_volume_mm3",
+    "contact_gap_mm", "plate_gap_mm",
+)  # fmt: skip
+STRICT = ("solver.rtol=1e-12", "solver.atol_N=1e-11")
+"""Iterated until rounding, lest the comparison show where Newton's method was stopped."""
+
+BLOCKED = small.short(
+    *STRICT, "finger.gap_mm=0.4", "experiment.max_pressure_kPa=160", "experiment.step_kPa=80"
+)
+FREE = small.short(
+    *STRICT, "contact.self_contact=false", "experiment.max_pressure_kPa=80",
+    "experiment.step_kPa=40",
+)  # fmt: skip
+
+
+def _compare(alone: Result, together: Result) -> None:
+    assert alone.failure is None
+    assert together.failure is None
+    assert len(alone.rows) == len(together.rows)
+    for name in READINGS:
+        expected, found = alone.column(name), together.column(name)
+        scale = np.nanmax(np.abs(expected), initial=0.0)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * scale, err_msg=name)
+
+
+def test_blocked_finger_with_bellows_in_contact() -> None:
+    alone = run("blocked_force", BLOCKED, comm=MPI.COMM_SELF)
+    gap = alone.column("contact_gap_mm")
+    assert gap[0] > BLOCKED.contact.barrier_mm > gap[-1]  # or there would be no contact to test
+    assert alone.column("force_N")[-1] > 0.1
+    _compare(alone, run("blocked_force", BLOCKED, comm=WORLD))
+
+
+def test_free_finger_without_contact(shared: Path) -> None:
+    alone = run("bending", FREE, comm=MPI.COMM_SELF)
+    together = run("bending", FREE, out=shared, comm=WORLD)
+    _compare(alone, together)
+    assert together.facts["ranks"] == WORLD.size
+    assert together.facts["mesh"] == alone.facts["mesh"]
+    if WORLD.rank == 0:
+        steps = list_steps(shared / "fields.pvd")
+        assert len(steps) == len(together.rows)
+        assert len(read_tetrahedra(read_grid(steps[-1])).cells) == alone.facts["mesh"]["elements"]
+        assert len((shared / "result.csv").read_text().splitlines()) == 1 + len(together.rows)
+
+
+def test_whole_finger_of_linear_elements_with_a_tilted_plate() -> None:
+    settings = small.short(
+        *STRICT, "mesh.half=false", "solver.element=P1", "plate.tilt_deg=10",
+        "experiment.max_pressure_kPa=30", "experiment.step_kPa=30",
+    )  # fmt: skip
+    _compare(run("blocked_force", settings, comm=MPI.COMM_SELF), run("blocked_force", settings))
+
+
+def test_ranks_without_skin_take_part() -> None:
+    """On a few elements some ranks own none of what the plate or contact looks at."""
+    settings = small.short(
+        *STRICT, "mesh.size_mm=30", "mesh.edge_size_mm=30", "finger.bellows=1",
+        "finger.base_block_mm=2", "finger.length_mm=20", "plate.contact_length_mm=1",
+        "experiment.max_pressure_kPa=5", "experiment.step_kPa=5",
+    )  # fmt: skip
+    _compare(run("blocked_force", settings, comm=MPI.COMM_SELF), run("blocked_force", settings))
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("finger.wall_mm=3.499999", "finger.wall_mm = 3.499999: leaves"),
+        ("mesh.size_mm=0.001", "mesh.size_mm = 0.001: about"),
+        ("mesh.file=/no/such.msh", "mesh.file = /no/such.msh: No such file or directory"),
+    ],
+)
+def test_a_mesh_that_fails_on_rank_0_fails_on_all(override: str, said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        run("bending", config.load(None, [override]), comm=WORLD)
+    assert WORLD.allreduce(1) == WORLD.size  # all are here, none waits
+
+
+def test_a_folder_that_rank_0_cannot_make_fails_on_all(shared: Path) -> None:
+    if WORLD.rank == 0:
+        (shared / "file").write_text("in the way")
+    WORLD.Barrier()
+    with pytest.raises(ConfigError, match="--out .*file/results: Not a directory"):
+        run("bending", FREE, out=shared / "file" / "results", comm=WORLD)
+    assert WORLD.allreduce(1) == WORLD.size
+
+
+def test_any_error_on_rank_0_is_raised_on_all() -> None:
+    def fail() -> None:
+        raise ZeroDivisionError("on rank 0")
+
+    with pytest.raises(ZeroDivisionError, match="on rank 0"):
+        on_root(WORLD, fail)
+    assert WORLD.allreduce(1) == WORLD.size
+
+
+def test_half_finger_from_a_file_refuses_sideways_loads(shared: Path) -> None:
+    file = shared / "finger.msh"
+    settings = small.short()
+
+    def write() -> None:
+        from dolfingrip.experiments.undeformed import solid
+
+        mesh = solid(settings)
+        assert check(mesh).cavity_mm3 > 0
+        files.write(file, mesh)
+
+    on_root(WORLD, write)
+    across = config.load(
+        None,
+        [f"mesh.file={file}", "gravity.acceleration_m_s2=9.81", "gravity.direction=[0, 1, 0]"],
+    )
+    with pytest.raises(ConfigError, match="gravity.direction .*: allowed: no y-part"):
+        run("bending", across, comm=WORLD)
