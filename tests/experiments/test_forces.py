@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from dolfinx import fem
+from experiments import small
 
 from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.undeformed import solid
 from dolfingrip.meshes.quality import check
-from experiments import small
 
 PRESSURES_KPA = (10.0, 25.0, 50.0)
 WEIGHT = ("gravity.acceleration_m_s2=9.81", "gravity.direction=[0.6, 0, -0.8]")

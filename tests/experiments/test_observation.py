@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from experiments import small
 
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.undeformed import solid
 from dolfingrip.meshes.quality import check
-from experiments import small
 
 
 @pytest.fixture(scope="module", params=["true", "false"], ids=["half", "whole"])

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import pyvista
+from experiments import small
 from mpi4py import MPI
 
 from dolfingrip import config
@@ -17,7 +18,6 @@ from dolfingrip.experiments import Result, run
 from dolfingrip.experiments.keeper import COLUMNS
 from dolfingrip.mechanics.failure import FailureKind
 from dolfingrip.report.fields import list_steps
-from experiments import small
 
 MEASURED = {
     "experiment", "specimen", "cycle", "branch", "time_s", "pressure_kPa", "angle_deg",

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from experiments import small
 from mpi4py import MPI
 
 from dolfingrip import config
@@ -19,7 +20,6 @@ from dolfingrip.mechanics.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
 from dolfingrip.report.fields import list_steps, read_grid, read_tetrahedra
-from experiments import small
 
 WORLD = MPI.COMM_WORLD
 READINGS = (
@@ -105,7 +105,7 @@ def test_a_folder_that_rank_0_cannot_make_fails_on_all(shared: Path) -> None:
     if WORLD.rank == 0:
         (shared / "file").write_text("in the way")
     WORLD.Barrier()
-    with pytest.raises(ConfigError, match="--out .*file/results: Not a directory"):
+    with pytest.raises(ConfigError, match=r"--out .*file/results: Not a directory"):
         run("bending", FREE, out=shared / "file" / "results", comm=WORLD)
     assert WORLD.allreduce(1) == WORLD.size
 
@@ -135,5 +135,5 @@ def test_half_finger_from_a_file_refuses_sideways_loads(shared: Path) -> None:
         None,
         [f"mesh.file={file}", "gravity.acceleration_m_s2=9.81", "gravity.direction=[0, 1, 0]"],
     )
-    with pytest.raises(ConfigError, match="gravity.direction .*: allowed: no y-part"):
+    with pytest.raises(ConfigError, match=r"gravity.direction .*: allowed: no y-part"):
         run("bending", across, comm=WORLD)

@@ -1,0 +1,62 @@
+"""The reference finger on the default mesh, held to stored figures.
+
+The figures are this code's own: they tell that something has changed, not that it is right. That
+is for the energies' tests against closed forms (tests/mechanics), the balance of forces
+(test_forces) and the benchmarks against other codes.
+
+Where the default mesh or the contact's discretisation changes on purpose, print the new figures:
+``python -m pytest tests/experiments/test_reference.py -rP``.
+"""
+
+from __future__ import annotations
+
+import pytest
+from mpi4py import MPI
+
+from dolfingrip import config
+from dolfingrip.experiments import Result, run
+
+ELEMENTS = 4780
+FIGURES: dict[tuple[str, float], dict[str, float]] = {
+    ("bending", 50.0): {
+        "angle_deg": 28.0773166, "tip_x_mm": -21.29328256, "tip_z_mm": -0.78405822,
+    },
+    ("bending", 100.0): {
+        "angle_deg": 54.92565878, "tip_x_mm": -40.29423249, "tip_z_mm": -8.32096836,
+    },
+    ("blocked_force", 100.0): {
+        "angle_deg": 10.91178282, "tip_z_mm": 1.54179428, "force_N": 1.11707925,
+    },
+    ("blocked_force", 200.0): {
+        "angle_deg": 22.72255391, "tip_z_mm": 2.70146091, "force_N": 2.69123221,
+    },
+}  # fmt: skip
+"""Readings by experiment and pressure in kPa, at the default mesh (P2, half, size_mm 2.8)."""
+
+TOLERANCE = 1e-6
+STEPS = {"bending": (100, 50), "blocked_force": (200, 100)}
+"""Highest pressure and distance of readings, kPa."""
+
+
+@pytest.fixture(scope="module", params=STEPS)
+def result(request: pytest.FixtureRequest) -> Result:
+    highest, step = STEPS[request.param]
+    settings = config.load(
+        overrides=[f"experiment.max_pressure_kPa={highest}", f"experiment.step_kPa={step}"]
+    )
+    return run(request.param, settings, comm=MPI.COMM_SELF)
+
+
+def test_figures_stay(result: Result) -> None:
+    assert result.failure is None
+    rows = {(result.kind, row["pressure_kPa"]): row for row in result.rows}
+    print(f"ELEMENTS = {result.facts['mesh']['elements']}")
+    for key, row in rows.items():
+        names = [name for name in ("angle_deg", "tip_x_mm", "tip_z_mm", "force_N") if name in row]
+        print(f"    {key}: { ({name: round(row[name], 8) for name in names}) },")
+    assert result.facts["mesh"]["elements"] == ELEMENTS
+    expected = {key: figures for key, figures in FIGURES.items() if key[0] == result.kind}
+    assert expected
+    for key, figures in expected.items():
+        for name, value in figures.items():
+            assert rows[key][name] == pytest.approx(value, rel=TOLERANCE), (key, name)
