@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def test_the_readmes_lines_run(
     # 0 to 100 kPa in steps of 25, each bending the finger further
     assert len(angles) == 5
     assert angles[0] == 0.0
-    assert all(b > a + 5 for a, b in zip(angles, angles[1:], strict=False))
+    assert all(b > a + 5 for a, b in itertools.pairwise(angles))
     force = re.search(r"blocked force ([\d.]+) N", said)
     assert force is not None
     assert 0.5 < float(force[1]) < 2.0
