@@ -9,7 +9,6 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.surface import Surface
 
-
 ipctk.set_num_threads(1)  # one thread a rank, as everywhere
 
 
@@ -63,10 +62,12 @@ class BarrierContact:
             np.array([[c.face_id, c.vertex_id] for c in near.fv_candidates]).reshape(-1, 2),
             np.array([[c.edge0_id, c.edge1_id] for c in near.ee_candidates]).reshape(-1, 2),
         ]
-        vertices = np.concatenate([
-            np.column_stack([faces[found[0][:, 0]], found[0][:, 1]]),
-            np.column_stack([edges[found[1][:, 0]], edges[found[1][:, 1]]]),
-        ])
+        vertices = np.concatenate(
+            [
+                np.column_stack([faces[found[0][:, 0]], found[0][:, 1]]),
+                np.column_stack([edges[found[1][:, 0]], edges[found[1][:, 1]]]),
+            ]
+        )
         first, second = np.triu_indices(4, 1)
         pairs = np.stack([vertices[:, first].ravel(), vertices[:, second].ravel()], axis=1)
         return np.unique(pairs, axis=0).astype(np.int64)

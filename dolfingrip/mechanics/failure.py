@@ -25,9 +25,7 @@ _SENTENCE = {
     FailureKind.LIMIT_POINT: (
         "the finger goes soft here (its stiffness vanishes): pressure control cannot follow it"
     ),
-    FailureKind.ITERATION_LIMIT: (
-        "Newton's method did not converge within solver.max_iterations"
-    ),
+    FailureKind.ITERATION_LIMIT: ("Newton's method did not converge within solver.max_iterations"),
 }
 
 

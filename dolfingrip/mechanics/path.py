@@ -67,11 +67,17 @@ class LoadPath:
         """Go to ``target`` (controls by name); stop at the last good state on failure."""
         good = self.model.state()
         start = {name: good.controls[name] for name in target}
-        whole = max(
-            (abs(target[name] - start[name]) / longest
-             for name, longest in self._longest.items() if name in target),
-            default=1.0,
-        ) or 1.0  # number of longest steps to the target
+        whole = (
+            max(
+                (
+                    abs(target[name] - start[name]) / longest
+                    for name, longest in self._longest.items()
+                    if name in target
+                ),
+                default=1.0,
+            )
+            or 1.0
+        )  # number of longest steps to the target
 
         def at(fraction: float) -> dict[str, float]:
             if fraction == 1.0:

@@ -68,8 +68,9 @@ class Surface:
     @property
     def edges(self) -> np.ndarray:
         """(k, 2) unique edges of the triangles."""
-        pairs = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]],
-                                self.triangles[:, [2, 0]]])
+        pairs = np.concatenate(
+            [self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]]
+        )
         return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int32)
 
 

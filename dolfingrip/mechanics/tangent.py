@@ -58,8 +58,10 @@ class Tangent:
         row, column = graph.nonzero()
         here = (column >= self._first) & (column < self._first + self._rows)
         upper = column >= row + self._first
-        count = [np.bincount(row[part & upper], minlength=self._rows).astype(PETSc.IntType)
-                 for part in (here, ~here)]
+        count = [
+            np.bincount(row[part & upper], minlength=self._rows).astype(PETSc.IntType)
+            for part in (here, ~here)
+        ]
         matrix = PETSc.Mat().create(self._model.comm)
         matrix.setSizes(((local, size), (local, size)), bsize=3)
         matrix.setType(PETSc.Mat.Type.SBAIJ)
@@ -78,9 +80,7 @@ class Tangent:
         index_map = self._model.u.function_space.dofmap.index_map
         count = index_map.size_local + index_map.num_ghosts
         nodes = index_map.local_to_global(np.arange(count, dtype=np.int32))
-        return PETSc.LGMap().create(
-            nodes.astype(PETSc.IntType), bsize=3, comm=self._model.comm
-        )
+        return PETSc.LGMap().create(nodes.astype(PETSc.IntType), bsize=3, comm=self._model.comm)
 
     def _make_room(self, extra: sp.coo_matrix) -> None:
         """Widen the pattern where ``extra`` has vertex pairs that it lacks."""
@@ -136,8 +136,10 @@ class Tangent:
     ) -> None:
         """Set or add (3, 3) ``blocks`` at the places of ``graph``."""
         matrix.setValuesBlockedCSR(
-            graph.indptr.astype(PETSc.IntType), graph.indices.astype(PETSc.IntType),
-            np.ascontiguousarray(blocks), addv=add,
+            graph.indptr.astype(PETSc.IntType),
+            graph.indices.astype(PETSc.IntType),
+            np.ascontiguousarray(blocks),
+            addv=add,
         )
 
 
@@ -151,6 +153,4 @@ def _block_graph(model: Model) -> sp.csr_matrix:
     columns = pattern.column_index_map()
     edges, offsets = np.asarray(edges), np.asarray(offsets[: rows + 1])
     edges = columns.local_to_global(edges[: offsets[-1]].astype(np.int32))
-    return sp.csr_matrix(
-        (np.ones(len(edges)), edges, offsets), shape=(rows, index_map.size_global)
-    )
+    return sp.csr_matrix((np.ones(len(edges)), edges, offsets), shape=(rows, index_map.size_global))

@@ -136,8 +136,13 @@ def _draw(axes: Axes, result: Columns, name: str, label: str, colour: str, marke
             first = max(rows.start - 1, 0)  # from the turn on, or the curve would have a gap
             part = slice(first, rows.stop)
             axes.plot(
-                pressure[part], values[part], label=text if number == 0 else None,
-                markevery=slice(rows.start - first, None), clip_on=False, zorder=3, **style,
+                pressure[part],
+                values[part],
+                label=text if number == 0 else None,
+                markevery=slice(rows.start - first, None),
+                clip_on=False,
+                zorder=3,
+                **style,
             )
 
 
@@ -150,8 +155,15 @@ def _runs(mask: Any) -> list[slice]:
 def _draw_measured(axes: Axes, measured: Columns, experiment: str, name: str) -> None:
     table = select_rows(measured, "experiment", experiment)
     axes.plot(
-        required(table, "pressure_kPa"), required(table, name), "D", color=INK, label="measured",
-        markerfacecolor="none", markersize=5, clip_on=False, zorder=4,
+        required(table, "pressure_kPa"),
+        required(table, name),
+        "D",
+        color=INK,
+        label="measured",
+        markerfacecolor="none",
+        markersize=5,
+        clip_on=False,
+        zorder=4,
     )
 
 
@@ -166,11 +178,19 @@ def _draw_turning_point(axes: Axes, turn: TurningPoint, lowest: float, highest: 
     for (side, slope, start, stop), colour in zip(slopes, (GREEN, PURPLE), strict=True):
         at = np.array([start, stop])
         axes.plot(
-            at, turn.force_N + slope * (at - turn.pressure_kPa), "--", color=colour, lw=1.4,
-            label=f"fit {side}: {slope:.4f} N/kPa", zorder=3.5,
+            at,
+            turn.force_N + slope * (at - turn.pressure_kPa),
+            "--",
+            color=colour,
+            lw=1.4,
+            label=f"fit {side}: {slope:.4f} N/kPa",
+            zorder=3.5,
         )
     axes.axvline(
-        turn.pressure_kPa, color=GREY, lw=1.0, ls="-.",
+        turn.pressure_kPa,
+        color=GREY,
+        lw=1.0,
+        ls="-.",
         label=f"turning point: {turn.pressure_kPa:.0f} kPa, {turn.force_N:.2f} N",
     )
     axes.plot([turn.pressure_kPa], [turn.force_N], "o", ms=9, mfc="none", mec=GREY, mew=1.2)

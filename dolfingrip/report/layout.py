@@ -73,15 +73,24 @@ def save_pictures(
             axes.imshow(picture, interpolation="none", aspect="auto")
             axes.set_axis_off()
             figure.text(
-                (left + width / 2) / size[0], 1 - 0.08 / size[1], label,
-                ha="center", va="top", fontsize=11, fontweight="bold",
+                (left + width / 2) / size[0],
+                1 - 0.08 / size[1],
+                label,
+                ha="center",
+                va="top",
+                fontsize=11,
+                fontweight="bold",
             )
             left += width
         _draw_scale(figure, px_per_mm / DPI, view)
-        bar = figure.add_axes((
-            (size[0] - _RIGHT + 0.15) / size[0], (_BOTTOM + 0.15 * height) / size[1],
-            0.14 / size[0], 0.7 * height / size[1],
-        ))
+        bar = figure.add_axes(
+            (
+                (size[0] - _RIGHT + 0.15) / size[0],
+                (_BOTTOM + 0.15 * height) / size[1],
+                0.14 / size[0],
+                0.7 * height / size[1],
+            )
+        )
         ends = "max" if open_ended else "neither"
         colours = ScalarMappable(Normalize(*range_), colour_map)
         figure.colorbar(colours, cax=bar, label=scale_label, extend=ends)
@@ -107,8 +116,16 @@ def _draw_scale(figure: Figure, in_per_mm: float, view: View) -> None:
         if np.hypot(dx, dy) < 0.05:  # points at the reader
             continue
         strip.annotate(
-            "", (x + dx, y + dy), (x, y),
-            arrowprops={"arrowstyle": "-|>", "color": INK, "lw": 0.9, "shrinkA": 0, "shrinkB": 0,
-                        "mutation_scale": 6},
+            "",
+            (x + dx, y + dy),
+            (x, y),
+            arrowprops={
+                "arrowstyle": "-|>",
+                "color": INK,
+                "lw": 0.9,
+                "shrinkA": 0,
+                "shrinkB": 0,
+                "mutation_scale": 6,
+            },
         )
         strip.text(x + 1.3 * dx, y + 1.3 * dy, name, ha="center", va="center", fontsize=8)

@@ -91,8 +91,14 @@ def render_finger(
         that differ in number, or fields that are missing or of the wrong kind.
     """
     film = _film(
-        fields, pressures_kPa, colour_by=colour_by, result=result, branch=branch, mirror=mirror,
-        plate=plate, height_in=height_in,
+        fields,
+        pressures_kPa,
+        colour_by=colour_by,
+        result=result,
+        branch=branch,
+        mirror=mirror,
+        plate=plate,
+        height_in=height_in,
     )
     return [
         film.save([picture], [label], out / f"{stem}_{label.replace(' ', '')}.png")
@@ -117,8 +123,14 @@ def render_strip(
     Parameters and errors are those of :func:`render_finger`, but ``out`` is a file.
     """
     film = _film(
-        fields, pressures_kPa, colour_by=colour_by, result=result, branch=branch, mirror=mirror,
-        plate=plate, height_in=height_in,
+        fields,
+        pressures_kPa,
+        colour_by=colour_by,
+        result=result,
+        branch=branch,
+        mirror=mirror,
+        plate=plate,
+        height_in=height_in,
     )
     return film.save([trim(picture, DPI // 12) for picture in film.pictures], film.labels, out)
 
@@ -140,8 +152,15 @@ def render_section(
     finger are refused.
     """
     film = _film(
-        fields, pressures_kPa, colour_by=colour_by, result=result, branch=branch, mirror=False,
-        plate=plate, height_in=height_in, view=CUT,
+        fields,
+        pressures_kPa,
+        colour_by=colour_by,
+        result=result,
+        branch=branch,
+        mirror=False,
+        plate=plate,
+        height_in=height_in,
+        view=CUT,
     )
     return film.save([trim(picture, DPI // 12) for picture in film.pictures], film.labels, out)
 
@@ -160,9 +179,15 @@ class _Film:
 
     def save(self, pictures: Sequence[Image], labels: Sequence[str], out: Path) -> Path:
         return save_pictures(
-            pictures, labels, out, px_per_mm=self.px_per_mm, view=self.view,
-            colour_map=colour_map(self.colour_by), range_=self.range_,
-            scale_label=LABELS[self.colour_by], open_ended=self.open_ended,
+            pictures,
+            labels,
+            out,
+            px_per_mm=self.px_per_mm,
+            view=self.view,
+            colour_map=colour_map(self.colour_by),
+            range_=self.range_,
+            scale_label=LABELS[self.colour_by],
+            open_ended=self.open_ended,
         )
 
 
@@ -191,8 +216,14 @@ def _film(
     skin = extract_skin(mesh, mirror=mirror, cut=view is CUT)
     range_, open_ended = _range([value[skin.node] for value in values], colour_by)
     pictures, px_per_mm = draw_poses(
-        skin, displacements, values, range_=range_, colour_map=colour_map(colour_by), view=view,
-        height_px=round(height_in * DPI), plate=plate,
+        skin,
+        displacements,
+        values,
+        range_=range_,
+        colour_map=colour_map(colour_by),
+        view=view,
+        height_px=round(height_in * DPI),
+        plate=plate,
     )
     labels = [f"{pressure:g} kPa" for pressure in pressures_kPa]
     return _Film(pictures, labels, px_per_mm, view, colour_by, range_, open_ended)
@@ -213,7 +244,8 @@ def _read(
         displacement = read_point_data(grid, "displacement_mm", mesh.source)
         displacements.append(displacement)
         values.append(
-            np.linalg.norm(displacement, axis=1) if colour_by == "displacement"
+            np.linalg.norm(displacement, axis=1)
+            if colour_by == "displacement"
             else read_point_data(grid, "principal_stretch", mesh.source)
         )
     assert mesh is not None

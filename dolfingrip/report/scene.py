@@ -124,15 +124,24 @@ def draw_poses(
 
     with _no_display():
         plotter = pv.Plotter(
-            off_screen=True, theme=scene_theme(), lighting="light kit",
+            off_screen=True,
+            theme=scene_theme(),
+            lighting="light kit",
             window_size=[int(np.ceil(width_mm * per_mm)), height_px],
         )
     try:
         surface, source = _shaded(skin)
         surface["value"] = values[0][skin.node][source]
         plotter.add_mesh(
-            surface, scalars="value", cmap=colour_map, clim=range_, smooth_shading=False,
-            show_scalar_bar=False, ambient=0.56, diffuse=0.54, specular=0.03,
+            surface,
+            scalars="value",
+            cmap=colour_map,
+            clim=range_,
+            smooth_shading=False,
+            show_scalar_bar=False,
+            ambient=0.56,
+            diffuse=0.54,
+            specular=0.03,
         ).prop.interpolation = "Phong"
         edges, creases = _lines(skin.points, skin.edges), _lines(skin.points, skin.creases)
         plotter.add_mesh(edges, color=INK, line_width=1.0, opacity=0.22, lighting=False)
@@ -243,8 +252,8 @@ def _slab(skin: Skin, plate: Plate) -> Any:
     along /= np.linalg.norm(along)
     across = np.cross(along, normal)
     half_width = (high[1] - low[1]) / 2 + 3
-    slab = pv.Box((-3.0, 0.0, -half_width, half_width, *[
-        sign * plate.contact_length_mm for sign in (-1, 1)
-    ]))
+    slab = pv.Box(
+        (-3.0, 0.0, -half_width, half_width, *[sign * plate.contact_length_mm for sign in (-1, 1)])
+    )
     slab.points = centre + np.asarray(slab.points) @ np.array([normal, across, along])
     return slab

@@ -114,10 +114,14 @@ def _boundary(mesh: Tetrahedra) -> Ints:
         middles = mesh.cells[:, _FACES[:, 3:6]].reshape(-1, 3)[single]
         facets = np.concatenate([facets, middles], axis=1)
     # Tetrahedra come in either handedness, so the way out is told by the fourth corner.
-    inward = np.einsum(
-        "ij,ij->i", _normals(mesh.points, facets),
-        mesh.points[opposite] - mesh.points[facets[:, 0]],
-    ) > 0
+    inward = (
+        np.einsum(
+            "ij,ij->i",
+            _normals(mesh.points, facets),
+            mesh.points[opposite] - mesh.points[facets[:, 0]],
+        )
+        > 0
+    )
     facets[inward] = _flip(facets[inward])
     return np.asarray(facets, dtype=np.int64)
 
@@ -132,7 +136,9 @@ def _mirror(
     side = np.concatenate([np.ones(len(points)), -np.ones(len(off))])
     both = np.concatenate([points, points[off] * [1.0, -1.0, 1.0]])
     return (
-        both, np.concatenate([node, node[off]]), side,
+        both,
+        np.concatenate([node, node[off]]),
+        side,
         np.concatenate([facets, _flip(image[facets])]),
     )
 

@@ -108,5 +108,6 @@ def test_nodal_rule(degree: int) -> None:
     points, weights = np.array(rule["quadrature_points"]), np.array(rule["quadrature_weights"])
     assert points.shape == ({1: 3, 2: 6}[degree], 2)
     assert (weights > 0).all()
-    np.testing.assert_allclose(weights @ np.column_stack([np.ones(len(points)), points]),
-                               [1 / 2, 1 / 6, 1 / 6], rtol=1e-14)
+    np.testing.assert_allclose(
+        weights @ np.column_stack([np.ones(len(points)), points]), [1 / 2, 1 / 6, 1 / 6], rtol=1e-14
+    )

@@ -33,15 +33,18 @@ FAR = 1e3
 Where = Callable[[np.ndarray], np.ndarray]
 
 
-def domain(solid: mesh.Mesh, regions: Mapping[str, Where | np.ndarray], *,
-           half: bool = False) -> Domain:
+def domain(
+    solid: mesh.Mesh, regions: Mapping[str, Where | np.ndarray], *, half: bool = False
+) -> Domain:
     """``solid`` with regions given by facets or by where all their vertices are."""
     solid.topology.create_connectivity(2, 3)
     solid.topology.create_connectivity(3, 2)
     found = dict.fromkeys(REGIONS, np.empty(0, dtype=np.int32))
     for name, where in regions.items():
-        found[name] = where if isinstance(where, np.ndarray) else (
-            mesh.locate_entities_boundary(solid, 2, where)
+        found[name] = (
+            where
+            if isinstance(where, np.ndarray)
+            else (mesh.locate_entities_boundary(solid, 2, where))
         )
     return Domain(solid, found, half)
 
@@ -51,8 +54,11 @@ def plane(axis: int, value: float) -> Where:
     return lambda x: np.isclose(x[axis], value, atol=1e-9)
 
 
-def box(cells: tuple[int, int, int], size: tuple[float, float, float] = (1.0, 1.0, 1.0),
-        irregular: float = 0.0) -> mesh.Mesh:
+def box(
+    cells: tuple[int, int, int],
+    size: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    irregular: float = 0.0,
+) -> mesh.Mesh:
     """A box from the origin; inner vertices moved by up to ``irregular`` of a cell."""
     solid = mesh.create_box(MPI.COMM_SELF, [np.zeros(3), np.array(size)], cells)
     x = solid.geometry.x
@@ -71,8 +77,10 @@ def hollow_cube() -> Domain:
     )[0]
     inside = lambda x: np.all((x > 0.9) & (x < 2.1), axis=0)  # noqa: E731
     skin = lambda x: np.any((x < 1e-9) | (x > 3 - 1e-9), axis=0)  # noqa: E731
-    return domain(solid, {"cavity": inside, "clamp": plane(2, 0.0), "skin": skin,
-                          "facing plate": plane(0, 0.0)})
+    return domain(
+        solid,
+        {"cavity": inside, "clamp": plane(2, 0.0), "skin": skin, "facing plate": plane(0, 0.0)},
+    )
 
 
 @dataclass(slots=True)
@@ -106,8 +114,9 @@ class Body:
 
     def nodes_in(self, region: str) -> np.ndarray:
         """Displacement nodes of a region."""
-        return np.asarray(fem.locate_dofs_topological(
-            self.u.function_space, 2, self.model.domain.facets(region)))
+        return np.asarray(
+            fem.locate_dofs_topological(self.u.function_space, 2, self.model.domain.facets(region))
+        )
 
     def hold(self, where: Where, *components: int) -> None:
         """Hold components of the nodes ``where`` at whatever value they have."""
@@ -115,8 +124,9 @@ class Body:
         nodes = np.flatnonzero(where(self.nodes.T)).astype(np.int32)
         for component in components or (0, 1, 2):
             # located in the subspace: dofs of the whole space, which supports count in
-            self.model.supports.append(fem.dirichletbc(
-                PETSc.ScalarType(0.0), 3 * nodes + component, space.sub(component)))
+            self.model.supports.append(
+                fem.dirichletbc(PETSc.ScalarType(0.0), 3 * nodes + component, space.sub(component))
+            )
 
     def energy(self) -> float:
         """Π (mJ)."""
@@ -137,27 +147,52 @@ class Body:
         return matrix
 
 
-def body(solid: Domain, degree: int, *, mu: float = 1.0, nu: float = 0.45,
-         carried: bool = True, barrier_mm: float = 0.1, stiffness_MPa: float = 1.0,
-         normal: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> Body:
+def body(
+    solid: Domain,
+    degree: int,
+    *,
+    mu: float = 1.0,
+    nu: float = 0.45,
+    carried: bool = True,
+    barrier_mm: float = 0.1,
+    stiffness_MPa: float = 1.0,
+    normal: tuple[float, float, float] = (1.0, 0.0, 0.0),
+) -> Body:
     """A neo-Hookean solid with every energy there, the loads at 0 and the plate far away."""
     space = fem.functionspace(
-        solid.mesh, basix.ufl.element("Lagrange", "tetrahedron", degree, shape=(3,)))
+        solid.mesh, basix.ufl.element("Lagrange", "tetrahedron", degree, shape=(3,))
+    )
     u = fem.Function(space, name="displacement_mm")
-    moduli = [fem.Constant(solid.mesh, PETSc.ScalarType(value))
-              for value in (mu, 2 * mu * nu / (1 - 2 * nu))]
+    moduli = [
+        fem.Constant(solid.mesh, PETSc.ScalarType(value))
+        for value in (mu, 2 * mu * nu / (1 - 2 * nu))
+    ]
     pressure = fem.Constant(solid.mesh, PETSc.ScalarType(0.0))
     points = basix.ufl.quadrature_element(
-        "tetrahedron", value_shape=(3,), degree=FORCE_DEGREE[degree])
+        "tetrahedron", value_shape=(3,), degree=FORCE_DEGREE[degree]
+    )
     force = fem.Function(fem.functionspace(solid.mesh, points))
-    plate = RigidPlate(u, solid, "facing plate", np.array(normal), gap_mm=FAR,
-                       width_mm=barrier_mm, stiffness_MPa=stiffness_MPa)
+    plate = RigidPlate(
+        u,
+        solid,
+        "facing plate",
+        np.array(normal),
+        gap_mm=FAR,
+        width_mm=barrier_mm,
+        stiffness_MPa=stiffness_MPa,
+    )
     dx = ufl.Measure("dx", solid.mesh, metadata={"quadrature_degree": FORCE_DEGREE[degree]})
     cavity = solid.surface("cavity", quadrature_degree=2 * degree)
     potential = Potential(
-        u, [lambda strain: neo_hookean.energy(strain, *moduli)],
-        [cavity_pressure.energy(u, solid.mesh, pressure) * cavity,
-         gravity.energy(u, force) * dx, plate.energy], carried=carried)
+        u,
+        [lambda strain: neo_hookean.energy(strain, *moduli)],
+        [
+            cavity_pressure.energy(u, solid.mesh, pressure) * cavity,
+            gravity.energy(u, force) * dx,
+            plate.energy,
+        ],
+        carried=carried,
+    )
     model = Model(solid, u, potential, [], {"pressure_kPa": Control(pressure, KPA)}, None, [plate])
     return Body(model, moduli[0], moduli[1], pressure, force, plate)
 
@@ -176,5 +211,8 @@ def tetrahedra(points: np.ndarray, cells: np.ndarray) -> mesh.Mesh:
     """A mesh from (n, 3) points and (m, 4) cells."""
     element = basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,))
     return mesh.create_mesh(
-        MPI.COMM_SELF, np.asarray(cells, dtype=np.int64), np.asarray(points, dtype=float),
-        ufl.Mesh(element))
+        MPI.COMM_SELF,
+        np.asarray(cells, dtype=np.int64),
+        np.asarray(points, dtype=float),
+        ufl.Mesh(element),
+    )

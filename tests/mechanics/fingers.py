@@ -12,12 +12,14 @@ from dolfingrip.mechanics.domain import Domain, distribute
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.solid import SolidMesh
 
-SETTINGS = config.from_dict({
-    "finger": {"length_mm": 38.0, "bellows": 2},
-    "mesh": {"size_mm": 6.0, "half": True},
-    "contact": {"self_contact": False},
-    "solver": {"rtol": 1e-12},
-})
+SETTINGS = config.from_dict(
+    {
+        "finger": {"length_mm": 38.0, "bellows": 2},
+        "mesh": {"size_mm": 6.0, "half": True},
+        "contact": {"self_contact": False},
+        "solver": {"rtol": 1e-12},
+    }
+)
 
 
 def half_mesh() -> SolidMesh:
@@ -38,7 +40,8 @@ def mirrored(half: SolidMesh) -> SolidMesh:
     tetrahedra = np.concatenate([half.tetrahedra, image[half.tetrahedra][:, flip_tetrahedron]])
     facets = {
         name: np.concatenate([triangles, image[triangles][:, flip_triangle]])
-        for name, triangles in half.facets.items() if name != "symmetry"
+        for name, triangles in half.facets.items()
+        if name != "symmetry"
     }
     return SolidMesh(points, tetrahedra, facets)
 
@@ -46,8 +49,11 @@ def mirrored(half: SolidMesh) -> SolidMesh:
 def on_domain(solid: SolidMesh) -> Domain:
     """Distributed, with all regions in one order so that half and whole share their kernels."""
     found = distribute(MPI.COMM_SELF, solid)
-    regions = {name: found.regions.get(name, np.empty(0, dtype=np.int32))
-               for name in bodies.REGIONS if name != "facing plate"}
+    regions = {
+        name: found.regions.get(name, np.empty(0, dtype=np.int32))
+        for name in bodies.REGIONS
+        if name != "facing plate"
+    }
     return Domain(found.mesh, regions, found.half)
 
 

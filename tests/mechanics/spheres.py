@@ -21,8 +21,9 @@ def octant(inner_mm: float, outer_mm: float, size_mm: float) -> Domain:
     """One octant with quadratic geometry; its three plane faces pass through the centre."""
     with session("mesh of a sphere's octant"):
         occ = gmsh.model.occ
-        shell, _ = occ.cut([(3, occ.addSphere(0, 0, 0, outer_mm))],
-                           [(3, occ.addSphere(0, 0, 0, inner_mm))])
+        shell, _ = occ.cut(
+            [(3, occ.addSphere(0, 0, 0, outer_mm))], [(3, occ.addSphere(0, 0, 0, inner_mm))]
+        )
         occ.intersect(shell, [(3, occ.addBox(0, 0, 0, *(3 * [2 * outer_mm])))])
         occ.synchronize()
         groups: dict[str, list[int]] = {"cavity": [], "skin": [], "symmetry": []}
@@ -58,8 +59,10 @@ def pressure_MPa(stretch: float, mu: float, lmbda: float, ratio: float = RATIO) 
 
     def stresses(radial: float, hoop: float) -> tuple[float, float]:
         volumetric = lmbda * np.log(radial * hoop**2)
-        return (mu * (radial - 1 / radial) + volumetric / radial,
-                mu * (hoop - 1 / hoop) + volumetric / hoop)
+        return (
+            mu * (radial - 1 / radial) + volumetric / radial,
+            mu * (hoop - 1 / hoop) + volumetric / hoop,
+        )
 
     def equilibrium(big_r: float, y: np.ndarray) -> list[float]:
         radius, radial = y
@@ -72,8 +75,9 @@ def pressure_MPa(stretch: float, mu: float, lmbda: float, ratio: float = RATIO) 
         return [radial, (-2 * (p_r - p_t) / big_r - by_hoop * hoop_rate) / by_radial]
 
     def outer_stress(radial: float) -> float:
-        path = solve_ivp(equilibrium, (1, ratio), [stretch, radial], rtol=1e-12, atol=1e-13,
-                         method="DOP853")
+        path = solve_ivp(
+            equilibrium, (1, ratio), [stretch, radial], rtol=1e-12, atol=1e-13, method="DOP853"
+        )
         radius, last = path.y[:, -1]
         return stresses(last, radius / ratio)[0]
 

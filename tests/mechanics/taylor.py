@@ -10,8 +10,9 @@ STEPS = 0.5 ** np.arange(7)
 """Fractions of a direction; each halves the one before."""
 
 
-def rates(function: Callable[[float], np.ndarray | float], slope: np.ndarray | float,
-          longest: float) -> np.ndarray:
+def rates(
+    function: Callable[[float], np.ndarray | float], slope: np.ndarray | float, longest: float
+) -> np.ndarray:
     """Observed orders of ‖f(ε) − f(0) − ε f'(0)‖ between successive halvings of ε.
 
     Args:

@@ -20,8 +20,16 @@ WIDTH = 0.1
 # a tetrahedron over another: its apex above a face, or its lower edge across an upper edge
 BASE = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, -1]]
 VERTEX_OVER_FACE = [*BASE, [0.3, 0.25, 0.06], [0.1, 0.1, 1], [0.7, 0.2, 1], [0.2, 0.8, 1]]
-EDGE_OVER_EDGE = [[-1, 0, 0], [1, 0.1, 0.02], [0, 0.8, -1], [0.1, -0.7, -1],
-                  [0.1, -1, 0.05], [-0.05, 1, 0.07], [0.8, 0, 1], [-0.8, 0.1, 1]]
+EDGE_OVER_EDGE = [
+    [-1, 0, 0],
+    [1, 0.1, 0.02],
+    [0, 0.8, -1],
+    [0.1, -0.7, -1],
+    [0.1, -1, 0.05],
+    [-0.05, 1, 0.07],
+    [0.8, 0, 1],
+    [-0.8, 0.1, 1],
+]
 TWO = [[0, 1, 2, 3], [4, 5, 6, 7]]
 
 
@@ -94,7 +102,8 @@ def test_action_is_reaction(pair: BarrierContact) -> None:
     assert size > 0.0
     np.testing.assert_allclose(forces.sum(axis=0), 0, atol=1e-13 * size)
     np.testing.assert_allclose(
-        np.cross(pair.surface.positions(start), forces).sum(axis=0), 0, atol=1e-12 * size)
+        np.cross(pair.surface.positions(start), forces).sum(axis=0), 0, atol=1e-12 * size
+    )
 
 
 def test_nothing_beyond_the_width(pair: BarrierContact) -> None:

@@ -20,9 +20,12 @@ TOP = 2 + WIDTH
 def stacked(lower: int, upper: int) -> bodies.Body:
     """Unit cubes of ``lower``³ and ``upper``³ cells, one barrier's width apart along z."""
     solid = bodies.domain(
-        bodies.join([bodies.box((n, n, n)) for n in (lower, upper)],
-                    np.array([[0, 0, 0], [0, 0, 1 + WIDTH]])),
-        {"skin": lambda x: np.ones(x.shape[1], dtype=bool)})
+        bodies.join(
+            [bodies.box((n, n, n)) for n in (lower, upper)],
+            np.array([[0, 0, 0], [0, 0, 1 + WIDTH]]),
+        ),
+        {"skin": lambda x: np.ones(x.shape[1], dtype=bool)},
+    )
     body = bodies.body(solid, 1, nu=NU)
     surface = Surface(body.u.function_space, solid, solid.facets("skin"))
     body.model.contact = BarrierContact(surface, WIDTH, 1.0)
@@ -53,9 +56,20 @@ def test_blocks_pressed_together(lower: int, upper: int) -> None:
     forces = blocks.gradient()
     ends = [forces[np.isclose(z, level), 2].sum() for level in (0.0, TOP)]
     side = np.isclose(blocks.nodes[:, 0], 1.0)
-    print("force", ends, "bars", young * strain, "gap closed by", closing,
-          "uneven", np.ptp(u[below, 2]), np.ptp(u[above, 2]),
-          "sides", u[side, 0].min() / strain, u[side, 0].max() / strain)
+    print(
+        "force",
+        ends,
+        "bars",
+        young * strain,
+        "gap closed by",
+        closing,
+        "uneven",
+        np.ptp(u[below, 2]),
+        np.ptp(u[above, 2]),
+        "sides",
+        u[side, 0].min() / strain,
+        u[side, 0].max() / strain,
+    )
     assert ends[0] == pytest.approx(-ends[1], rel=1e-6)
     assert abs(ends[0]) == pytest.approx(young * strain, rel=0.01)
     assert 0.0 < closing < 0.05 * WIDTH

@@ -47,7 +47,9 @@ def set_body_force(solid: bodies.Body) -> None:
     rule = bodies.FORCE_DEGREE[solid.u.function_space.ufl_element().degree]
     force = fem.Expression(
         -ufl.div(deformation_gradient(u) * stress),
-        basix.make_quadrature(basix.CellType.tetrahedron, rule)[0], jit_options=jit.options())
+        basix.make_quadrature(basix.CellType.tetrahedron, rule)[0],
+        jit_options=jit.options(),
+    )
     cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
     solid.body_force.x.array[:] = force.eval(mesh, cells).ravel()
 
@@ -74,9 +76,16 @@ def test_solution_is_at_finite_strain() -> None:
     """The largest principal Green–Lagrange strain of the exact field is above 0.15."""
     step = 1e-6
     x = np.random.default_rng(3).uniform(0, 1, (3, 500))
-    gradient = np.array([
-        (np.array(exact(x + step * e[:, None], np)) - np.array(exact(x - step * e[:, None], np)))
-        / (2 * step) for e in np.eye(3)])  # (derivative, component, point)
+    gradient = np.array(
+        [
+            (
+                np.array(exact(x + step * e[:, None], np))
+                - np.array(exact(x - step * e[:, None], np))
+            )
+            / (2 * step)
+            for e in np.eye(3)
+        ]
+    )  # (derivative, component, point)
     f = np.eye(3) + gradient.transpose(2, 1, 0)
     strain = (f.transpose(0, 2, 1) @ f - np.eye(3)) / 2
     principal = np.linalg.eigvalsh(strain)

@@ -23,6 +23,7 @@ SMALLEST_KPA = 0.2
 @pytest.fixture(scope="module")
 def greatest_kPa() -> float:
     """Greatest pressure that the balloon can bear, from the radial equation."""
+
     def missing(stretch: float) -> float:
         return -spheres.pressure_MPa(stretch, MU, LMBDA)
 
@@ -36,7 +37,8 @@ def overloaded(
 ) -> Iterator[tuple[LoadPath, Failure]]:
     """The balloon led beyond what it bears, in steps of at most so many kPa."""
     settings = Solver(
-        rtol=1e-11, max_iterations=10, max_step_kPa=request.param, min_step_kPa=SMALLEST_KPA)
+        rtol=1e-11, max_iterations=10, max_step_kPa=request.param, min_step_kPa=SMALLEST_KPA
+    )
     path = LoadPath(Newton(sphere.model, settings))
     failure = path.advance({"pressure_kPa": 1.3 * greatest_kPa}).failure
     assert failure is not None

@@ -99,9 +99,13 @@ def test_pressure_is_a_follower(blocked: FingerModel) -> None:
     normal = ufl.FacetNormal(model.domain.mesh)
     v = ufl.TestFunction(u.function_space)
     traction = ufl.inner(current_area_vector(u, normal), v) * model.domain.surface(
-        "cavity", quadrature_degree=4)
-    follower = PRESSURE_KPA * KPA * fem_petsc.assemble_vector(
-        fem.form(traction, jit_options=jit.options())).array
+        "cavity", quadrature_degree=4
+    )
+    follower = (
+        PRESSURE_KPA
+        * KPA
+        * fem_petsc.assemble_vector(fem.form(traction, jit_options=jit.options())).array
+    )
     difference = np.abs(pushes[0] - pushes[1] - follower)
     held = np.unique(np.concatenate([bc.dof_indices()[0] for bc in model.supports]))
     assert difference[held].max() > 1e-3 * np.abs(follower).max()

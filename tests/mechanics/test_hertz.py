@@ -32,14 +32,18 @@ def quarter_hemisphere() -> Domain:
         groups: dict[str, list[int]] = {"symmetry": [], "clamp": [], "skin": []}
         for _, surface in gmsh.model.getEntities(2):
             x = np.array(occ.getCenterOfMass(2, surface))
-            name = "symmetry" if x[:2].min() < 1e-6 else (
-                "clamp" if abs(x[2] - RADIUS) < 1e-6 else "skin")
+            name = (
+                "symmetry"
+                if x[:2].min() < 1e-6
+                else ("clamp" if abs(x[2] - RADIUS) < 1e-6 else "skin")
+            )
             groups[name].append(surface)
         for name, surfaces in groups.items():
             gmsh.model.addPhysicalGroup(2, surfaces, SURFACE_TAGS[name], name)
         field = gmsh.model.mesh.field.add("MathEval")
         gmsh.model.mesh.field.setString(
-            field, "F", f"{0.25 * SPOT} + 0.5 * Max(0, Sqrt(x*x + y*y + z*z) - {1.3 * SPOT})")
+            field, "F", f"{0.25 * SPOT} + 0.5 * Max(0, Sqrt(x*x + y*y + z*z) - {1.3 * SPOT})"
+        )
         gmsh.model.mesh.field.setAsBackgroundMesh(field)
         for source in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
             gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
@@ -60,8 +64,14 @@ def test_hertz() -> None:
     """
     deepest = SPOT**2 / RADIUS
     solid = bodies.body(
-        quarter_hemisphere(), 2, mu=MU, nu=NU, normal=(0, 0, 1), barrier_mm=0.02 * deepest,
-        stiffness_MPa=2 * REDUCED / np.pi * SPOT / RADIUS)  # the pressure under the pole
+        quarter_hemisphere(),
+        2,
+        mu=MU,
+        nu=NU,
+        normal=(0, 0, 1),
+        barrier_mm=0.02 * deepest,
+        stiffness_MPa=2 * REDUCED / np.pi * SPOT / RADIUS,
+    )  # the pressure under the pole
     solid.plate.offset.value = 0.0
     equator = bodies.plane(2, RADIUS)
     for axis in (0, 1):
@@ -81,8 +91,10 @@ def test_hertz() -> None:
         approach = way + solid.displacement()[pole, 2]
         force = 4 * solid.plate.force_N()
         hertz = 4 / 3 * REDUCED * np.sqrt(RADIUS) * approach**1.5
-        print(f"a/R {SPOT / RADIUS} approach {approach:.3e} force {force:.4e} "
-              f"off by {force / hertz - 1:.2e}")
+        print(
+            f"a/R {SPOT / RADIUS} approach {approach:.3e} force {force:.4e} "
+            f"off by {force / hertz - 1:.2e}"
+        )
         assert force == pytest.approx(hertz, rel=0.02)
         # and what pushes at the plate is what holds the equator
         assert 4 * solid.gradient()[top, 2].sum() == pytest.approx(-force, rel=1e-6)

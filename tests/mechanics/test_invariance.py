@@ -22,8 +22,7 @@ def deformed(request: pytest.FixtureRequest, hollow: bodies.Body) -> Iterator[bo
     if request.param == "pressure":
         hollow.mu.value = hollow.lmbda.value = 0.0
         hollow.pressure.value = 0.2
-    hollow.displace(
-        0.08 * np.random.default_rng(SEED).uniform(-1, 1, hollow.nodes.shape))
+    hollow.displace(0.08 * np.random.default_rng(SEED).uniform(-1, 1, hollow.nodes.shape))
     yield hollow
     hollow.mu.value, hollow.lmbda.value = kept
     hollow.pressure.value = 0.0
@@ -42,7 +41,8 @@ def test_superposed_rigid_motion(deformed: bodies.Body) -> None:
     assert energy != 0.0
     assert deformed.energy() == pytest.approx(energy, rel=1e-11)
     np.testing.assert_allclose(
-        deformed.gradient(), forces @ TURN.T, atol=1e-11 * np.abs(forces).max())
+        deformed.gradient(), forces @ TURN.T, atol=1e-11 * np.abs(forces).max()
+    )
 
 
 def test_no_net_load(deformed: bodies.Body) -> None:

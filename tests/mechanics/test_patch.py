@@ -58,7 +58,8 @@ def test_uniaxial_coupon(irregular: bodies.Body, stretch: float) -> None:
     """
     mu, lmbda = float(irregular.mu.value), float(irregular.lmbda.value)
     transverse = brentq(
-        lambda t: mu * (t**2 - 1) + lmbda * np.log(stretch * t**2), 0.3, 3.0, xtol=1e-15)
+        lambda t: mu * (t**2 - 1) + lmbda * np.log(stretch * t**2), 0.3, 3.0, xtol=1e-15
+    )
     nominal = mu * (stretch - 1 / stretch) + lmbda * np.log(stretch * transverse**2) / stretch
 
     # supports hold a dof at the value it has: the ends start, and stay, at the stretch

@@ -42,7 +42,8 @@ def test_lands_on_every_target(solid: bodies.Body) -> None:
         assert solid.pressure.value == pressure * KPA
         assert solid.model.time_s == time
         assert solid.model.state().controls == pytest.approx(
-            {"pressure_kPa": pressure, "time_s": time}, rel=1e-15)
+            {"pressure_kPa": pressure, "time_s": time}, rel=1e-15
+        )
 
 
 def test_intermediate_steps_lie_on_a_line(solid: bodies.Body) -> None:
@@ -100,6 +101,7 @@ def test_path_does_not_depend_on_its_history(solid: bodies.Body) -> None:
 
 def test_rejected_step_is_contact(solid: bodies.Body) -> None:
     """A state that must not be accepted is left, exactly; the step is halved down to its least."""
+
     def reject() -> str:
         return "" if solid.model.controls["pressure_kPa"].value < 60.0 else "touches"
 
@@ -128,8 +130,9 @@ def test_failed_step_is_undone_bitwise(solid: bodies.Body) -> None:
     path.advance({"pressure_kPa": 50.0, "time_s": 2.0})
     good = solid.model.state()
     hasty = Solver(rtol=1e-11, max_step_kPa=40.0, min_step_kPa=5.0, max_iterations=1)
-    failure = LoadPath(Newton(solid.model, hasty)).advance(
-        {"pressure_kPa": 200.0, "time_s": 9.0}).failure
+    failure = (
+        LoadPath(Newton(solid.model, hasty)).advance({"pressure_kPa": 200.0, "time_s": 9.0}).failure
+    )
     assert failure is not None
     assert failure.kind is FailureKind.ITERATION_LIMIT
     assert failure.last_good == pytest.approx({"pressure_kPa": 50.0, "time_s": 2.0})

@@ -48,9 +48,11 @@ def test_inflation(balloon: bodies.Body) -> None:
         assert path.advance({"pressure_kPa": pressure / KPA}).failure is None
         found = inner_stretch(balloon)
         balance = spheres.pressure_MPa(float(found.mean()), *moduli)
-        print(f"stretch {stretch} found {found.mean():.6f} spread {np.ptp(found):.1e} "
-              f"widening off by {(found.mean() - stretch) / (stretch - 1):.2e} "
-              f"pressure off by {balance / pressure - 1:.2e}")
+        print(
+            f"stretch {stretch} found {found.mean():.6f} spread {np.ptp(found):.1e} "
+            f"widening off by {(found.mean() - stretch) / (stretch - 1):.2e} "
+            f"pressure off by {balance / pressure - 1:.2e}"
+        )
         assert balance == pytest.approx(pressure, rel=2e-3)
         if stretch <= 1.4:
             assert found.mean() - 1 == pytest.approx(stretch - 1, rel=3e-3)

@@ -27,8 +27,9 @@ def energy(request: pytest.FixtureRequest, hollow: bodies.Body) -> Iterator[str]
     if not on["neo-Hookean"]:
         hollow.mu.value = hollow.lmbda.value = 0.0
     hollow.pressure.value = 0.3 if on["cavity pressure"] else 0.0
-    hollow.body_force.x.array[:] = np.tile([0.1, -0.2, 0.3], hollow.body_force.x.array.size // 3) \
-        if on["gravity"] else 0.0
+    hollow.body_force.x.array[:] = (
+        np.tile([0.1, -0.2, 0.3], hollow.body_force.x.array.size // 3) if on["gravity"] else 0.0
+    )
     rng = np.random.default_rng(SEED)
     hollow.displace(0.05 * rng.uniform(-1, 1, hollow.nodes.shape))
     if on["plate"]:
@@ -111,7 +112,8 @@ def test_carried_stress_follows_to_first_order(hollow: bodies.Body) -> None:
 def test_plain_tangent_is_the_same() -> None:
     """Without the carried stress the tangent is what it is with a fresh one."""
     plain, carrying = (
-        bodies.body(bodies.hollow_cube(), 1, carried=carried) for carried in (False, True))
+        bodies.body(bodies.hollow_cube(), 1, carried=carried) for carried in (False, True)
+    )
     assert plain.model.potential.carried is None
     for solid in (plain, carrying):
         solid.displace(0.05 * np.random.default_rng(SEED).uniform(-1, 1, solid.nodes.shape))

@@ -41,7 +41,9 @@ def write_run(folder: Path, degree: int, half: bool = True) -> None:
     comm = MPI.COMM_WORLD
     low, nx, ny, nz = (0.0, 4, 2, 45) if half else (-WIDTH_MM / 2, 4, 4, 45)
     box = mesh.create_box(
-        comm, [[0, low, 0], [DEPTH_MM, WIDTH_MM / 2, LENGTH_MM]], [nx, ny, nz],
+        comm,
+        [[0, low, 0], [DEPTH_MM, WIDTH_MM / 2, LENGTH_MM]],
+        [nx, ny, nz],
         mesh.CellType.tetrahedron,
     )
     domain = mesh.create_submesh(box, 3, mesh.locate_entities(box, 3, _solid))[0]

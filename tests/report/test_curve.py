@@ -47,9 +47,10 @@ def _legend(figure: Figure) -> list[str]:
 def _clipped(file: Path) -> bool:
     """Whether anything is drawn on the very border of the page."""
     picture = matplotlib.image.imread(file)[..., :3]
-    return any(bool((side < 0.98).any()) for side in (
-        picture[:2], picture[-2:], picture[:, :2], picture[:, -2:]
-    ))
+    return any(
+        bool((side < 0.98).any())
+        for side in (picture[:2], picture[-2:], picture[:, :2], picture[:, -2:])
+    )
 
 
 def test_bending_with_both_branches(tmp_path: Path, figures: list[Figure]) -> None:
@@ -61,8 +62,10 @@ def test_bending_with_both_branches(tmp_path: Path, figures: list[Figure]) -> No
         "chord_angle_deg": [0.2 * p for p in pressure],
     }
     measured = {
-        "experiment": ["bending", "blocked_force"], "pressure_kPa": [100, 100],
-        "angle_deg": [41, None], "force_N": [None, 1.0],
+        "experiment": ["bending", "blocked_force"],
+        "pressure_kPa": [100, 100],
+        "angle_deg": [41, None],
+        "force_N": [None, 1.0],
     }
     file = plot_bending(result, tmp_path / "new" / "curve.png", measured=measured)
     assert matplotlib.image.imread(file).shape[:2] == (1200, 1800)
@@ -70,8 +73,11 @@ def test_bending_with_both_branches(tmp_path: Path, figures: list[Figure]) -> No
     axes = figure.axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("Pressure (kPa)", "Bending angle (°)")
     assert _legend(figure) == [
-        "tip face, loading", "tip face, unloading", "chord, clamp to tip, loading",
-        "chord, clamp to tip, unloading", "measured",
+        "tip face, loading",
+        "tip face, unloading",
+        "chord, clamp to tip, loading",
+        "chord, clamp to tip, unloading",
+        "measured",
     ]
     assert not _clipped(file)
     unloading = axes.get_lines()[1]
@@ -91,7 +97,9 @@ def test_blocked_force_with_turning_point(tmp_path: Path, figures: list[Figure])
     (figure,) = figures
     assert figure.axes[0].get_ylabel() == "Blocked force (N)"
     assert _legend(figure) == [
-        "simulation", "fit before: 0.0100 N/kPa", "fit after: 0.0200 N/kPa",
+        "simulation",
+        "fit before: 0.0100 N/kPa",
+        "fit after: 0.0200 N/kPa",
         "turning point: 170 kPa, 1.70 N",
     ]
     assert not _clipped(file)

@@ -121,7 +121,7 @@ def _write_in_two_pieces(grid: pv.UnstructuredGrid, folder: Path) -> Path:
     file.write_text(
         '<?xml version="1.0"?><VTKFile type="PUnstructuredGrid" version="1.0">'
         f'<PUnstructuredGrid GhostLevel="1"><PPointData>{arrays}{flags}</PPointData>'
-        f'<PCellData>{flags}</PCellData>'
+        f"<PCellData>{flags}</PCellData>"
         '<PPoints><PDataArray type="Float64" NumberOfComponents="3"/></PPoints>'
         '<Piece Source="piece_0.vtu"/><Piece Source="piece_1.vtu"/>'
         "</PUnstructuredGrid></VTKFile>",

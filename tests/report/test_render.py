@@ -27,7 +27,9 @@ def _coloured(picture: Pixels) -> npt.NDArray[np.bool_]:
 def test_poses_share_camera_and_frame(run: Path, tmp_path: Path) -> None:
     files = render_finger(run / "fields.pvd", [0, 100, 200], tmp_path / "new", height_in=2.0)
     assert [file.name for file in files] == [
-        "finger_0kPa.png", "finger_100kPa.png", "finger_200kPa.png"
+        "finger_0kPa.png",
+        "finger_100kPa.png",
+        "finger_200kPa.png",
     ]
     pictures = [_read(file) for file in files]
     assert len({picture.shape for picture in pictures}) == 1
@@ -45,7 +47,7 @@ def test_poses_share_camera_and_frame(run: Path, tmp_path: Path) -> None:
 
 def test_finger_bends_to_the_right(run: Path, tmp_path: Path) -> None:
     straight, bent = (
-        _coloured(_read(file))[:, : -330]  # without the colour scale
+        _coloured(_read(file))[:, :-330]  # without the colour scale
         for file in render_finger(run / "fields.pvd", [0, 200], tmp_path, height_in=2.0)
     )
     assert np.flatnonzero(bent.any(axis=0)).max() > 1.3 * np.flatnonzero(straight.any(axis=0)).max()
@@ -55,8 +57,14 @@ def test_strip_holds_all_poses(quadratic_run: Path, tmp_path: Path) -> None:
     fields = quadratic_run / "fields.pvd"
     one = _read(render_strip(fields, [100], tmp_path / "one.png", height_in=2.0))
     three = _read(
-        render_strip(fields, [0, 100, 200], tmp_path / "three.png", height_in=2.0,
-                     colour_by="stretch", plate=Plate((0.0, 0.0, 0.0)))
+        render_strip(
+            fields,
+            [0, 100, 200],
+            tmp_path / "three.png",
+            height_in=2.0,
+            colour_by="stretch",
+            plate=Plate((0.0, 0.0, 0.0)),
+        )
     )
     assert three.shape[1] > 1.5 * one.shape[1]
     assert len(np.unique((three * 255).astype(int).reshape(-1, 3), axis=0)) > 500
@@ -65,9 +73,9 @@ def test_strip_holds_all_poses(quadratic_run: Path, tmp_path: Path) -> None:
 
 
 def test_section_shows_the_cut(quadratic_run: Path, tmp_path: Path) -> None:
-    picture = _read(render_section(
-        quadratic_run / "fields.pvd", [0, 200], tmp_path / "cut.png", height_in=2.0
-    ))
+    picture = _read(
+        render_section(quadratic_run / "fields.pvd", [0, 200], tmp_path / "cut.png", height_in=2.0)
+    )
     assert _coloured(picture).mean() > 0.05
 
 
@@ -76,8 +84,13 @@ def test_unloading_and_given_columns(quadratic_run: Path, tmp_path: Path) -> Non
     result = {"pressure_kPa": pressures, "branch": ["loading"] * 5 + ["unloading"] * 4}
     for branch in ("loading", "unloading"):
         render_finger(
-            quadratic_run / "fields.pvd", [100], tmp_path, result=result, branch=branch,
-            height_in=1.0, stem=branch,
+            quadratic_run / "fields.pvd",
+            [100],
+            tmp_path,
+            result=result,
+            branch=branch,
+            height_in=1.0,
+            stem=branch,
         )
     loading, unloading = (_read(tmp_path / f"{b}_100kPa.png") for b in ("loading", "unloading"))
     assert loading.shape != unloading.shape or (loading != unloading).any()

@@ -69,6 +69,7 @@ def test_creases_are_the_folds_of_the_reference_pose(half: Tetrahedra) -> None:
     on_back = skin.points[skin.creases][back.all(axis=1)]
     rim = (
         (np.abs(np.abs(on_back[..., 1]) - synthetic.WIDTH_MM / 2) < 1e-9)
-        | (on_back[..., 2] < 1e-9) | (on_back[..., 2] > synthetic.LENGTH_MM - 1e-9)
+        | (on_back[..., 2] < 1e-9)
+        | (on_back[..., 2] > synthetic.LENGTH_MM - 1e-9)
     )
     assert rim.all()

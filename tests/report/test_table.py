@@ -24,14 +24,18 @@ def test_both_results_side_by_side() -> None:
     for heading in ("Pressure (kPa)", "Angle (°)", "Blocked force (N)"):
         assert heading in text
     assert "Branch" not in text
-    rows = [[cell.strip() for cell in line.strip("│").split("│")]
-            for line in text.splitlines() if line.startswith("│")]
+    rows = [
+        [cell.strip() for cell in line.strip("│").split("│")]
+        for line in text.splitlines()
+        if line.startswith("│")
+    ]
     assert rows == [["0", "0.0", "0.000"], ["50", "18.3", "–"], ["100", "38.1", "0.970"]]
 
 
 def test_unloading_has_its_own_rows() -> None:
     result = {
-        "pressure_kPa": [0, 50, 0], "branch": ["loading", "loading", "unloading"],
+        "pressure_kPa": [0, 50, 0],
+        "branch": ["loading", "loading", "unloading"],
         "angle_deg": [0, 20, 1.5],
     }
     text = _text(result)
