@@ -29,6 +29,10 @@ LONGEST = 60
 """Characters of a value that are shown."""
 
 
+class ConfigError(ValueError):
+    """Bad input, said in one line that names the key, the value and the allowed range."""
+
+
 def unit(key: str) -> str:
     """The unit that a key's name ends in; "" for a pure number."""
     endings = [ending for ending in UNITS if key.endswith(f"_{ending}")]

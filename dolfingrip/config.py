@@ -7,27 +7,38 @@ interface (:data:`KPA` converts once, where a form's constant is set).
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import tomlkit
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from dolfingrip import complaint
+from dolfingrip import complaint, tables
+from dolfingrip.complaint import ConfigError
+
+__all__ = [
+    "KPA",
+    "Config",
+    "ConfigError",
+    "Contact",
+    "Experiment",
+    "Finger",
+    "Gravity",
+    "Material",
+    "Mesh",
+    "Plate",
+    "Solver",
+    "dumps",
+    "from_dict",
+    "load",
+]
 
 KPA = 1e-3
 """MPa per kPa."""
 
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 """TOML's arrays are lists; the numbers in them stay checked."""
-
-
-class ConfigError(ValueError):
-    """Bad input, said in one line that names the key, the value and the allowed range."""
 
 
 class Section(BaseModel):
@@ -306,45 +317,6 @@ class Config(Section):
         return None
 
 
-def _override(data: dict[str, Any], assignment: str) -> None:
-    """Apply one ``section.key=value`` to ``data``; the value is read as TOML."""
-    key, separator, text = assignment.partition("=")
-    if not separator or not key.strip():
-        raise ConfigError(f"--set {assignment}: allowed: section.key=value")
-    try:
-        value = tomllib.loads(f"v = {text.strip()}")["v"]
-    except tomllib.TOMLDecodeError:
-        value = text.strip()
-    *sections, name = key.strip().split(".")
-    for section in sections:
-        data = data.setdefault(section, {})
-        if not isinstance(data, dict):
-            raise ConfigError(f"--set {assignment}: {section} is a value, not a section")
-    data[name] = value
-
-
-def _read(file: Path) -> dict[str, Any]:
-    """Sections of a TOML file, or those a ``run.json`` was computed with."""
-    try:
-        text = file.read_text(encoding="utf-8")
-        data = json.loads(text)["config"] if file.suffix == ".json" else tomllib.loads(text)
-    except OSError as error:
-        raise ConfigError(f"--config {file}: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError) as error:
-        kind = "a run.json" if file.suffix == ".json" else "TOML"
-        raise ConfigError(f"--config {file}: not {kind}: {error}") from None
-    if not isinstance(data, dict):
-        raise ConfigError(f"--config {file}: not a run.json: its config is no table")
-    return data
-
-
-def _anchor(data: dict[str, Any], folder: Path) -> None:
-    """Make the mesh file's path absolute, so that it is found from any folder later."""
-    mesh = data.get("mesh")
-    if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
-        mesh["file"] = str((folder / mesh["file"]).resolve())
-
-
 def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
     """Read, override and check the configuration.
 
@@ -359,11 +331,11 @@ def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
     """
     data: dict[str, Any] = {}
     if file is not None:
-        data = _read(file)
-        _anchor(data, file.parent)
+        data = tables.read(file)
+        tables.anchor(data, file.parent)
     for assignment in overrides:
-        _override(data, assignment)
-    _anchor(data, Path())
+        tables.override(data, assignment)
+    tables.anchor(data, Path())
     return from_dict(data)
 
 
@@ -381,25 +353,4 @@ def from_dict(data: dict[str, Any]) -> Config:
 
 def dumps(config: Config) -> str:
     """The resolved configuration as TOML, each key with its meaning as a comment."""
-    document = tomlkit.document()
-    document.add(tomlkit.comment("dolfingrip configuration: every key, as resolved"))
-    for name in type(config).model_fields:
-        section: Section = getattr(config, name)
-        table = tomlkit.table()
-        table.comment((type(section).__doc__ or "").splitlines()[0])
-        for key, info in type(section).model_fields.items():
-            value = getattr(section, key)
-            if value is None:  # TOML has no null: an unset key is shown commented out
-                table.add(tomlkit.comment(f"{key} =    # {info.description}"))
-                continue
-            item = tomlkit.item(_plain(value))
-            item.comment(info.description or "")
-            table.add(key, item)
-        document.add(name, table)
-    return tomlkit.dumps(document)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Path):
-        return str(value)
-    return list(value) if isinstance(value, tuple) else value
+    return tables.dumps(config)
