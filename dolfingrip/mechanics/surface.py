@@ -36,15 +36,20 @@ class Surface:
         gathered = self._comm.allgather(global_nodes.reshape(local.shape))
         width = max(block.shape[1] for block in gathered)
         faces = np.concatenate([b.reshape(-1, width) for b in gathered])
-        # the ranks' order must not matter: sort facets and vertices by position, not by owner
-        self.nodes, renumbered = np.unique(faces, return_inverse=True)
-        renumbered = renumbered.reshape(faces.shape)
-
+        nodes, renumbered = np.unique(faces, return_inverse=True)
         first = index_map.local_range[0]
-        mine = (self.nodes >= first) & (self.nodes < index_map.local_range[1])
-        self.owned = np.flatnonzero(mine)
-        self._owned_local = (self.nodes[self.owned] - first).astype(np.int32)
-        self.rest = self._gather(space.tabulate_dof_coordinates()[self._owned_local])
+        mine = (nodes >= first) & (nodes < index_map.local_range[1])
+        self.nodes, self.owned = nodes, np.flatnonzero(mine)
+        self._owned_local = (nodes[mine] - first).astype(np.int32)
+        rest = self._gather(space.tabulate_dof_coordinates()[self._owned_local])
+        # ipctk's collision sets depend on the order of vertices and triangles, which must not
+        # depend on the ranks': sort by position, not by owner
+        order = _by_position(rest)
+        rank_of = np.empty_like(order)
+        rank_of[order] = np.arange(len(order))
+        self.nodes, self.rest = nodes[order], rest[order]
+        self.owned = rank_of[self.owned]
+        renumbered = _canonical(rank_of[renumbered].reshape(faces.shape))
         self.triangles = renumbered[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
         corners = self.rest[renumbered[:, :3]].mean(axis=1)
         self.facet_midpoints = np.repeat(corners, len(SPLIT[width]), axis=0)
@@ -72,6 +77,23 @@ class Surface:
             [self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]]
         )
         return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int32)
+
+
+def _by_position(points: np.ndarray) -> np.ndarray:
+    """(n,) order of points by z, y, x, blind to rounding."""
+    # an irrational shift keeps round positions off the borders between two roundings
+    keys = np.floor(points / (1e-7 * np.ptp(points, axis=0).max()) + 0.2360679775)
+    return np.lexsort(keys.T)
+
+
+def _canonical(facets: np.ndarray) -> np.ndarray:
+    """Facets with their corners in ascending order, their midpoints likewise, and sorted."""
+    turn = np.argsort(facets[:, :3], axis=1)
+    parts = [
+        np.take_along_axis(facets[:, i : i + 3], turn, axis=1) for i in range(0, facets.shape[1], 3)
+    ]
+    facets = np.concatenate(parts, axis=1)
+    return facets[np.lexsort(facets[:, 2::-1].T)]
 
 
 def _facet_nodes(space: fem.FunctionSpace, domain: Domain, facets: np.ndarray) -> np.ndarray:
