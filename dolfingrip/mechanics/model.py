@@ -28,6 +28,19 @@ class StepBound(Protocol):
         ...
 
 
+class Prescribed(Protocol):
+    """A quantity that a load path may lead."""
+
+    @property
+    def value(self) -> float:
+        """Present value, in the unit that its name says."""
+        ...
+
+    def set(self, value: float) -> None:
+        """Prescribe ``value``."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Control:
     """A prescribed quantity: a constant of the potential and its unit's factor."""
@@ -63,7 +76,7 @@ class Model:
     u: fem.Function
     potential: Potential
     supports: list[fem.DirichletBC]
-    controls: dict[str, Control]
+    controls: dict[str, Prescribed]
     contact: BarrierContact | None = None
     bounds: Sequence[StepBound] = ()
     time_s: float = 0.0
@@ -116,9 +129,14 @@ class Model:
         if self.contact is not None:
             self.contact.add_gradient(self.u.x.array, residual)
             residual.assemble()
-        for bc in self.supports if supported else ():
+        if supported:
+            self.release(residual)
+
+    def release(self, forces: PETSc.Vec) -> None:
+        """Put 0 in the rows of supported dofs, whose forces the supports take."""
+        for bc in self.supports:
             dofs, owned = bc.dof_indices()
-            residual.array[dofs[:owned]] = 0.0
+            forces.array[dofs[:owned]] = 0.0
 
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
         """Largest fraction of ``step`` that no bound forbids, and the bound that set it."""

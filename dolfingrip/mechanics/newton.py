@@ -12,28 +12,19 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.config import Solver
+from dolfingrip.mechanics.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.model import Model
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.tangent import Tangent
+from dolfingrip.mechanics.volume_control import VolumeControl
 
-CHORD = 0.02
-"""An iteration that brought the residual below this part of the one before leaves a tangent
-good enough for the next iteration, too; factorising it is what costs."""
-
-STUBBORN = 0.7
-"""Once the first iterations are over, a residual that falls by less calls a line search."""
-
-SETTLED = 2
-"""Iterations after which a step that a bound cuts is searched: a new touch must not undo them."""
-
-HOPELESS = 3.0
-"""A residual so many times its early peak does not come back."""
-
-EARLY = 4
-"""Iterations in which the residual may rise, as the carried stress makes it do."""
-
-SHORTEST_STEP = 1e-3
-"""A Newton step shortened below this fraction makes no progress any more."""
+REASON = {
+    Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
+    Verdict.CONVERGED: PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE,
+    Verdict.NOT_A_NUMBER: PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN,
+    Verdict.STUCK: PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH,
+    Verdict.HOPELESS: PETSc.SNES.ConvergedReason.DIVERGED_DTOL,
+}
 
 
 class Ending(StrEnum):
@@ -72,39 +63,40 @@ class Solve:
 class Newton:
     """Finds a stationary point of a model's Π from its present state.
 
-    Globalisation is the model's bound on a step (contact, inversion). Within it full steps are
-    taken at first, since the carried stress makes the residual rise before it falls; later a
-    residual that stagnates (pairs of contact that change from step to step) is searched along
-    the step, and one that exceeds its early peak ends the solve.
+    Args:
+        model: whose displacement is solved for.
+        settings: tolerances and limits.
+        profile: where to book the time.
+        volume: the cavity's volume, where it is prescribed and the pressure follows.
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
         factorisations: of the tangent; fewer, as a good tangent serves twice.
     """
 
-    def __init__(self, model: Model, settings: Solver, profile: Profile | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        settings: Solver,
+        profile: Profile | None = None,
+        volume: VolumeControl | None = None,
+    ) -> None:
         self.model = model
         self.settings = settings
         self.profile = profile or Profile()
         self.tangent = Tangent(model)
+        self.iterations = 0
+        self.factorisations = 0
+        self._volume = volume
         self._residual = fem_petsc.create_vector(model.potential.residual)
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
         self._owned = self._x.getLocalSize()
-        self._retired: list[PETSc.Mat] = []
-        self._snes = self._make_snes()
-        self._bound = ""
-        self._short = 0
-        self._scale = 0.0
-        self.iterations = 0
-        self.factorisations = 0
-        self._keep_factors = False
-        self._settled = False
-        self._stagnates = False
-        self._last_norm = 0.0
-        self._peak = 0.0
         self._step = np.zeros_like(model.u.x.array)
+        self._retired: list[PETSc.Mat] = []
+        self._globalisation = Globalisation(model, settings, self._residual_norm)
+        self._snes = self._make_snes()
 
     def _make_snes(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.model.comm)
@@ -122,7 +114,7 @@ class Newton:
         pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
         options = PETSc.Options("dolfingrip_")
         options["snes_linesearch_type"] = "basic"
-        # a rising residual is no failure here: see the class
+        # a rising residual is no failure: see Globalisation
         options["snes_divergence_tolerance"] = -1
         options["mat_mumps_icntl_13"] = 1  # counts negative pivots in parallel, too
         options["mat_mumps_icntl_24"] = 0
@@ -137,13 +129,17 @@ class Newton:
         u.array[: self._owned] = x.array_r
         u.scatter_forward()
 
+    def _residual_norm(self) -> float:
+        self.model.assemble_residual(self._trial)
+        return float(self._trial.norm())
+
     def _form_residual(self, _snes: Any, x: PETSc.Vec, residual: PETSc.Vec) -> None:
         with self.profile.phase("residual"):
             self._take(x)
             self.model.assemble_residual(residual)
 
     def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
-        if self._keep_factors:
+        if self._globalisation.keep_factors:
             return
         with self.profile.phase("tangent"):
             self.factorisations += 1
@@ -158,30 +154,19 @@ class Newton:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
         with self.profile.phase("step bound"):
             self._take(x)
+            if self._volume is not None:
+                self._volume.correct(y, self._snes.getKSP())
             step = self._step
             step[: self._owned] = -y.array_r
             self._forward(step)
-            fraction, self._bound = self.model.admissible_step(step)
-            if self._stagnates or (self._bound and self._settled):
-                fraction = self._search(step, fraction)
-            self._short = self._short + 1 if fraction < SHORTEST_STEP else 0
+            fraction = self._globalisation.fraction(step)
             step *= fraction
             if self.model.potential.carried is not None:
                 self.model.potential.carried.follow(step)
-            if fraction < 1.0:
-                y.scale(fraction)
-        return fraction < 1.0
-
-    def _search(self, step: np.ndarray, longest: float) -> float:
-        """The fraction of ``step`` with the smallest residual among the longest and its halves."""
-        start = self.model.u.x.array.copy()
-        best = (np.inf, longest)
-        for fraction in longest * 0.5 ** np.arange(4):
-            self.model.u.x.array[:] = start + fraction * step
-            self.model.assemble_residual(self._trial)
-            best = min(best, (self._trial.norm(), float(fraction)))
-        self.model.u.x.array[:] = start
-        return best[1]
+            if self._volume is not None:
+                self._volume.advance(fraction)
+            y.scale(fraction)
+        return fraction < 1.0 or self._volume is not None
 
     def _forward(self, local: np.ndarray) -> None:
         """Fill the ghosts of a local dof array from their owners."""
@@ -195,35 +180,19 @@ class Newton:
     def _converged(
         self, _snes: Any, iteration: int, norms: tuple[float, float, float], *_: Any
     ) -> int:
-        norm = norms[2]
-        reason = PETSc.SNES.ConvergedReason
-        if not np.isfinite(norm):
-            return reason.DIVERGED_FNORM_NAN
-        if iteration == 0:
-            self._scale = norm
-        if iteration <= EARLY:
-            self._peak = max(self._peak, norm)
-        if self._short > 2:
-            return reason.DIVERGED_LINE_SEARCH
-        tolerance = max(self.settings.atol_N, self.settings.rtol * self._scale)
-        if norm <= tolerance and not self._bound:
-            return reason.CONVERGED_FNORM_RELATIVE
-        self._keep_factors = norm < CHORD * self._last_norm and not self._bound
-        self._settled = iteration >= SETTLED
-        self._stagnates = iteration > EARLY and norm > STUBBORN * self._last_norm
-        self._last_norm = norm
-        if iteration > EARLY and norm > HOPELESS * self._peak:
-            return reason.DIVERGED_DTOL
-        return reason.CONVERGED_ITERATING
+        scale = self._volume.force_N if self._volume is not None else 0.0
+        verdict = self._globalisation.judge(iteration, norms[2], scale)
+        missed = self._volume is not None and not self._volume.met(self.settings.rtol)
+        if verdict is Verdict.CONVERGED and missed:
+            verdict = Verdict.GO_ON
+        return REASON[verdict]
 
     # -- solve ---------------------------------------------------------------------------------
 
     def solve(self) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails."""
         model = self.model
-        self._bound, self._short = "", 0
-        self._keep_factors, self._stagnates = False, False
-        self._last_norm, self._peak = 0.0, 0.0
+        self._globalisation.start()
         if model.potential.carried is not None:
             model.potential.carried.reset()
         self._x.array[:] = model.u.x.array[: self._owned]
@@ -249,8 +218,9 @@ class Newton:
         reasons = PETSc.SNES.ConvergedReason
         if reason > 0:
             return Ending.CONVERGED
-        if self._short:
-            return Ending.INVERTED if self._bound == "inverted" else Ending.BLOCKED
+        if self._globalisation.stuck:
+            inverted = self._globalisation.bound == "inverted"
+            return Ending.INVERTED if inverted else Ending.BLOCKED
         if reason == reasons.DIVERGED_MAX_IT:
             return Ending.ITERATIONS
         if reason == reasons.DIVERGED_LINEAR_SOLVE:

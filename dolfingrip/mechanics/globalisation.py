@@ -1,0 +1,131 @@
+"""How far a Newton step may go, and when to stop: rules around full steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum, auto
+
+import numpy as np
+
+from dolfingrip.config import Solver
+from dolfingrip.mechanics.model import Model
+
+CHORD = 0.02
+"""An iteration that brought the residual below this part of the one before leaves a tangent
+good enough for the next iteration, too; factorising it is what costs."""
+
+STUBBORN = 0.7
+"""Once the first iterations are over, a residual that falls by less calls a line search."""
+
+SETTLED = 2
+"""Iterations after which a step that a bound cuts is searched: a new touch must not undo them."""
+
+HOPELESS = 3.0
+"""A residual so many times its early peak does not come back."""
+
+EARLY = 4
+"""Iterations in which the residual may rise, as the carried stress makes it do."""
+
+SHORTEST_STEP = 1e-3
+"""A Newton step shortened below this fraction makes no progress any more."""
+
+PATIENCE = 2
+"""How many such steps in a row are borne."""
+
+
+class Verdict(Enum):
+    """What a residual norm means."""
+
+    GO_ON = auto()
+    CONVERGED = auto()
+    NOT_A_NUMBER = auto()
+    STUCK = auto()
+    HOPELESS = auto()
+
+
+class Globalisation:
+    """Bounds and judges the steps of one solve.
+
+    A step is bounded by the model (contact, plate, inversion). Within the bound full steps are
+    taken at first, since the carried stress makes the residual rise before it falls; later a
+    residual that stagnates (pairs of contact that change from step to step) is searched along
+    the step, and one that exceeds its early peak ends the solve.
+
+    Args:
+        model: whose steps are bounded.
+        settings: tolerances.
+        residual_norm: norm of the residual (N) at the model's present displacement.
+
+    Attributes:
+        bound: name of what cut the last step, "" if nothing did.
+        keep_factors: the tangent of the last iteration is good enough for the next.
+    """
+
+    def __init__(self, model: Model, settings: Solver, residual_norm: Callable[[], float]) -> None:
+        self._model = model
+        self._settings = settings
+        self._residual_norm = residual_norm
+        self.start()
+
+    def start(self) -> None:
+        """Forget the last solve."""
+        self.bound = ""
+        self.keep_factors = False
+        self._short = 0
+        self._scale = 0.0
+        self._peak = 0.0
+        self._last = 0.0
+        self._settled = False
+        self._stagnates = False
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the last step was too short to make progress."""
+        return self._short > 0
+
+    def judge(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
+        """What the residual norm (N) at the start of ``iteration`` means.
+
+        Args:
+            iteration: 0 before the first step.
+            norm: of the residual (N).
+            scale: force (N) that the relative tolerance refers to, where larger than the
+                first residual.
+        """
+        if not np.isfinite(norm):
+            return Verdict.NOT_A_NUMBER
+        if iteration == 0:
+            self._scale = norm
+        if iteration <= EARLY:
+            self._peak = max(self._peak, norm)
+        if self._short > PATIENCE:
+            return Verdict.STUCK
+        tolerance = self._settings.rtol * max(self._scale, scale)
+        if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
+            return Verdict.CONVERGED
+        self.keep_factors = norm < CHORD * self._last and not self.bound
+        self._settled = iteration >= SETTLED
+        self._stagnates = iteration > EARLY and norm > STUBBORN * self._last
+        self._last = norm
+        if iteration > EARLY and norm > HOPELESS * self._peak:
+            return Verdict.HOPELESS
+        return Verdict.GO_ON
+
+    def fraction(self, step: np.ndarray) -> float:
+        """How much of ``step`` (local dofs, mm) to take."""
+        fraction, self.bound = self._model.admissible_step(step)
+        if self._stagnates or (self.bound and self._settled):
+            fraction = self._search(step, fraction)
+        self._short = self._short + 1 if fraction < SHORTEST_STEP else 0
+        return fraction
+
+    def _search(self, step: np.ndarray, longest: float) -> float:
+        """The fraction of ``step`` with the smallest residual among the longest and its halves."""
+        dofs = self._model.u.x.array
+        start = dofs.copy()
+        best = (np.inf, longest)
+        for fraction in longest * 0.5 ** np.arange(4):
+            dofs[:] = start + fraction * step
+            best = min(best, (self._residual_norm(), float(fraction)))
+        dofs[:] = start
+        return best[1]
