@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import landings_kPa, run
+from dolfingrip.experiments import landings, landings_kPa, run
 from dolfingrip.experiments.run import Kind, Result, Row
 from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.domain import on_root
@@ -119,20 +119,22 @@ def _pressures(text: str | None, config: Config) -> list[float]:
     """Pressures of ``--render``, which must be among those the run lands on."""
     if not text:
         return []
-    landings = landings_kPa(config)
+    known = landings_kPa(config)
+    if not known:
+        raise ConfigError('--render: allowed: with experiment.control = "pressure" only')
     try:
         wanted = [float(part) for part in text.split(",")]
     except ValueError:
         raise ConfigError(f"--render {text}: allowed: pressures in kPa, as in 0,100,200") from None
     for pressure in wanted:
-        if not np.isclose(landings, pressure).any():
-            known = ", ".join(f"{p:g}" for p in dict.fromkeys(landings))
-            raise ConfigError(f"--render {pressure:g}: allowed: {known} (kPa)")
+        if not np.isclose(known, pressure).any():
+            allowed = ", ".join(f"{p:g}" for p in dict.fromkeys(known))
+            raise ConfigError(f"--render {pressure:g}: allowed: {allowed} (kPa)")
     return wanted
 
 
 def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:
-    with _bar(TITLES[kind], len(landings_kPa(config)), console) as advance:
+    with _bar(TITLES[kind], len(landings(config)), console) as advance:
         return run(kind, config, out=out, progress=advance)
 
 

@@ -264,11 +264,20 @@ class Gravity(Section):
 
 
 class Experiment(Section):
-    """Pressures to land on, in order: 0 to the maximum, and back where asked."""
+    """Readings to take, in order: from rest to the maximum, and back where asked."""
 
+    control: Literal["pressure", "volume"] = Field(
+        "pressure", description="what is led; led by volume, the cavity passes limit points"
+    )
     max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
     step_kPa: float = Field(25.0, gt=0, description="a reading every so much")
-    unload: bool = Field(False, description="go back to 0 in the same steps")
+    max_volume_ratio: float = Field(
+        2.0, gt=1, le=100, description="led by volume: largest cavity, relative to rest"
+    )
+    step_volume_ratio: float = Field(
+        0.1, gt=0, le=10, description="led by volume: a reading every so much"
+    )
+    unload: bool = Field(False, description="go back to rest in the same steps")
     rate_kPa_per_s: float = Field(25.0, gt=0, description="ramp; felt by models with a clock only")
 
     @model_validator(mode="after")

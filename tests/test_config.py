@@ -21,6 +21,8 @@ DIMENSIONLESS = {
     "solver.max_iterations",
     "plate.normal",
     "gravity.direction",
+    "experiment.max_volume_ratio",
+    "experiment.step_volume_ratio",
 }
 """Numbers without a unit: counts, ratios and directions."""
 

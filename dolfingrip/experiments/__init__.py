@@ -1,6 +1,6 @@
 """Experiments on a finger and how each is observed."""
 
-from dolfingrip.experiments.finger import landings_kPa
+from dolfingrip.experiments.landings import landings, landings_kPa
 from dolfingrip.experiments.run import Result, run
 
-__all__ = ["Result", "landings_kPa", "run"]
+__all__ = ["Result", "landings", "landings_kPa", "run"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import basix.ufl
@@ -20,6 +19,7 @@ from dolfingrip.mechanics.model import Control, Model
 from dolfingrip.mechanics.plate import RigidPlate
 from dolfingrip.mechanics.potential import Potential
 from dolfingrip.mechanics.surface import Surface
+from dolfingrip.mechanics.volume_control import VolumeControl
 
 DEGREE = {"P1": 1, "P2": 2}
 KG_M3_M_S2 = 1e-9
@@ -33,6 +33,7 @@ class FingerModel:
     config: Config
     model: Model
     plate: RigidPlate | None
+    volume: VolumeControl | None = None
 
 
 def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
@@ -63,6 +64,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     if config.contact.self_contact:
         surface = Surface(space, domain, domain.facets("skin", "tip"))
         contact = BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
+    by_pressure = Control(pressure, KPA)
     model = Model(
         domain,
         u,
@@ -73,11 +75,17 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
             carried=config.solver.mixed_integration_point,
         ),
         _supports(space, domain),
-        {"pressure_kPa": Control(pressure, KPA)},
+        {"pressure_kPa": by_pressure},
         contact,
         [sensor] if sensor is not None else [],
     )
-    return FingerModel(config, model, sensor)
+    volume = None
+    if config.experiment.control == "volume":
+        cavity = domain.surface("cavity", quadrature_degree=3 * degree)
+        density = cavity_pressure.volume_density(u, mesh)
+        volume = VolumeControl(model, by_pressure, density * cavity)
+        model.controls["cavity_volume_mm3"] = volume
+    return FingerModel(config, model, sensor, volume)
 
 
 def _weight(config: Config) -> np.ndarray:
@@ -129,13 +137,3 @@ def _supports(space: fem.FunctionSpace, domain: Domain) -> list[fem.DirichletBC]
         dofs = fem.locate_dofs_topological(along, 2, domain.facets(*regions))
         supports.append(fem.dirichletbc(PETSc.ScalarType(0.0), dofs, along))
     return supports
-
-
-def landings_kPa(config: Config) -> Sequence[float]:
-    """Pressures to land on, 0 first: up in steps to the maximum, and down where asked."""
-    experiment = config.experiment
-    count = int(np.floor(experiment.max_pressure_kPa / experiment.step_kPa + 1e-9))
-    up = [i * experiment.step_kPa for i in range(count + 1)]
-    if experiment.max_pressure_kPa - up[-1] > 1e-9 * experiment.max_pressure_kPa:
-        up.append(experiment.max_pressure_kPa)
-    return up + up[-2::-1] if experiment.unload else up

@@ -14,8 +14,9 @@ from mpi4py import MPI
 
 from dolfingrip.config import Config
 from dolfingrip.experiments import turning_point
-from dolfingrip.experiments.finger import FingerModel, build, landings_kPa
+from dolfingrip.experiments.finger import FingerModel, build
 from dolfingrip.experiments.keeper import COLUMNS, Keeper, Row
+from dolfingrip.experiments.landings import Landing, landings
 from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.turning_point import TurningPoint
 from dolfingrip.experiments.undeformed import load_domain
@@ -23,6 +24,7 @@ from dolfingrip.mechanics.failure import Failure
 from dolfingrip.mechanics.newton import Newton
 from dolfingrip.mechanics.path import LoadPath
 from dolfingrip.mechanics.profile import Profile
+from dolfingrip.mechanics.state import State
 
 Kind = Literal["bending", "blocked_force"]
 
@@ -102,12 +104,13 @@ def run(
     gaps: list[dict[str, float]] = []
     with ExitStack() as stack:
         keep = stack.enter_context(Keeper(out, kind, finger, profile)) if out is not None else None
-        newton = Newton(finger.model, config.solver, profile)
-        path = LoadPath(newton, accept=lambda: _intersecting(finger))
-        highest, before = 0.0, 0.0
-        for pressure in landings_kPa(config):
-            clock = finger.model.time_s + abs(pressure - before) / config.experiment.rate_kPa_per_s
-            arrival = path.advance({"pressure_kPa": pressure, "time_s": clock})
+        newton = Newton(finger.model, config.solver, profile, finger.volume)
+        rest = finger.model.state()
+        path = LoadPath(newton, _longest(config, rest), lambda: _intersecting(finger))
+        last: Landing | None = None
+        for landing in landings(config):
+            clock = finger.model.time_s + _seconds(config, last, landing)
+            arrival = path.advance(landing.controls(config, rest, clock))
             if arrival.failure is not None:
                 result.failure = arrival.failure
                 break
@@ -120,12 +123,12 @@ def run(
                 "experiment": kind,
                 "specimen": "simulated",
                 "cycle": 1,
-                "branch": "unloading" if pressure < highest else "loading",
+                "branch": landing.branch,
                 **readings,
                 "iterations": arrival.iterations,
                 "load_steps": arrival.steps,
             }
-            highest, before = max(highest, pressure), pressure
+            last = landing
             result.rows.append(row)
             if keep is not None:
                 keep.append(row)
@@ -137,6 +140,24 @@ def run(
             keep.finish(result.facts)
     comm.Barrier()
     return result
+
+
+def _longest(config: Config, rest: State) -> dict[str, float]:
+    """Longest load step of the control that is led."""
+    if config.experiment.control == "pressure":
+        return {"pressure_kPa": config.solver.max_step_kPa}
+    volume = rest.controls["cavity_volume_mm3"]
+    return {"cavity_volume_mm3": config.experiment.step_volume_ratio * volume}
+
+
+def _seconds(config: Config, last: Landing | None, landing: Landing) -> float:
+    """Time of the ramp between two readings; that of ``step_kPa`` where the volume is led."""
+    experiment = config.experiment
+    if last is None:
+        return 0.0
+    if landing.pressure_kPa is None or last.pressure_kPa is None:
+        return experiment.step_kPa / experiment.rate_kPa_per_s
+    return abs(landing.pressure_kPa - last.pressure_kPa) / experiment.rate_kPa_per_s
 
 
 def _intersecting(finger: FingerModel) -> str:

@@ -1,0 +1,47 @@
+"""Readings in order, and a finger led by its volume instead of its pressure."""
+
+from __future__ import annotations
+
+import pytest
+from experiments import small
+
+from dolfingrip.experiments import landings, landings_kPa, run
+
+
+def test_pressures() -> None:
+    """Up in steps to a maximum that is no multiple of them, and back."""
+    config = small.short(
+        "experiment.max_pressure_kPa=50", "experiment.step_kPa=20", "experiment.unload=true"
+    )
+    assert landings_kPa(config) == [0, 20, 40, 50, 40, 20, 0]
+    assert [landing.branch for landing in landings(config)] == 4 * ["loading"] + 3 * ["unloading"]
+
+
+def test_volume_and_pressure_agree() -> None:
+    """Led by volume the finger passes the states that its own pressures lead it to.
+
+    Both paths solve the same equations, so the angle differs by the solver's tolerance only.
+    """
+    by_volume = small.short(
+        'experiment.control="volume"',
+        "experiment.max_volume_ratio=1.1",
+        "experiment.step_volume_ratio=0.05",
+        "solver.rtol=1e-10",
+    )
+    assert landings_kPa(by_volume) == []
+    led = run("bending", by_volume)
+    assert led.failure is None
+    volumes = led.column("cavity_volume_mm3")
+    assert volumes / volumes[0] == pytest.approx([1, 1.05, 1.1], rel=1e-9)
+    assert list(led.column("time_s")) == [0, 1, 2]
+
+    pressure = float(led.column("pressure_kPa")[-1])
+    assert pressure > 10
+    by_pressure = small.short(
+        f"experiment.max_pressure_kPa={pressure!r}",
+        f"experiment.step_kPa={pressure!r}",
+        "solver.rtol=1e-10",
+    )
+    pressed = run("bending", by_pressure)
+    for name in ("angle_deg", "tip_x_mm", "cavity_volume_mm3"):
+        assert led.column(name)[-1] == pytest.approx(pressed.column(name)[-1], rel=1e-7)
