@@ -38,6 +38,10 @@ STEPS = {"bending": (100, 50), "blocked_force": (200, 100)}
 """Highest pressure and distance of readings, kPa."""
 
 
+MOST = {"bending": (35, 27), "blocked_force": (65, 49)}
+"""Newton iterations and factorisations that a run may take: what was measured, and a tenth."""
+
+
 @pytest.fixture(scope="module", params=STEPS)
 def result(request: pytest.FixtureRequest) -> Result:
     highest, step = STEPS[request.param]
@@ -60,3 +64,12 @@ def test_figures_stay(result: Result) -> None:
     for key, figures in expected.items():
         for name, value in figures.items():
             assert rows[key][name] == pytest.approx(value, rel=TOLERANCE), (key, name)
+
+
+def test_effort_stays(result: Result) -> None:
+    """What a run costs on any machine."""
+    newton = result.facts["newton"]
+    iterations, factorisations = MOST[result.kind]
+    print(f"{result.kind}: {newton}")
+    assert newton["iterations"] <= iterations
+    assert newton["factorisations"] <= factorisations
