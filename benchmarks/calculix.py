@@ -1,0 +1,94 @@
+"""Free bending by CalculiX (https://www.calculix.de): input decks, and the tip from its output."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.tip import mean_displacement
+from dolfingrip.config import KPA, Config
+from dolfingrip.meshes.groups import CAVITY, CLAMP, SOLID, SYMMETRY, TIP
+from dolfingrip.meshes.solid import EXCHANGED, SolidMesh, match
+
+
+def write_deck(
+    path: Path, mesh: SolidMesh, config: Config, longest: float = 1.0, residual: float = 5e-3
+) -> None:
+    """Write a deck that bends the finger to the configuration's highest pressure.
+
+    Pressure on faces of elements follows them under NLGEOM. The strain energy is that of
+    :mod:`benchmarks.split_energy`; the increments are CalculiX' own choice after the first.
+
+    Args:
+        path: of the deck, ``….inp``.
+        mesh: of first or second order (C3D4 or C3D10).
+        config: moduli and pressure.
+        longest: longest increment, a part of the pressure.
+        residual: largest residual force over the average force; 5e-3 is CalculiX' default.
+    """
+    bulk = config.material.lmbda_MPa + 2 / 3 * config.material.mu_MPa
+    cells = mesh.tetrahedra if mesh.order == 1 else mesh.tetrahedra[:, EXCHANGED]
+    kind = "C3D4" if mesh.order == 1 else "C3D10"
+    lines = [
+        "*NODE, NSET=all",
+        # CalculiX reads at most 20 characters of a number
+        *(f"{i}, {x:.12e}, {y:.12e}, {z:.12e}" for i, (x, y, z) in enumerate(mesh.points, 1)),
+        f"*ELEMENT, TYPE={kind}, ELSET={SOLID}",
+        *(", ".join(map(str, [i, *nodes])) for i, nodes in enumerate(cells + 1, 1)),
+    ]
+    for group in (name for name in (CLAMP, SYMMETRY, TIP) if name in mesh.facets):
+        lines.append(f"*NSET, NSET={group}")
+        lines += [f"{node + 1}," for node in np.unique(mesh.facets[group])]
+    lines += [
+        "*MATERIAL, NAME=rubber",
+        "*HYPERELASTIC, NEO HOOKE",
+        f"{config.material.mu_MPa / 2:.12g}, {2 / bulk:.12g}",
+        f"*SOLID SECTION, ELSET={SOLID}, MATERIAL=rubber",
+        "*BOUNDARY",
+        f"{CLAMP}, 1, 3",
+    ]
+    if SYMMETRY in mesh.facets:
+        lines.append(f"{SYMMETRY}, 2, 2")
+    increments = f"{min(0.1, longest):g}, 1., 1e-5, {longest:g}"
+    lines += ["*STEP, NLGEOM, INC=1000", "*CONTROLS, PARAMETERS=FIELD", f"{residual:g}"]
+    lines += ["*STATIC", increments, "*DLOAD"]
+    pressure = config.experiment.max_pressure_kPa * KPA
+    for element, face in zip(*loaded_faces(mesh), strict=True):
+        lines.append(f"{element}, P{face}, {pressure:.12g}")
+    lines += [f"*NODE PRINT, NSET={TIP}, FREQUENCY=1", "U", "*END STEP"]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def loaded_faces(mesh: SolidMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers, from 1, of the elements on the cavity and of their faces there."""
+    element, face = np.divmod(match(mesh.facets[CAVITY], mesh.tetrahedra), 4)
+    return element + 1, face + 1
+
+
+def read_tip(path: Path, mesh: SolidMesh) -> tuple[float, np.ndarray]:
+    """What is printed last in the ``.dat`` file.
+
+    Returns:
+        The part of the pressure that was reached, less than 1 where CalculiX gave up, and
+        the tip's mean displacement there (mm), (3,).
+    """
+    displacement = np.full_like(mesh.points, np.nan)
+    time = 0.0
+    for line in path.read_text(encoding="utf-8").splitlines():
+        words = line.split()
+        if "time" in words:
+            time = float(words[-1])
+        elif len(words) == 4 and words[0].isdigit():
+            displacement[int(words[0]) - 1] = [float(word) for word in words[1:]]
+    return time, mean_displacement(mesh, displacement)
+
+
+def iterations(path: Path) -> dict[str, int]:
+    """Newton iterations and increments, from the ``.sta`` file; failed attempts count, too."""
+    table = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
+    attempts = [words for words in table if len(words) == 7 and words[0].isdigit()]
+    return {
+        "iterations": sum(int(words[3]) for words in attempts),
+        "load_steps": sum(words[2].isdigit() for words in attempts),
+    }

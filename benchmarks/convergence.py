@@ -1,0 +1,97 @@
+"""The convergence table's figures: values by mesh, limits, errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from benchmarks.orders import Limit, extrapolate
+from benchmarks.outcomes import Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What is read off at 250 kPa."""
+
+    name: str
+    column: str
+    unit: str
+
+
+QUANTITIES = {
+    "bending": Quantity("angle", "angle_deg", "°"),
+    "blocked_force": Quantity("force", "force_N", "N"),
+}
+"""By experiment."""
+
+DEFAULT = "P2 2.8"
+"""The default mesh."""
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One mesh.
+
+    Attributes:
+        mesh: element, size, and size at concave edges where that is another (mm).
+        size: equivalent element size, (number of tetrahedra)^(−1/3).
+        seconds: of solving.
+    """
+
+    mesh: str
+    elements: int
+    dofs: int
+    size: float
+    value: float
+    seconds: float
+    load: float
+
+
+def points(outcome: Outcome, kind: str) -> list[Point]:
+    """All meshes on which an experiment was run, the coarsest first."""
+    found = []
+    for label, runs in outcome.runs.items():
+        if not label.startswith(kind + " ") or not runs:
+            continue
+        run = runs[-1]
+        value = run["rows"][-1][QUANTITIES[kind].column]
+        found.append(
+            Point(
+                label.removeprefix(kind + " "),
+                run["elements"],
+                run["dofs"],
+                run["elements"] ** (-1 / 3),
+                value,
+                run["solve_s"],
+                run["load"][0],
+            )
+        )
+    return sorted(found, key=lambda point: point.elements)
+
+
+def series(outcome: Outcome, kind: str, name: str) -> list[Point]:
+    """The meshes of ``P2 uniform``, ``P2 graded`` or ``P1 uniform``."""
+    element, spacing = name.split()
+    return [
+        point
+        for point in points(outcome, kind)
+        if point.mesh.startswith(element) and ("/" in point.mesh) == (spacing == "graded")
+    ]
+
+
+def limits(outcome: Outcome) -> dict[str, Limit]:
+    """What angle and force tend to, by experiment, from the uniform quadratic meshes.
+
+    The graded meshes, which approach by another way, widen the uncertainty where their finest
+    lies outside it.
+    """
+    found = {}
+    for kind in QUANTITIES:
+        uniform = series(outcome, kind, "P2 uniform")
+        if len(uniform) < 2:
+            continue
+        limit = extrapolate([p.size for p in uniform], [p.value for p in uniform])
+        graded = series(outcome, kind, "P2 graded")
+        beyond = max((p.value - limit.value for p in graded), default=0.0)
+        uncertainty = max(limit.uncertainty, beyond)
+        found[kind] = Limit(limit.value, limit.order, uncertainty)
+    return found

@@ -1,0 +1,150 @@
+"""Processes timed one at a time: wall, processor and memory, and how busy the machine was."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from benchmarks.job import MARK
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+class JobError(RuntimeError):
+    """A run that failed, with the last of what it said."""
+
+
+def idlest_core(seconds: float = 0.5) -> int:
+    """The allowed core that has been idle most during the next moment."""
+
+    def idle() -> dict[int, int]:
+        lines = Path("/proc/stat").read_text(encoding="ascii").splitlines()
+        table = [line.split() for line in lines if line[:3] == "cpu" and line[3].isdigit()]
+        return {int(words[0][3:]): int(words[4]) for words in table}
+
+    before = idle()
+    time.sleep(seconds)
+    after = idle()
+    return max(os.sched_getaffinity(0), key=lambda core: after[core] - before[core])
+
+
+def _start(spec: dict[str, Any], core: int | None) -> list[str]:
+    command = [sys.executable, "-m", "benchmarks.job", json.dumps(spec)]
+    if spec.get("ranks", 1) > 1:
+        return ["mpirun", "-n", str(spec["ranks"]), *command]
+    if core is not None and shutil.which("taskset"):
+        return ["taskset", "-c", str(core), *command]
+    return command
+
+
+def run(spec: dict[str, Any], *, pinned: bool = True) -> dict[str, Any]:
+    """Run a job in a process of its own.
+
+    Args:
+        spec: of :mod:`benchmarks.job`, with ``ranks`` where it runs under ``mpirun``.
+        pinned: to the idlest core; several ranks never are.
+
+    Returns:
+        What the job yields, with the process' wall and processor time, start-up
+        included (``process_s``, ``process_processor_s``), and the load averages of the last
+        minute before and after it.
+
+    Raises:
+        JobError: where it fails.
+    """
+    before = os.getloadavg()[0]
+    command = _start(spec, idlest_core() if pinned else None)
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    start = time.perf_counter()
+    with subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env=environment,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    ) as process:
+        assert process.stdout is not None
+        said = process.stdout.read()
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    took = time.perf_counter() - start
+    lines = [line for line in said.splitlines() if line.startswith(MARK)]
+    if process.returncode or not lines:
+        raise JobError(f"{spec}: {said.strip().splitlines()[-1:] or process.returncode}")
+    return {
+        **json.loads(lines[-1].removeprefix(MARK)),
+        "process_s": took,
+        "process_processor_s": usage.ru_utime + usage.ru_stime,
+        "load": [before, os.getloadavg()[0]],
+    }
+
+
+class Calculix:
+    """``ccx``: in the environment, or served from outside it by ``scripts/benchmark``.
+
+    Args:
+        command: CalculiX' executable in the environment, "" where there is none.
+        served: folder with the pipes ``requests`` and ``replies`` of one outside, or None.
+    """
+
+    def __init__(self, command: str, served: Path | None) -> None:
+        self._command = shutil.which(command) if command else None
+        self._served = served
+
+    def __bool__(self) -> bool:
+        return self._command is not None or self._served is not None
+
+    def run(self, deck: Path) -> dict[str, Any]:
+        """Run a deck, pinned to the idlest core; times as of :func:`run`.
+
+        CalculiX' exit code tells little: what it has reached is to be read from its output.
+
+        Raises:
+            JobError: where CalculiX cannot be run.
+        """
+        before, core = os.getloadavg()[0], idlest_core()
+        if self._served is not None:
+            took, processor = self._ask(core, deck)
+        else:
+            took, processor = self._here(core, deck)
+        return {
+            "process_s": took,
+            "run_s": took,
+            "processor_s": processor,
+            "load": [before, os.getloadavg()[0]],
+        }
+
+    def _ask(self, core: int, deck: Path) -> tuple[float, float]:
+        assert self._served is not None
+        with (self._served / "requests").open("w", encoding="utf-8") as requests:
+            requests.write(f"{core} {deck.resolve().with_suffix('')}\n")
+        with (self._served / "replies").open(encoding="utf-8") as replies:
+            words = replies.readline().split()
+        if len(words) != 3:
+            raise JobError(f"ccx {deck}: {' '.join(words)}; see {deck.with_suffix('.log')}")
+        wall, user, system = (float(word) for word in words)
+        return wall, user + system
+
+    def _here(self, core: int, deck: Path) -> tuple[float, float]:
+        pin = ["taskset", "-c", str(core)] if shutil.which("taskset") else []
+        start, used = time.perf_counter(), os.times()
+        with deck.with_suffix(".log").open("w", encoding="utf-8") as log:
+            subprocess.run(
+                [*pin, str(self._command), deck.stem],
+                cwd=deck.parent,
+                env={**os.environ, "OMP_NUM_THREADS": "1"},
+                stdout=log,
+                stderr=log,
+                check=False,
+            )
+        now = os.times()
+        processor = now.children_user - used.children_user
+        processor += now.children_system - used.children_system
+        return time.perf_counter() - start, processor

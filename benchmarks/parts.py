@@ -1,0 +1,156 @@
+"""The parts of the benchmark: which runs each consists of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+Spec = dict[str, Any]
+
+FREE = ["contact.self_contact=false"]
+"""As the peers bend it; the bellows of a free finger do not meet anyway."""
+
+PAPER = ["solver.element=P1", "mesh.half=false", "mesh.target_elements=35140"]
+"""The paper's mesh: linear tetrahedra, whole finger."""
+
+REFERENCE = ["mesh.target_elements=4953"]
+"""The quadratic half finger of about 10,134 nodes by which machines are compared."""
+
+FELUPE_STEPS = 40
+"""Equal steps to 250 kPa: FElupe's plain Newton diverges with longer ones on the finer meshes."""
+
+CALCULIX_STEP = 0.04
+"""CalculiX' longest increment, a part of 250 kPa. With any tried it gives up at 120 to 130 kPa:
+its residual stagnates, however short the increment."""
+
+UNIFORM_MM = (4.0, 2.8, 2.0, 1.5, 1.2)
+GRADED_MM = ((4.0, 2.0), (2.8, 1.4), (2.8, 1.0), (2.8, 0.7))
+"""Element sizes and sizes at concave edges."""
+
+GROWTH_MM = {"P2": (2.8, 2.0, 1.5, 1.2, 0.95), "P1": (1.5, 1.2, 0.9, 0.7, 0.55)}
+"""Element sizes that give 10,000 to 300,000 dofs or more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Runs that belong together.
+
+    Attributes:
+        title: what is measured.
+        specs: of the runs, by label; ``work = "calculix"`` is CalculiX.
+        repeats: most repetitions that make sense, 1 where no time is read off.
+    """
+
+    title: str
+    specs: dict[str, Spec]
+    repeats: int = 99
+
+
+def _run(kind: str, *overrides: str) -> Spec:
+    return {"work": "experiment", "kind": kind, "overrides": list(overrides)}
+
+
+def _peer(work: str, *overrides: str, **more: Any) -> Spec:
+    return {"work": work, "overrides": [*FREE, *overrides], **more}
+
+
+def _convergence() -> dict[str, Spec]:
+    sizes = [(f"{size:g}", [f"mesh.size_mm={size}"]) for size in UNIFORM_MM]
+    sizes += [
+        (f"{size:g}/{edge:g}", [f"mesh.size_mm={size}", f"mesh.edge_size_mm={edge}"])
+        for size, edge in GRADED_MM
+    ]
+    return {
+        f"{kind} {name}": _run(kind, *overrides)
+        for name, overrides in sizes
+        for kind in ("bending", "blocked_force")
+    }
+
+
+def _growth() -> dict[str, Spec]:
+    return {
+        f"{element} {size:g}": _run(
+            "bending",
+            *FREE,
+            f"solver.element={element}",
+            f"mesh.size_mm={size}",
+            "experiment.max_pressure_kPa=50",
+        )
+        for element, sizes in GROWTH_MM.items()
+        for size in sizes
+    }
+
+
+PARTS: dict[str, Part] = {
+    "machine": Part(
+        "half finger of 10,073 quadratic nodes, free, to 100 kPa",
+        {
+            "calculix": _peer("calculix", *REFERENCE, "experiment.max_pressure_kPa=100"),
+            "calculix tight": _peer(
+                "calculix",
+                *REFERENCE,
+                "experiment.max_pressure_kPa=100",
+                controls={"residual": 1e-5},
+                once=True,
+            ),
+            "dolfingrip": _peer(
+                "bending", *REFERENCE, "experiment.max_pressure_kPa=100", energy="split"
+            ),
+        },
+    ),
+    "blocked": Part(
+        "blocked force to 250 kPa, default P2 half finger, self-contact",
+        {"dolfingrip": _run("blocked_force")},
+    ),
+    "paper": Part(
+        "blocked force to 250 kPa, 35,140 linear tetrahedra, whole finger, self-contact",
+        {"dolfingrip": _run("blocked_force", *PAPER)},
+    ),
+    "linear": Part(
+        "free bending to 250 kPa, 35,140 linear tetrahedra, whole finger",
+        {"dolfingrip": _run("bending", *PAPER)},
+    ),
+    "calculix": Part(
+        "free bending to 250 kPa, P2 and C3D10 on the default mesh, same energy",
+        {
+            "calculix": _peer("calculix", controls={"longest": CALCULIX_STEP}, once=True),
+            "dolfingrip": _peer("bending", energy="split"),
+        },
+    ),
+    "felupe": Part(
+        "free bending to 250 kPa, linear half finger, same energy",
+        {
+            "felupe": _peer(
+                "felupe",
+                "solver.element=P1",
+                "mesh.size_mm=2.2",
+                steps=FELUPE_STEPS,
+                ordering="MMD_AT_PLUS_A",
+            ),
+            "dolfingrip": _peer("bending", "solver.element=P1", "mesh.size_mm=2.2"),
+        },
+    ),
+    "felupe-paper": Part(
+        "free bending to 250 kPa, 35,140 linear tetrahedra, whole finger, same energy",
+        {
+            "felupe": _peer("felupe", *PAPER, steps=FELUPE_STEPS, ordering="MMD_AT_PLUS_A"),
+            "dolfingrip": _peer("bending", *PAPER),
+        },
+        repeats=1,
+    ),
+    "convergence": Part("angle and force at 250 kPa against mesh size", _convergence(), repeats=1),
+    "growth": Part("free bending to 50 kPa against dofs", _growth(), repeats=3),
+    "ranks": Part(
+        "free bending to 50 kPa, P2, 1 and 2 ranks",
+        {
+            f"{ranks}": {
+                **_run(
+                    "bending", *FREE, "mesh.size_mm=1.5", "experiment.max_pressure_kPa=50"
+                ),
+                "ranks": ranks,
+            }
+            for ranks in (1, 2)
+        },
+    ),
+}  # fmt: skip
+"""By name, in the order of running."""

@@ -1,0 +1,151 @@
+"""The text of ``results.md`` around its table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isnan
+from pathlib import Path
+
+from benchmarks.convergence import QUANTITIES, limits, points
+from benchmarks.outcomes import Outcome
+from benchmarks.parts import PARTS
+from benchmarks.plots import growth_points
+
+Found = dict[str, Outcome]
+
+
+def preamble(found: Found, speed: float) -> str:
+    """What the table means."""
+    machine = "CalculiX was not run, so the goals in seconds are taken as they are."
+    if "machine" in found and not isnan(found["machine"].median("calculix", "run_s")):
+        seconds = found["machine"].median("calculix", "run_s")
+        machine = (
+            "The goals in seconds are for a machine on which CalculiX 2.20 takes 19.5 s to bend "
+            f"the quadratic half finger of about 10,134 nodes to 100 kPa; here it took "
+            f"{seconds:.1f} s, so they are multiplied by {speed:.2f}."
+        )
+    return (
+        "Written by `scripts/benchmark` from `benchmarks/outcomes`; medians of repeated runs, one "
+        "at a time, each a process of its own on one core with one thread, its forms compiled "
+        "before. Seconds are of the whole run (mesh, setup, load path), Python's start-up left "
+        f"out. {machine}"
+    )
+
+
+def all_sections(found: Found, folder: Path) -> Iterator[str]:
+    """The details, line by line."""
+    yield from _runs(found)
+    yield from _convergence(found, folder)
+    yield from _growth(found, folder)
+    yield from _circumstances(found)
+
+
+def _number(value: float, form: str = ".1f") -> str:
+    return "" if isnan(value) else format(value, form)
+
+
+def _runs(found: Found) -> Iterator[str]:
+    yield "## Runs"
+    yield ""
+    yield "| part | run | dofs | mesh s | setup s | solve s | processor s | iterations | GB | n |"
+    yield "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|"
+    for part, outcome in found.items():
+        if part in ("convergence", "growth"):
+            continue
+        for label, runs in outcome.runs.items():
+
+            def of(key: str, outcome: Outcome = outcome, label: str = label) -> float:
+                return outcome.median(label, key)
+
+            solve = of("run_s") if isnan(of("solve_s")) else of("solve_s")
+            cells = [
+                part, label, _number(of("dofs"), ",.0f"), _number(of("mesh_s")),
+                _number(of("setup_s")), _number(solve), _number(of("processor_s")),
+                _number(of("iterations"), ".0f"), _number(of("peak_MB") / 1000, ".2f"),
+                str(len(runs)),
+            ]  # fmt: skip
+            yield "| " + " | ".join(cells) + " |"
+    yield ""
+    for part in (name for name in found if name not in ("convergence", "growth")):
+        yield f"- **{part}**: {PARTS[part].title}"
+    yield ""
+    yield (
+        "CalculiX bends with its own increments and tolerances; its time is that of the whole "
+        "process. `calculix tight` has its residuals held to 1e-5 instead of 5e-3, to tell the "
+        "error of its tolerance from a difference of the models. FElupe has no step control: its "
+        "steps are equal, as few as it converges with, and SuperLU orders by minimum degree on "
+        "Aᵀ + A, which is faster here than its default; the ratio is of solving alone."
+    )
+    yield ""
+
+
+def _convergence(found: Found, folder: Path) -> Iterator[str]:
+    if "convergence" not in found:
+        return
+    best = limits(found["convergence"])
+    yield "## Convergence"
+    yield ""
+    for kind, quantity in QUANTITIES.items():
+        measured = points(found["convergence"], kind)
+        if not measured:
+            continue
+        yield f"| size (mm) | tetrahedra | dofs | {quantity.name} ({quantity.unit}) | error | s |"
+        yield "|---|--:|--:|--:|--:|--:|"
+        for p in measured:
+            error = f"{p.value / best[kind].value - 1:+.2%}" if kind in best else ""
+            yield (
+                f"| {p.mesh} | {p.elements:,} | {p.dofs:,} | {p.value:.4f} | {error} "
+                f"| {p.seconds:.1f} |"
+            )
+        yield ""
+        if kind in best:
+            limit = best[kind]
+            order = "no order is seen" if isnan(limit.order) else f"order {limit.order:.2f}"
+            yield (
+                f"The {quantity.name} tends to {limit.value:.4g} ± {limit.uncertainty:.2g} "
+                f"{quantity.unit} ({order} in (tetrahedra)^(−1/3), three finest uniform quadratic "
+                "meshes; sharp concave edges keep it below that of smooth solutions)."
+            )
+            yield ""
+    yield "A second size is that at concave edges."
+    yield ""
+    if (folder / "error_time.png").exists():
+        yield "![error against time](error_time.png)"
+        yield ""
+
+
+def _growth(found: Found, folder: Path) -> Iterator[str]:
+    if "growth" not in found:
+        return
+    yield "## Growth with dofs"
+    yield ""
+    yield "| element | dofs | solve s | GB |"
+    yield "|---|--:|--:|--:|"
+    for element in ("P2", "P1"):
+        for dofs, seconds, peak in growth_points(found["growth"], element):
+            yield f"| {element} | {dofs:,.0f} | {seconds:.1f} | {peak / 1000:.2f} |"
+    yield ""
+    if (folder / "time_dofs.png").exists():
+        yield "![time against dofs](time_dofs.png)"
+        yield ""
+
+
+def _circumstances(found: Found) -> Iterator[str]:
+    yield "## Circumstances"
+    yield ""
+    yield "| part | date | commit | load average at start |"
+    yield "|---|---|---|---|"
+    for part, outcome in found.items():
+        low, high = outcome.load()
+        facts = outcome.facts
+        yield f"| {part} | {facts['date']} | {facts['commit']} | {low:.1f}–{high:.1f} |"
+    yield ""
+    for processor in dict.fromkeys(outcome.facts["processor"] for outcome in found.values()):
+        yield f"Machine: {processor}."
+    newest = max(found.values(), key=lambda outcome: outcome.facts["date"], default=None)
+    if newest is not None:
+        versions = newest.facts.get("versions", {})
+        said = ", ".join(f"{name} {version}" for name, version in versions.items())
+        yield f"Versions: {said}; CalculiX as `ccx -v` tells, 2.20 in Debian 12."
+    yield ""
+    yield "`+` after a commit: files of the solver had changed since."

@@ -1,0 +1,135 @@
+"""The benchmark's own parts: decks, energies, extrapolation, the page; nothing is timed."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import ufl
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+from benchmarks import calculix, orders, outcomes, results, split_energy, tip
+from benchmarks.parts import PARTS
+from dolfingrip import config
+from dolfingrip.meshes.generate import finger_mesh
+from dolfingrip.meshes.solid import SolidMesh
+
+SMALL = config.load(None, ["mesh.size_mm=6", "mesh.order=2", "experiment.max_pressure_kPa=80"])
+MU, BULK = 2.93, 28.32
+
+
+@pytest.fixture(scope="module")
+def mesh() -> SolidMesh:
+    """A coarse quadratic half finger."""
+    return finger_mesh(SMALL.finger, SMALL.mesh)
+
+
+def blocks(deck: str) -> dict[str, list[str]]:
+    """Data lines of a deck by keyword line."""
+    found: dict[str, list[str]] = {}
+    for line in deck.splitlines():
+        if line.startswith("*"):
+            data = found.setdefault(line, [])
+        else:
+            data.append(line)
+    return found
+
+
+def test_deck_has_the_mesh_and_the_loads(mesh: SolidMesh, tmp_path: Path) -> None:
+    """As many nodes, elements, loaded faces as the mesh has, in numbers that CalculiX reads."""
+    calculix.write_deck(tmp_path / "finger.inp", mesh, SMALL)
+    deck = blocks((tmp_path / "finger.inp").read_text())
+    assert len(deck["*NODE, NSET=all"]) == len(mesh.points)
+    assert len(deck["*ELEMENT, TYPE=C3D10, ELSET=solid"]) == len(mesh.tetrahedra)
+    assert len(deck["*DLOAD"]) == len(mesh.facets["cavity"])
+    assert all(line.endswith(", 0.08") for line in deck["*DLOAD"])
+    longest = max(len(w.strip()) for line in deck["*NODE, NSET=all"] for w in line.split(","))
+    assert longest <= 20  # CalculiX reads no more of a number
+    for name in ("clamp", "symmetry", "tip"):
+        assert len(deck[f"*NSET, NSET={name}"]) == len(np.unique(mesh.facets[name]))
+
+
+def test_loaded_faces_are_the_cavity(mesh: SolidMesh) -> None:
+    """Faces by Abaqus' numbers have the corners of the cavity's facets."""
+    corners = {1: (0, 1, 2), 2: (0, 3, 1), 3: (1, 3, 2), 4: (2, 3, 0)}  # Abaqus' manual
+    element, face = calculix.loaded_faces(mesh)
+    loaded = {
+        frozenset(mesh.tetrahedra[e - 1, list(corners[f])])
+        for e, f in zip(element, face, strict=True)
+    }
+    assert loaded == {frozenset(facet) for facet in mesh.facets["cavity"][:, :3]}
+
+
+def test_output_is_read(mesh: SolidMesh, tmp_path: Path) -> None:
+    """The last increment counts; a uniform displacement is its own mean."""
+    lines = []
+    for time, moved in ((0.5, "1. 1. 1."), (1.0, "-2.5E+00 0. -1.0E-01")):
+        lines += ["", f" displacements (vx,vy,vz) for set TIP and time  {time:.7E}", ""]
+        lines += [f"{node + 1:10d} {moved}" for node in np.unique(mesh.facets["tip"])]
+    (tmp_path / "finger.dat").write_text("\n".join(lines))
+    part, moved = calculix.read_tip(tmp_path / "finger.dat", mesh)
+    assert part == 1.0
+    assert moved == pytest.approx([-2.5, 0.0, -0.1], rel=1e-12)
+
+
+def test_mean_of_a_linear_field(mesh: SolidMesh) -> None:
+    """The mean of x over the half tip face is that of its centre: half depth, quarter width."""
+    centre = tip.mean_displacement(mesh, mesh.points)
+    finger = SMALL.finger
+    expected = [finger.depth_mm / 2, finger.width_mm / 4, finger.length_mm]
+    assert centre[1:] == pytest.approx(expected[1:], rel=1e-12)
+    assert 0 < centre[0] <= finger.depth_mm
+
+
+def split(stretch: np.ndarray) -> float:
+    """Split energy of a diagonal deformation gradient."""
+    strain = ((stretch**2 - 1) / 2) * np.eye(3)
+    return float(split_energy.energy(ufl.as_matrix(strain.tolist()), MU, BULK)(()))
+
+
+def test_split_energy_has_the_values_of_its_formula() -> None:
+    """C10 (Ī1 − 3) + (J − 1)²/D1 with C10 = μ/2 and D1 = 2/K."""
+    for stretch in ([1.3, 0.9, 0.8], [0.7, 1.2, 1.4], [1.1, 1.1, 1.1]):
+        f = np.array(stretch)
+        j = f.prod()
+        expected = MU / 2 * ((f**2).sum() * j ** (-2 / 3) - 3) + BULK / 2 * (j - 1) ** 2
+        assert split(f) == pytest.approx(expected, rel=1e-12)
+    assert split(np.ones(3)) == 0.0
+
+
+def test_extrapolation_finds_limit_and_order() -> None:
+    """Exact for values that follow v0 + c hᵖ."""
+    h = [4.0, 2.8, 2.0, 1.5]
+    limit = orders.extrapolate(h, [140.0 - 0.7 * size**1.4 for size in h])
+    assert limit.value == pytest.approx(140.0, abs=1e-9)
+    assert limit.order == pytest.approx(1.4, abs=1e-9)
+    assert orders.exponent([1, 10, 100], [2, 2 * 10**1.3, 2 * 100**1.3]) == pytest.approx(1.3)
+
+
+def canned(folder: Path) -> None:
+    """Outcomes of two parts, as runs leave them."""
+    facts = {"date": "2026-01-01 00:00 UTC", "commit": "abc", "processor": "one", "versions": {}}
+    row = {"tip_x_mm": -40.0, "tip_z_mm": -8.0}
+    run = {"run_s": 10.0, "solve_s": 9.0, "iterations": 40, "factorisations": 30, "dofs": 30000,
+           "peak_MB": 500.0, "load": [0.1, 1.0], "rows": [row]}  # fmt: skip
+    peer = {**row, "run_s": 39.0, "load": [0.1, 1.0], "pressure_kPa": 100.0}
+    for part, runs in {
+        "blocked": {"dolfingrip": [run, {**run, "run_s": 30.0}, run]},
+        "machine": {"calculix": [peer], "dolfingrip": [run]},
+    }.items():
+        outcomes.Outcome(part, facts, runs).write(folder)
+
+
+def test_page_is_written_from_outcomes(tmp_path: Path) -> None:
+    """Medians, goals scaled by the machine, and lines for what was not run."""
+    canned(tmp_path)
+    results.write(outcomes.read_all(PARTS, tmp_path), tmp_path / "results.md")
+    page = (tmp_path / "results.md").read_text()
+    assert "≤ 12 s (here 24.0 s) | 10.0 s" in page
+    assert "| 0.50 GB | yes |" in page
+    assert page.count("not run") >= 8
+    results.write({}, tmp_path / "nothing.md")
+    assert "not run" in (tmp_path / "nothing.md").read_text()
