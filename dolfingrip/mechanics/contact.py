@@ -38,6 +38,7 @@ class BarrierContact:
         )
         self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
         self._ccd = ipctk.AdditiveCCD()
+        self._found: tuple[np.ndarray, ipctk.NormalCollisions] | None = None
 
     # -- pairs ---------------------------------------------------------------------------------
 
@@ -48,6 +49,12 @@ class BarrierContact:
         pairs.collision_set_type = ipctk.NormalCollisions.CollisionSetType.IMPROVED_MAX_APPROX
         pairs.build(self._mesh, now, self.width_mm if reach_mm is None else reach_mm)
         return pairs
+
+    def _felt(self, now: np.ndarray) -> ipctk.NormalCollisions:
+        """Pairs within the barrier's width, kept for the next call at the same positions."""
+        if self._found is None or not np.array_equal(self._found[0], now):
+            self._found = (now, self._pairs(now))
+        return self._found[1]
 
     def near_pairs(self, dofs: np.ndarray) -> np.ndarray:
         """(k, 2) vertices that share a pair of parts close enough to touch soon.
@@ -77,12 +84,12 @@ class BarrierContact:
     def value(self, dofs: np.ndarray) -> float:
         """Potential (mJ), the same on all ranks."""
         now = self.surface.positions(dofs)
-        return float(self._potential(self._pairs(now), self._mesh, now))
+        return float(self._potential(self._felt(now), self._mesh, now))
 
     def gradient(self, dofs: np.ndarray) -> np.ndarray:
         """(n, 3) gradient (N) at all vertices."""
         now = self.surface.positions(dofs)
-        pairs = self._pairs(now)
+        pairs = self._felt(now)
         if pairs.empty():
             return np.zeros_like(self.surface.rest)
         return self._potential.gradient(pairs, self._mesh, now).reshape(-1, 3)
@@ -90,7 +97,7 @@ class BarrierContact:
     def hessian(self, dofs: np.ndarray) -> sp.coo_matrix | None:
         """(3n, 3n) Hessian (N/mm), not projected; None without contact."""
         now = self.surface.positions(dofs)
-        pairs = self._pairs(now)
+        pairs = self._felt(now)
         if pairs.empty():
             return None
         return self._potential.hessian(pairs, self._mesh, now).tocoo()

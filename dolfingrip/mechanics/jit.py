@@ -8,6 +8,18 @@ import platform
 from pathlib import Path
 from typing import Any
 
+FLAGS = [
+    "-O3",
+    "-march=native",
+    # sums may be reordered, which vectorises them: element tangents in half the time. Not-a-numbers
+    # keep their meaning (no -ffinite-math-only).
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fno-signed-zeros",
+    "-fassociative-math",
+    "-freciprocal-math",
+]
+
 
 def _processor() -> str:
     """What the compiler may use on this machine: the processor's instruction sets."""
@@ -23,6 +35,6 @@ def options() -> dict[str, Any]:
     cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     key = hashlib.sha256(f"{platform.machine()} {_processor()}".encode()).hexdigest()[:12]
     return {
-        "cffi_extra_compile_args": ["-O3", "-march=native", "-fno-math-errno"],
+        "cffi_extra_compile_args": FLAGS,
         "cache_dir": str(cache / "fenics" / key),
     }
