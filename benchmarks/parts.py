@@ -23,12 +23,12 @@ CALCULIX_STEP = 0.04
 """CalculiX' longest increment, a part of 250 kPa. With any tried it gives up at 120 to 130 kPa:
 its residual stagnates, however short the increment."""
 
-UNIFORM_MM = (4.0, 2.8, 2.0, 1.5, 1.2)
+UNIFORM_MM = {"P2": (4.0, 2.8, 2.0, 1.5, 1.2), "P1": (2.8, 2.0, 1.5, 1.2, 0.9)}
 GRADED_MM = ((4.0, 2.0), (2.8, 1.4), (2.8, 1.0), (2.8, 0.7))
-"""Element sizes and sizes at concave edges."""
+"""Element sizes of the convergence table, and pairs of these and sizes at concave edges."""
 
-GROWTH_MM = {"P2": (2.8, 2.0, 1.5, 1.2, 0.95), "P1": (1.5, 1.2, 0.9, 0.7, 0.55)}
-"""Element sizes that give 10,000 to 300,000 dofs or more."""
+GROWTH_MM = {"P2": (6.0, 4.0, 2.8, 2.0, 1.5, 1.2, 0.95), "P1": (2.0, 1.2, 0.9, 0.7, 0.55, 0.46)}
+"""Element sizes that give 10,000 to 300,000 dofs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +55,13 @@ def _peer(work: str, *overrides: str, **more: Any) -> Spec:
 
 
 def _convergence() -> dict[str, Spec]:
-    sizes = [(f"{size:g}", [f"mesh.size_mm={size}"]) for size in UNIFORM_MM]
+    sizes = [
+        (f"{element} {size:g}", [f"solver.element={element}", f"mesh.size_mm={size}"])
+        for element, uniform in UNIFORM_MM.items()
+        for size in uniform
+    ]
     sizes += [
-        (f"{size:g}/{edge:g}", [f"mesh.size_mm={size}", f"mesh.edge_size_mm={edge}"])
+        (f"P2 {size:g}/{edge:g}", [f"mesh.size_mm={size}", f"mesh.edge_size_mm={edge}"])
         for size, edge in GRADED_MM
     ]
     return {

@@ -83,7 +83,11 @@ def _seconds(found: Found, part: str, goal: float, iterations: int | None = None
     seconds, count = (outcome.median("dolfingrip", key) for key in ("run_s", "iterations"))
     met = seconds <= limit and (iterations is None or count <= iterations)
     factorised = outcome.median("dolfingrip", "factorisations")
-    said = f"{seconds:.1f} s, {count:.0f} iterations, {factorised:.0f} factorisations"
+    used = outcome.median("dolfingrip", "processor_s")
+    said = (
+        f"{seconds:.1f} s ({used:.1f} s of processor), {count:.0f} iterations, "
+        f"{factorised:.0f} factorisations"
+    )
     return Line(PARTS[part].title, ", ".join(words), said, met)
 
 
@@ -97,7 +101,11 @@ def _ratio(
         return Line(PARTS[part].title, wanted, "not run", None)
     # CalculiX' tip is that of its most accurate run
     distance = min(apart(outcome, label) for label in outcome.runs if label.startswith(peer))
-    said = f"{theirs / ours:.1f} times ({ours:.1f} s to {theirs:.1f} s), tip {distance:.1e} apart"
+    used = [outcome.median(label, "processor_s") for label in (peer, "dolfingrip")]
+    said = (
+        f"{theirs / ours:.1f} times ({ours:.1f} s to {theirs:.1f} s; by processor time "
+        f"{used[0] / used[1]:.1f} times), tip {distance:.1e} apart"
+    )
     return Line(PARTS[part].title, wanted, said, theirs / ours >= goal and distance <= close)
 
 

@@ -28,7 +28,7 @@ def preamble(found: Found, speed: float) -> str:
         "Written by `scripts/benchmark` from `benchmarks/outcomes`; medians of repeated runs, one "
         "at a time, each a process of its own on one core with one thread, its forms compiled "
         "before. Seconds are of the whole run (mesh, setup, load path), Python's start-up left "
-        f"out. {machine}"
+        f"out; where they exceed the processor time by far, the machine was busy. {machine}"
     )
 
 
