@@ -51,7 +51,9 @@ def write_deck(
     if SYMMETRY in mesh.facets:
         lines.append(f"{SYMMETRY}, 2, 2")
     increments = f"{min(0.1, longest):g}, 1., 1e-5, {longest:g}"
-    lines += ["*STEP, NLGEOM, INC=1000", "*CONTROLS, PARAMETERS=FIELD", f"{residual:g}"]
+    lines += ["*STEP, NLGEOM, INC=1000", "*CONTROLS, PARAMETERS=FIELD"]
+    # largest residual, and largest correction over the largest increment (0.01 by default)
+    lines.append(f"{residual:g}, {min(0.01, 100 * residual):g}")
     lines += ["*STATIC", increments, "*DLOAD"]
     pressure = config.experiment.max_pressure_kPa * KPA
     for element, face in zip(*loaded_faces(mesh), strict=True):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-ORDERS = (0.3, 6.0)
+ORDERS = (0.5, 4.0)
 """Range in which an observed order is sought; sharp edges give about 1, smooth fields up to 4."""
 
 

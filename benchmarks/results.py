@@ -83,10 +83,10 @@ def _seconds(found: Found, part: str, goal: float, iterations: int | None = None
     seconds, count = (outcome.median("dolfingrip", key) for key in ("run_s", "iterations"))
     met = seconds <= limit and (iterations is None or count <= iterations)
     factorised = outcome.median("dolfingrip", "factorisations")
-    used = outcome.median("dolfingrip", "processor_s")
+    used, mesh = (outcome.median("dolfingrip", key) for key in ("processor_s", "mesh_s"))
     said = (
-        f"{seconds:.1f} s ({used:.1f} s of processor), {count:.0f} iterations, "
-        f"{factorised:.0f} factorisations"
+        f"{seconds:.1f} s ({used:.1f} s of processor; {mesh:.1f} s for the mesh), "
+        f"{count:.0f} iterations, {factorised:.0f} factorisations"
     )
     return Line(PARTS[part].title, ", ".join(words), said, met)
 
@@ -99,12 +99,15 @@ def _ratio(
     ours, theirs = outcome.median("dolfingrip", key), outcome.median(peer, key)
     if isnan(ours) or isnan(theirs):
         return Line(PARTS[part].title, wanted, "not run", None)
-    # CalculiX' tip is that of its most accurate run
-    distance = min(apart(outcome, label) for label in outcome.runs if label.startswith(peer))
+    distance = apart(outcome, peer)
+    tips = f"tip {distance:.1e} apart"
+    if not isnan(tight := apart(outcome, f"{peer} tight")):
+        tips += f", {tight:.1e} with the peer's tolerance tight"
+        distance = tight  # what is left is the difference of the models
     used = [outcome.median(label, "processor_s") for label in (peer, "dolfingrip")]
     said = (
         f"{theirs / ours:.1f} times ({ours:.1f} s to {theirs:.1f} s; by processor time "
-        f"{used[0] / used[1]:.1f} times), tip {distance:.1e} apart"
+        f"{used[0] / used[1]:.1f} times), {tips}"
     )
     return Line(PARTS[part].title, wanted, said, theirs / ours >= goal and distance <= close)
 
