@@ -114,7 +114,8 @@ def canned(folder: Path) -> None:
     facts = {"date": "2026-01-01 00:00 UTC", "commit": "abc", "processor": "one", "versions": {}}
     row = {"tip_x_mm": -40.0, "tip_z_mm": -8.0}
     run = {"run_s": 10.0, "mesh_s": 0.5, "solve_s": 9.0, "processor_s": 9.5, "iterations": 40,
-           "factorisations": 30, "dofs": 30000, "peak_MB": 500.0, "load": [0.1, 1.0], "rows": [row]}  # fmt: skip
+           "factorisations": 30, "dofs": 30000, "peak_MB": 500.0, "load": [0.1, 1.0],
+           "rows": [row]}  # fmt: skip
     peer = {**row, "run_s": 39.0, "processor_s": 38.0, "load": [0.1, 1.0], "pressure_kPa": 100.0}
     for part, runs in {
         "blocked": {"dolfingrip": [run, {**run, "run_s": 30.0}, run]},
