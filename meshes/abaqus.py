@@ -125,7 +125,12 @@ def write(path: Path, mesh: SolidMesh) -> None:
             point_sets={name: np.unique(facets) for name, facets in mesh.facets.items()},
         ),
         file_format="abaqus",
+        float_fmt=".13e",  # CalculiX reads no number of more than 20 characters
     )
+    deck_text = path.read_text(encoding="utf-8")
+    for hybrid, plain in (("C3D10MH", "C3D10"), ("C3D4H", "C3D4")):  # CalculiX has no hybrids
+        deck_text = deck_text.replace(f"TYPE={hybrid}\n", f"TYPE={plain}\n")
+    path.write_text(deck_text, encoding="utf-8")
     with path.open("a", encoding="utf-8") as deck:  # meshio knows no surfaces
         for name, facets in mesh.facets.items():
             deck.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
