@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design import morph_command
+from dolfingrip.design import doe_commands, morph_command
 from dolfingrip.options import ConfigFile, Overrides, console
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ Colour = Annotated[
 
 
 app.command("morph")(morph_command.morph)
+app.add_typer(doe_commands.app, name="doe")
 
 
 @app.callback()

@@ -335,7 +335,9 @@ class Config(Section):
         return None
 
 
-def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
+def load(
+    file: Path | None = None, overrides: Sequence[str] = (), defaults: Sequence[str] = ()
+) -> Config:
     """Read, override and check the configuration.
 
     Args:
@@ -343,6 +345,8 @@ def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
             A mesh file in it is sought from its folder.
         overrides: ``section.key=value`` strings, applied in order; a mesh file is sought from
             the working folder.
+        defaults: likewise, where a command's differ from the reference finger's; the file
+            and the overrides go before them.
 
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.
@@ -351,6 +355,8 @@ def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
     if file is not None:
         data = tables.read(file)
         tables.anchor(data, file.parent)
+    for assignment in defaults:
+        tables.override(data, assignment, replace=False)
     for assignment in overrides:
         tables.override(data, assignment)
     tables.anchor(data, Path())

@@ -10,6 +10,8 @@ import typer
 from mpi4py import MPI
 from rich.console import Console
 
+from dolfingrip.complaint import ConfigError
+
 ConfigFile = Annotated[
     Path | None,
     typer.Option("--config", "-c", help="TOML file, or a run.json to repeat; see `config`."),
@@ -34,3 +36,22 @@ def _redirected() -> bool:
         return not os.readlink(f"/proc/{os.getppid()}/fd/1").startswith(("/dev/pts", "/dev/tty"))
     except OSError:
         return True
+
+
+def check_writable(out: Path) -> None:
+    """Fail before computing where results could not be written; nothing is made yet.
+
+    Raises:
+        ConfigError: on every rank.
+    """
+
+    from dolfingrip.mechanics.domain import on_root
+
+    def work() -> None:
+        there = next(path for path in (out.absolute(), *out.absolute().parents) if path.exists())
+        if not there.is_dir():
+            raise ConfigError(f"--out {out}: {there} is a file; allowed: a folder")
+        if not os.access(there, os.W_OK | os.X_OK):
+            raise ConfigError(f"--out {out}: {there} is read-only; allowed: a writable folder")
+
+    on_root(MPI.COMM_WORLD, work)
