@@ -73,10 +73,10 @@ def evaluate(task: Task) -> Answer:
         missing = [q for q in task.quantities if not isfinite(outcome.outputs.get(q, float("nan")))]
         if missing:
             raise DesignFailure("no number", f"{', '.join(missing)} came out as no number")
-        answer.status = "done"
         answer.outputs = {name: float(outcome.outputs[name]) for name in task.quantities}
         answer.gradients, answer.curve = outcome.gradients, outcome.curve
         answer.iterations, answer.versions = outcome.iterations, outcome.versions
+        answer.status = "done"
     except DesignFailure as failure:
         answer.failure_class, answer.failure = failure.kind, failure.sentence
         answer.curve = failure.curve

@@ -86,7 +86,7 @@ def _curve(result: Result, quantity: str) -> dict[str, list[float]]:
     """Readings at each landed pressure."""
     prefix = "blocked" if result.kind == "blocked_force" else "free"
     columns = {f"{prefix}_pressure_kPa": "pressure_kPa", quantity: quantity}
-    return {name: result.column(column).tolist() for name, column in columns.items()}
+    return {name: list(map(float, result.column(source))) for name, source in columns.items()}
 
 
 def _on_ranks(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:

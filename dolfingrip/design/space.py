@@ -88,9 +88,7 @@ def _field(key: str) -> tuple[Any, bool]:
         raise ConfigError(f"--parameter {key}: unknown key; allowed: a number of the configuration")
     kinds = _kinds(fields[name].annotation)
     if kinds not in ({int}, {float}):
-        raise ConfigError(
-            f"--parameter {key}: not a number; allowed: a number of the configuration"
-        )
+        raise ConfigError(f"--parameter {key}: no number; allowed: a number of the configuration")
     return fields[name], kinds == {int}
 
 
