@@ -14,7 +14,13 @@ from mpi4py import MPI
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design import doe_commands, morph_command
+from dolfingrip.design import (
+    doe_commands,
+    morph_command,
+    optimise_command,
+    study_command,
+    train_command,
+)
 from dolfingrip.options import ConfigFile, Overrides, console
 
 if TYPE_CHECKING:
@@ -41,6 +47,9 @@ Colour = Annotated[
 
 app.command("morph")(morph_command.morph)
 app.add_typer(doe_commands.app, name="doe")
+app.command("train")(train_command.train)
+app.command("optimise")(optimise_command.optimise)
+app.command("study")(study_command.study)
 
 
 @app.callback()

@@ -49,6 +49,13 @@ class Plan:
         ]
 
 
+class Finished(NamedTuple):
+    """A plan's choices in the order of their keys, and what its store's runs took on one core."""
+
+    choices: list[Choice]
+    core_s: float
+
+
 class Combination(NamedTuple):
     """Mean and scatter over the seeds of what one combination of hyperparameters chose.
 
@@ -73,7 +80,7 @@ def run(
     plan: Plan,
     processes: int = 2,
     progress: Callable[[int, int], None] | None = None,
-) -> list[Choice]:
+) -> Finished:
     """Do the runs that are not in ``out`` yet.
 
     Args:
@@ -84,7 +91,7 @@ def run(
         progress: called with the runs done and the number of all.
 
     Returns:
-        The plan's choices, in the order of their keys.
+        The plan's choices; those of other plans stay in the folder.
 
     Raises:
         ConfigError: no surrogate there, or ``out`` holds a study of something else.
@@ -117,12 +124,13 @@ def run(
             if progress is not None:
                 progress(count, len(runs))
         wanted = set(runs)
-        return [
+        choices = [
             choice
             for choice in trials.choices()
             if Key(choice.population, choice.crossover, choice.mutation, choice.seed) in wanted
             and choice.generations in plan.generations
         ]
+        return Finished(choices, trials.seconds())
     finally:
         trials.close()
 

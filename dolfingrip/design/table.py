@@ -7,6 +7,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,11 +16,13 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from dolfingrip.complaint import ConfigError
+from dolfingrip.design import export
+from dolfingrip.design.store import NAME, Store
 
 INPUTS = ("morph.xi1", "morph.xi2")
 OUTPUTS = ("cog_offset_mm", "force_N")
-STATUS, GOOD = "status", "done"
-"""The column that tells how a design ended, and its value for one that was computed."""
+STATUS, DONE, FAILED = "status", "done", "failed"
+"""The column that tells how a design ended, and what it says."""
 
 Matrix = npt.NDArray[np.float64]
 
@@ -32,7 +35,7 @@ class Table:
         inputs: shape (designs, input names), in the unit each name carries.
         outputs: shape (designs, output names), likewise.
         failed: designs whose simulation failed.
-        incomplete: designs that lack a number although they are not marked as failed.
+        incomplete: others without all numbers, e.g. because they are still to be computed.
     """
 
     input_names: tuple[str, ...]
@@ -72,19 +75,34 @@ def read(source: Path, inputs: Sequence[str] = INPUTS, outputs: Sequence[str] = 
     numbers = {name: _numbers(source, columns, name) for name in (*inputs, *outputs)}
     x = np.column_stack([numbers[name] for name in inputs])
     y = np.column_stack([numbers[name] for name in outputs])
-    good: npt.NDArray[np.bool_] = np.full(len(x), True)
+    done: npt.NDArray[np.bool_] = np.full(len(x), True)
+    failed = 0
     if STATUS in columns.column_names:
-        good = np.array([entry == GOOD for entry in columns[STATUS].to_pylist()])
+        statuses = columns[STATUS].to_pylist()
+        done = np.array([status == DONE for status in statuses])
+        failed = statuses.count(FAILED)
     complete = np.isfinite(x).all(axis=1) & np.isfinite(y).all(axis=1)
-    keep = good & complete
+    keep = done & complete
     return Table(
         tuple(inputs),
         tuple(outputs),
         x[keep],
         y[keep],
-        failed=int((~good).sum()),
-        incomplete=int((good & ~complete).sum()),
+        failed=failed,
+        incomplete=int((~keep).sum()) - failed,
     )
+
+
+def campaign(source: Path) -> dict[str, Any] | None:
+    """What all designs of a campaign share (``Plan.facts``); None where the source is a file.
+
+    Raises:
+        ConfigError: one line, where the folder holds no campaign.
+    """
+    if not (source.is_dir() or source.name == NAME):
+        return None
+    with Store(source.parent if source.name == NAME else source) as store:
+        return store.facts()
 
 
 def _columns(source: Path) -> pyarrow.Table:
@@ -93,12 +111,16 @@ def _columns(source: Path) -> pyarrow.Table:
             return pyarrow.csv.read_csv(source)
         if source.suffix == ".parquet":
             return pyarrow.parquet.read_table(source)
+        if source.is_dir() or source.name == NAME:
+            return export.table(source)
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else "not readable"
         raise ConfigError(f"{source}: {reason}") from None
     except pyarrow.ArrowInvalid as error:
         raise ConfigError(f"{source}: no table: {str(error).splitlines()[0]}") from None
-    raise ConfigError(f"{source}: unknown kind of table; allowed: .csv, .parquet")
+    raise ConfigError(
+        f"{source}: unknown kind of table; allowed: .csv, .parquet, a campaign's folder"
+    )
 
 
 def _numbers(source: Path, columns: pyarrow.Table, name: str) -> npt.NDArray[np.float64]:

@@ -20,6 +20,9 @@ from dolfingrip.design.table import Table
 FEWEST = 10
 """Designs below which a held-out fifth says nothing."""
 
+GOAL_MSE = 1e-3
+"""The paper's, of normalised outputs, for training and for test designs."""
+
 SAMPLED = 10
 """Epochs between two entries of the learning curve."""
 
