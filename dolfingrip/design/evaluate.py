@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import os
 import socket
+import threading
 import time
 import traceback
 from collections.abc import Callable
@@ -25,6 +26,10 @@ from dolfingrip.design.spool import Spool
 
 Objective = Callable[[dict[str, Any], tuple[str, ...], int], Outcome]
 """From a configuration, the wanted quantities and the number of MPI ranks to their numbers."""
+
+
+_ALONE = threading.Lock()
+"""MPI and PETSc are a process' own, and the threads of a worker share them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +57,8 @@ def work(task: Task) -> Answer:
     """Compute a design, unless its answer is in the spool, and spool the answer."""
     spool = Spool(Path(task.spool))
     shared = spool.folder.is_dir()
-    alone: AbstractContextManager[None] = spool.claimed(task.key) if shared else nullcontext()
-    with alone:
+    claim: AbstractContextManager[None] = spool.claimed(task.key) if shared else nullcontext()
+    with _ALONE, claim:
         known = spool.read(task.key) if shared else None
         if known is not None:
             return known

@@ -135,6 +135,36 @@ def test_workers_killed_at_random_moments_lose_and_repeat_nothing(tmp_path: Path
     assert "40 designs: 40 computed now, 25 done, 15 failed" in said
 
 
+def test_client_killed_while_a_cluster_computes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The workers outlive the client and finish what they have: nothing is even begun twice."""
+    from distributed import LocalCluster
+
+    seed = int(os.environ.get("DOLFINGRIP_TEST_SEED", "4"))
+    print(f"seed {seed}")
+    moments = random.Random(seed)
+    log, out = tmp_path / "log", tmp_path / "doe"
+    for name, value in environment(log, 0.15).items():
+        monkeypatch.setenv(name, value)
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        call = [*COMMAND, "--out", str(out), *GRID, "--scheduler", cluster.scheduler_address]
+        for attempt in range(4):
+            begun = len(started(log))
+            process = subprocess.Popen(call, stdout=subprocess.PIPE, text=True)
+            while attempt < 3 and len(started(log)) == begun and process.poll() is None:
+                time.sleep(0.005)
+            if attempt < 3:
+                time.sleep(moments.uniform(0, 0.5))
+                process.kill()
+            said = process.communicate(timeout=60)[0]
+    assert process.returncode == 0
+    assert "25 done, 15 failed" in said
+    assert len(started(log)) == len(set(started(log))) == 40
+
+
 def small(*xi1: float, objective: str = analytic.PATH, **changes: object) -> Plan:
     points = tuple({"morph.xi1": value} for value in xi1)
     return Plan(Config.model_validate(changes), ("morph.xi1",), points, objective=objective)

@@ -72,7 +72,7 @@ def test_failures_have_class_and_sentence(override: str, kind: str, said: str) -
 @pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun")
 def test_two_ranks_give_the_same() -> None:
     low = ("experiment.max_pressure_kPa=10", "experiment.step_kPa=10")
-    quantities = ("angle_deg", "cog_offset_mm", "force_N")
+    quantities = ("angle_deg", "cog_offset_mm")
     _, alone = asked(*low, xi1=0.1, quantities=quantities)
     _, both = asked(*low, xi1=0.1, ranks=2, quantities=quantities)
     assert both.status == "done", both.failure
