@@ -161,26 +161,28 @@ def _table(designs: Sequence[dict[str, Any]]) -> Table:
     from dolfingrip.report.design import LABELS
 
     table = Table(title="Designs", box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("")
+    table.add_column("", no_wrap=True)
     first = designs[0]
     for name in first["inputs"]:
         table.add_column(LABELS.get(name, name), justify="right")
     for name in first["surrogate"]:
-        table.add_column(f"{name}\nsurrogate", justify="right")
+        # narrow: a terminal has 80 columns
+        table.add_column(name.replace("_", "\n"), justify="right")
         if "fem" in first:
-            table.add_column("finite\nelements", justify="right")
+            table.add_column("FEM", justify="right")
     if "fem" in first:
-        table.add_column("force over\noriginal", justify="right")
+        table.add_column("gain\n%", justify="right")
+        table.caption = "by the surrogate; FEM: by finite elements; gain: force over the original's"
     for one in designs:
         limit = one["cog_max_mm"]
         cells = [one["role"] if limit is None else f"{one['role']} ≤ {limit:g} mm"]
-        cells += [f"{value:.4f}" for value in one["inputs"].values()]
+        cells += [f"{value:.3f}" for value in one["inputs"].values()]
         for name, value in one["surrogate"].items():
             cells.append(f"{value:.3f}")
             if "fem" in one:
                 cells.append("failed" if one["fem"] is None else f"{one['fem'][name]:.3f}")
         if "fem" in one:
             gain = one["force_over_original"]
-            cells.append("–" if gain is None else f"{100 * gain:+.1f} %")
+            cells.append("–" if gain is None else f"{100 * gain:+.1f}")
         table.add_row(*cells)
     return table

@@ -50,10 +50,10 @@ class Plan:
 
 
 class Finished(NamedTuple):
-    """A plan's choices in the order of their keys, and what its store's runs took on one core."""
+    """A plan's choices in the order of their keys, and the processor time of all its store's runs."""
 
     choices: list[Choice]
-    core_s: float
+    cpu_s: float
 
 
 class Combination(NamedTuple):

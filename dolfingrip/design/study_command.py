@@ -68,7 +68,7 @@ def study(
     rows.write(out / "best.csv", work.rows(best, names))
     screen.print(
         f"{len(combinations)} combinations of {seeds} seeds, from {len(plan.runs())} runs of "
-        f"NSGA-II ({found.core_s / 60:.1f} minutes on one core)",
+        f"NSGA-II ({found.cpu_s / 60:.1f} minutes of one core)",
         soft_wrap=True,
     )
     if not best:

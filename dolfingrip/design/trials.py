@@ -69,7 +69,7 @@ class Trials:
                 "CREATE TABLE IF NOT EXISTS choice ("
                 "population INTEGER, generations INTEGER, crossover REAL, mutation REAL, "
                 "seed INTEGER, front_points INTEGER, design TEXT, cog_offset_mm REAL, "
-                "force_N REAL, wall_s REAL, "
+                "force_N REAL, cpu_s REAL, "
                 "PRIMARY KEY (population, generations, crossover, mutation, seed))"
             )
             found = connection.execute("SELECT identity FROM study").fetchone()
@@ -111,7 +111,7 @@ class Trials:
                         None if choice["design"] is None else json.dumps(choice["design"]),
                         choice["cog_offset_mm"],
                         choice["force_N"],
-                        result["wall_s"],
+                        result["cpu_s"],
                     )
                     for choice in result["choices"]
                 ],
@@ -134,10 +134,10 @@ class Trials:
         ]
 
     def seconds(self) -> float:
-        """Time that all runs took together, each on one core."""
+        """Processor time of all runs together."""
         with closing(self._connection.cursor()) as cursor:
             total = cursor.execute(
-                "SELECT sum(wall) FROM (SELECT max(wall_s) AS wall FROM choice "
+                "SELECT sum(cpu) FROM (SELECT max(cpu_s) AS cpu FROM choice "
                 "GROUP BY population, crossover, mutation, seed)"
             ).fetchone()[0]
         return float(total or 0.0)

@@ -146,7 +146,7 @@ def plot_front(picture: FrontPicture, path: Path) -> None:
             axes.plot(*picture.original, "s", color=GREEN, ms=6, label="original finger")
         _draw_chosen(axes, picture.chosen)
         axes.set(xlabel=LABELS["cog_offset_mm"], ylabel=LABELS["force_N"])
-        axes.legend(loc="lower right")
+        axes.legend(loc="best")
 
 
 def _draw_chosen(axes: Axes, chosen: Mapping[float, tuple[float, float]]) -> None:
@@ -163,15 +163,18 @@ def _draw_chosen(axes: Axes, chosen: Mapping[float, tuple[float, float]]) -> Non
             zorder=5,
             label="chosen: greatest force within a limit" if number == 0 else None,
         )
+        # along its line, where labels of limits close to one another still do not meet
         axes.annotate(
             f"≤ {limit:g} mm",
-            (cog, force),
-            xytext=(-7, 7),
+            (limit, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(-2, -2),
             textcoords="offset points",
+            rotation="vertical",
             ha="right",
-            color=INK,
+            va="top",
+            color=ORANGE,
             fontsize=8,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
         )
 
 

@@ -82,7 +82,7 @@ def test_a_killed_study_is_resumed(surrogate_folder: Path, tmp_path: Path) -> No
     with sqlite3.connect(tmp_path / "killed" / study.STORE) as connection:
         after = connection.execute("SELECT rowid, * FROM choice").fetchall()
     connection.close()
-    assert set(kept) <= set(after)  # none was done again: wall times would differ
+    assert set(kept) <= set(after)  # none was done again: times would differ
     assert len(resumed) == 16
     for choice in resumed:  # as if it had run in one go
         job = {
@@ -178,7 +178,7 @@ def test_keys_and_choices_are_as_stored(tmp_path: Path) -> None:
     trials = Trials(tmp_path / "s.sqlite", {})
     key = Key(20, 0.9, 0.01, 1)
     one = {"front_points": 3, "design": [0.1, 0.2], "cog_offset_mm": 1.0, "force_N": 2.0}
-    trials.add(key, {"wall_s": 1.5, "choices": [{**one, "generations": g} for g in (5, 10)]})
+    trials.add(key, {"cpu_s": 1.5, "choices": [{**one, "generations": g} for g in (5, 10)]})
     assert trials.done((5, 10)) == {key}
     assert trials.done((5, 10, 20)) == set()
     assert trials.choices()[0].design == (0.1, 0.2)
