@@ -18,6 +18,7 @@ from dolfingrip.design import (
     doe_commands,
     morph_command,
     optimise_command,
+    reproduce_command,
     study_command,
     train_command,
 )
@@ -50,6 +51,7 @@ app.add_typer(doe_commands.app, name="doe")
 app.command("train")(train_command.train)
 app.command("optimise")(optimise_command.optimise)
 app.command("study")(study_command.study)
+app.command("reproduce")(reproduce_command.reproduce)
 
 
 @app.callback()

@@ -50,7 +50,7 @@ class Plan:
 
 
 class Finished(NamedTuple):
-    """A plan's choices in the order of their keys, and the processor time of all its store's runs."""
+    """A plan's choices in the order of their keys, and the processor time of all stored runs."""
 
     choices: list[Choice]
     cpu_s: float

@@ -22,8 +22,8 @@ def run(job: dict[str, Any]) -> dict[str, Any]:
 
     Returns:
         ``cpu_s`` of this process, and ``choices``: for each number of generations its
-        ``generations``, the ``front_points``, and the chosen ``design``, ``cog_offset_mm`` and ``force_N``, each null
-        where no point of the front is within the limit.
+        ``generations``, the ``front_points``, and the chosen ``design``, ``cog_offset_mm`` and
+        ``force_N``, each null where no point of the front is within the limit.
     """
     start = time.process_time()
     model = _load(job["surrogate"])

@@ -140,10 +140,20 @@ def plot_front(picture: FrontPicture, path: Path) -> None:
                 color=INK,
                 mfc="none",
                 ms=5.5,
+                zorder=6,
                 label="computed again by finite elements",
             )
         if picture.original is not None:
-            axes.plot(*picture.original, "s", color=GREEN, ms=6, label="original finger")
+            axes.plot(
+                *picture.original,
+                "s",
+                color=GREEN,
+                mec=INK,
+                mew=0.6,
+                ms=6,
+                zorder=5.5,
+                label="original",
+            )
         _draw_chosen(axes, picture.chosen)
         axes.set(xlabel=LABELS["cog_offset_mm"], ylabel=LABELS["force_N"])
         axes.legend(loc="best")
@@ -159,7 +169,7 @@ def _draw_chosen(axes: Axes, chosen: Mapping[float, tuple[float, float]]) -> Non
             color=ORANGE,
             mec=INK,
             mew=0.6,
-            ms=12,
+            ms=11,
             zorder=5,
             label="chosen: greatest force within a limit" if number == 0 else None,
         )

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from dolfingrip import cli
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design import campaign, space
+from dolfingrip.design import campaign, reproduce_command, space, train_command
 from dolfingrip.design.cluster import Where
 from dolfingrip.design.plan import Plan
 
@@ -110,6 +110,19 @@ def test_study_writes_its_tables(surrogate: Path, tmp_path: Path) -> None:
     assert [row["generations"] for row in best] == ["3", "6"]
     assert all(float(row["morph.xi1_sd"]) >= 0 for row in best)
     assert (tmp_path / "scatter.png").stat().st_size > 20_000
+
+
+def test_reproduction_is_set_beside_the_paper(surrogate: Path, tmp_path: Path) -> None:
+    options = ("--population", 40, "--generations", 15, "--cog-max", 2.5, "--cog-max", 3)
+    _call("optimise", surrogate, "--out", tmp_path, *options)
+    table = reproduce_command.comparison(tmp_path)
+    columns = [list(column.cells) for column in table.columns]
+    assert columns[0] == ["2.5", "3"]
+    assert columns[2] == ["0.236", "0.306"]
+    assert columns[-2] == ["–", "–"]  # the analytic objective has no force at 250 kPa
+    assert columns[-1] == ["-7.7", "+12.9"]
+    with pytest.raises(ConfigError, match="No such option: --epoch"):
+        reproduce_command.step(train_command.train, tmp_path, "--epoch=3")
 
 
 def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:

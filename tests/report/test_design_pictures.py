@@ -83,7 +83,7 @@ def test_front_tells_what_it_does_not_show(tmp_path: Path, figures: list[Figure]
         "design of experiments (30 designs; 4 failed, not shown)",
         "Pareto front of the surrogate (30 points)",
         "computed again by finite elements",
-        "original finger",
+        "original",
         "chosen: greatest force within a limit",
     ]
     assert figures[0].axes[0].get_xlabel() == "COG offset (mm)"
