@@ -11,13 +11,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from dolfingrip.complaint import ConfigError
 from dolfingrip.design.answer import WORKER_LOST, Answer
 from dolfingrip.design.cluster import Where, connected
 from dolfingrip.design.evaluate import Task, work
 from dolfingrip.design.plan import Design, Plan
 from dolfingrip.design.spool import Spool
 from dolfingrip.design.store import Store
+
+
+class SchedulerGone(Exception):
+    """The scheduler ended before the campaign; what was computed is kept."""
 
 
 @dataclass(slots=True)
@@ -72,6 +75,7 @@ def run(
 
     Raises:
         ConfigError: one line, where the folder is another campaign's or there are no workers.
+        SchedulerGone: where there are none any more.
     """
     designs = plan.designs()
     keys = [design.key for design in designs]
@@ -127,13 +131,13 @@ def _answer(future: Any, key: str, spool: Spool) -> Answer:
     """The answer behind a future that has ended.
 
     Raises:
-        ConfigError: where the scheduler is gone, which says nothing about the design.
+        SchedulerGone: which says nothing about the design.
     """
     from distributed import KilledWorker
 
     if future.status in ("cancelled", "lost"):
-        raise ConfigError(
-            "the scheduler is gone; what was computed is kept, the same call takes it up again"
+        raise SchedulerGone(
+            "the scheduler is gone; what was computed is kept, the same call goes on from there"
         )
     if future.status == "finished":
         answer: Answer = future.result()

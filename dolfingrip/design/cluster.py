@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import logging
 import os
+import signal
 import sys
+import threading
 import tomllib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -55,17 +57,24 @@ def connected(where: Where) -> Iterator[Any]:
         "distributed.worker.memory.target": False,
         "distributed.admin.tick.limit": "1h",
     }
-    for name in ("distributed", "tornado.application"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    _quiet()
     with dask.config.set(settings), ExitStack() as stack:
         if where.scheduler is not None:
             try:
-                yield stack.enter_context(Client(where.scheduler, timeout="20s"))
+                client = stack.enter_context(Client(where.scheduler, timeout="20s"))
             except (OSError, ValueError) as error:
                 raise ConfigError(f"--scheduler {where.scheduler}: {error}") from None
+            yield client
             return
         cluster = _slurm(where) if where.slurm is not None else _local(where)
         yield stack.enter_context(Client(stack.enter_context(cluster)))
+
+
+def _quiet() -> None:
+    """What Dask logs of workers and schedulers that die is told in the store."""
+    for name in ("tornado.application", *logging.root.manager.loggerDict):
+        if name.startswith(("distributed", "tornado")):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
 
 
 def _local(where: Where) -> Any:
@@ -73,14 +82,28 @@ def _local(where: Where) -> Any:
     from distributed import LocalCluster
 
     os.environ["OMP_NUM_THREADS"] = "1"
-    return LocalCluster(
-        n_workers=where.workers,
-        threads_per_worker=1,
-        processes=True,
-        memory_limit=0,
-        dashboard_address="127.0.0.1:0",  # any free port
-        silence_logs=logging.CRITICAL,
-    )
+    with _interrupts_ignored():
+        return LocalCluster(
+            n_workers=where.workers,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=0,
+            dashboard_address="127.0.0.1:0",  # any free port
+            silence_logs=logging.CRITICAL,
+        )
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Processes started meanwhile leave Ctrl-C to this one, which ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _slurm(where: Where) -> Any:

@@ -77,9 +77,13 @@ def doe(
     )
     check_writable(out)
     screen = console()
-    with progress.shown(screen) as show:
-        where = Where(scheduler, slurm, workers, ranks)
-        standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
+    where = Where(scheduler, slurm, workers, ranks)
+    try:
+        with progress.shown(screen) as show:
+            standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
+    except campaign.SchedulerGone as gone:
+        screen.print(f"[red]{gone}[/red]", soft_wrap=True)
+        raise typer.Exit(1) from None
     screen.print(
         f"{standing.total} designs: {standing.computed} computed now, {standing.done} done, "
         f"{standing.failed} failed",

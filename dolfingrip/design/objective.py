@@ -6,9 +6,12 @@ all ranks of an mpirun; :func:`simulate` starts it where more than one rank is a
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -118,6 +121,7 @@ def _on_ranks(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -
 
 def main(request: Path, answer: Path) -> None:
     """Compute on all ranks; rank 0 writes what came out."""
+    _end_with_parent()
     from mpi4py import MPI
 
     config, quantities = json.loads(request.read_text(encoding="utf-8"))
@@ -135,6 +139,12 @@ def main(request: Path, answer: Path) -> None:
         partial = answer.with_suffix(".part")
         partial.write_text(json.dumps(content), encoding="utf-8")
         partial.replace(answer)
+
+
+def _end_with_parent() -> None:
+    """Have Linux kill this rank once mpirun is gone, which a killed mpirun itself cannot."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(1, int(signal.SIGKILL), 0, 0, 0)  # PR_SET_PDEATHSIG
 
 
 if __name__ == "__main__":

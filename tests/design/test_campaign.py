@@ -197,6 +197,23 @@ def test_repeated_call_computes_only_what_is_missing(
     assert len(started(log)) == 4
 
 
+def test_interrupt_is_quiet_and_resumed(tmp_path: Path) -> None:
+    """Ctrl-C on a terminal reaches the workers too."""
+    log, out = tmp_path / "log", tmp_path / "doe"
+    process = subprocess.Popen(
+        [*COMMAND, "--out", str(out), *GRID], env=environment(log, 0.1), stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    while len(started(log)) < 3:
+        assert process.poll() is None
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)
+    said, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (130, "")
+    assert "0 of 40 designs" in said
+    assert len(finished(out)) >= 2
+
+
 def test_a_design_that_kills_its_workers_is_recorded(tmp_path: Path) -> None:
     plan = small(0.1, material={"mu_MPa": 6.66})
     standing = campaign.run(plan, tmp_path, Where())
