@@ -11,10 +11,18 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 from mpi4py import MPI
-from rich.console import Console
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.design import (
+    doe_commands,
+    morph_command,
+    optimise_command,
+    reproduce_command,
+    study_command,
+    train_command,
+)
+from dolfingrip.options import ConfigFile, Overrides, console
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.run import Kind, Result
@@ -29,14 +37,6 @@ app = typer.Typer(
     help="Simulate 3D-printed pneumatic gripper fingers.",
 )
 
-ConfigFile = Annotated[
-    Path | None,
-    typer.Option("--config", "-c", help="TOML file, or a run.json to repeat; see `config`."),
-]
-Overrides = Annotated[
-    list[str] | None,
-    typer.Option("--set", "-s", metavar="KEY=VALUE", help="e.g. finger.wall_mm=1.8; repeatable."),
-]
 Renders = Annotated[
     str | None,
     typer.Option("--render", metavar="kPa,kPa,…", help="Pressures to render, e.g. 0,100,200."),
@@ -46,20 +46,12 @@ Colour = Annotated[
 ]
 
 
-def console() -> Console:
-    """Where results are printed: silent on ranks other than 0."""
-    bare = False if _redirected() else None  # None: rich finds out
-    return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False, force_terminal=bare)
-
-
-def _redirected() -> bool:
-    """Whether mpirun's output goes elsewhere than the terminal that it lets its ranks see."""
-    if "PMIX_RANK" not in os.environ:
-        return False
-    try:
-        return not os.readlink(f"/proc/{os.getppid()}/fd/1").startswith(("/dev/pts", "/dev/tty"))
-    except OSError:
-        return True
+app.command("morph")(morph_command.morph)
+app.add_typer(doe_commands.app, name="doe")
+app.command("train")(train_command.train)
+app.command("optimise")(optimise_command.optimise)
+app.command("study")(study_command.study)
+app.command("reproduce")(reproduce_command.reproduce)
 
 
 @app.callback()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +19,7 @@ from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
+from dolfingrip.options import check_writable
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate
 
@@ -31,7 +31,7 @@ DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 def write_mesh(config: Config, out: Path, console: Console) -> None:
     """Write ``finger.msh``, ``.vtk`` and ``.inp`` into ``out``."""
 
-    _writable(out)
+    check_writable(out)
 
     def work() -> None:
         with console.status("meshing"):
@@ -51,7 +51,7 @@ def run_experiment(
     """Run one experiment, print its table, plot and render."""
     wanted = _pressures(renders, config)
     quantity = _quantity(colour_by)
-    _writable(out)
+    check_writable(out)
     result = _run(kind, config, out, console)
     on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, quantity, console))
     if MPI.COMM_WORLD.rank == 0:
@@ -61,7 +61,7 @@ def run_experiment(
 
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
     """Both experiments, one table, plots and renders."""
-    _writable(out)
+    check_writable(out)
     wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
     results = {kind: _demonstrate(kind, config, out / kind, wanted, console) for kind in KINDS}
     bending, blocked = results["bending"], results["blocked_force"]
@@ -80,23 +80,6 @@ def _demonstrate(
     result = _run(kind, config, out, console)
     on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, "displacement", console))
     return result
-
-
-def _writable(out: Path) -> None:
-    """Fail before computing where results could not be written; nothing is made yet.
-
-    Raises:
-        ConfigError: on every rank.
-    """
-
-    def work() -> None:
-        there = next(path for path in (out.absolute(), *out.absolute().parents) if path.exists())
-        if not there.is_dir():
-            raise ConfigError(f"--out {out}: {there} is a file; allowed: a folder")
-        if not os.access(there, os.W_OK | os.X_OK):
-            raise ConfigError(f"--out {out}: {there} is read-only; allowed: a writable folder")
-
-    on_root(MPI.COMM_WORLD, work)
 
 
 def _make(out: Path) -> None:

@@ -75,16 +75,16 @@ def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
     if get_origin(hint) is tuple:
         return "allowed: three finite numbers, as in [1, 0, 0]"
     what = "integer" if hint is int else "number"
-    bounds = _bounds(info, location[-1])
+    allowed = bounds(info, location[-1])
     if kind.startswith(("greater", "less")):
-        return f"allowed: {bounds}"
+        return f"allowed: {allowed}"
     if kind == "finite_number":
         what = "finite number"
     article = "an" if hint is int else "a"
-    return f"not {article} {what}; allowed: {bounds}"
+    return f"not {article} {what}; allowed: {allowed}"
 
 
-def _bounds(info: Any, key: str) -> str:
+def bounds(info: Any, key: str) -> str:
     """The allowed range in words, with its unit, from pydantic's bounds."""
     parts = [
         f"{word} {getattr(item, name):.10g}"

@@ -19,6 +19,7 @@ from dolfingrip.complaint import ConfigError
 
 __all__ = [
     "KPA",
+    "Cog",
     "Config",
     "ConfigError",
     "Contact",
@@ -27,6 +28,7 @@ __all__ = [
     "Gravity",
     "Material",
     "Mesh",
+    "Morph",
     "Plate",
     "Solver",
     "dumps",
@@ -201,6 +203,20 @@ class Mesh(Section):
         return self
 
 
+class Morph(Section):
+    """Thickness of the meshed finger's regions: x below d_mm (A, strain-limiting) and above (B)."""
+
+    xi1: float = Field(0.0, ge=-0.2, le=1, description="relative change of region A's thickness")
+    xi2: float = Field(0.0, ge=-0.5, le=1, description="relative change of region B's thickness")
+    d_mm: float = Field(9.5, gt=0, description="plane between the regions, before the morph")
+
+
+class Cog(Section):
+    """Where the centre of gravity's offset of the unpressurised finger is measured from."""
+
+    x_ref_mm: float = Field(4.68, description="the offset is the centroid's x less this")
+
+
 class Solver(Section):
     """Discretisation and Newton's method."""
 
@@ -297,6 +313,8 @@ class Config(Section):
     finger: Finger = Finger()
     material: Material = Material()
     mesh: Mesh = Mesh()
+    morph: Morph = Morph()
+    cog: Cog = Cog()
     solver: Solver = Solver()
     contact: Contact = Contact()
     plate: Plate = Plate()
@@ -326,7 +344,9 @@ class Config(Section):
         return None
 
 
-def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
+def load(
+    file: Path | None = None, overrides: Sequence[str] = (), defaults: Sequence[str] = ()
+) -> Config:
     """Read, override and check the configuration.
 
     Args:
@@ -334,6 +354,8 @@ def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
             A mesh file in it is sought from its folder.
         overrides: ``section.key=value`` strings, applied in order; a mesh file is sought from
             the working folder.
+        defaults: likewise, where a command's differ from the reference finger's; the file
+            and the overrides go before them.
 
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.
@@ -342,6 +364,8 @@ def load(file: Path | None = None, overrides: Sequence[str] = ()) -> Config:
     if file is not None:
         data = tables.read(file)
         tables.anchor(data, file.parent)
+    for assignment in defaults:
+        tables.override(data, assignment, replace=False)
     for assignment in overrides:
         tables.override(data, assignment)
     tables.anchor(data, Path())

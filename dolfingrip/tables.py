@@ -13,8 +13,11 @@ from pydantic import BaseModel
 from dolfingrip.complaint import ConfigError
 
 
-def override(data: dict[str, Any], assignment: str) -> None:
-    """Apply one ``section.key=value`` to ``data``; the value is read as TOML."""
+def override(data: dict[str, Any], assignment: str, *, replace: bool = True) -> None:
+    """Apply one ``section.key=value`` to ``data``; the value is read as TOML.
+
+    Without ``replace`` a value that is there already stays.
+    """
     key, separator, text = assignment.partition("=")
     if not separator or not key.strip():
         raise ConfigError(f"--set {assignment}: allowed: section.key=value")
@@ -27,7 +30,8 @@ def override(data: dict[str, Any], assignment: str) -> None:
         data = data.setdefault(section, {})
         if not isinstance(data, dict):
             raise ConfigError(f"--set {assignment}: {section} is a value, not a section")
-    data[name] = value
+    if replace or name not in data:
+        data[name] = value
 
 
 def read(file: Path) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -12,20 +13,23 @@ import numpy as np
 
 from dolfingrip.meshes import abaqus, groups
 from dolfingrip.meshes.gmsh_model import current_mesh, insert, session
-from dolfingrip.meshes.solid import EXCHANGED, MeshError, SolidMesh
+from dolfingrip.meshes.solid import EXCHANGED, Ints, MeshError, SolidMesh, assemble
 
-READABLE: Final = (".msh", ".inp")
+READABLE: Final = (".msh", ".inp", ".vtk", ".vtu")
 WRITABLE: Final = (".msh", ".inp", ".vtk", ".vtu")
 
 
-def read(path: Path) -> SolidMesh:
+def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
     """Read a mesh in mm with the groups of :mod:`dolfingrip.meshes.groups`.
 
     Parameters
     ----------
     path
-        A .msh file of Gmsh, the groups being its physical groups, or an .inp file of
-        Abaqus (see :mod:`dolfingrip.meshes.abaqus`).
+        A .msh file of Gmsh, the groups being its physical groups, an .inp file of Abaqus
+        (see :mod:`dolfingrip.meshes.abaqus`), or a .vtk or .vtu file, the groups being the
+        tags in the cells' array ``group``.
+    needed
+        Groups that it must have.
 
     Raises
     ------
@@ -34,13 +38,14 @@ def read(path: Path) -> SolidMesh:
     """
     if path.suffix.lower() not in READABLE:
         raise MeshError(f"mesh.file = {path}: unknown format; allowed: {', '.join(READABLE)}")
+    readers = {".msh": _read_msh, ".inp": abaqus.read, ".vtk": _read_vtk, ".vtu": _read_vtk}
     try:
-        mesh = abaqus.read(path) if path.suffix.lower() == ".inp" else _read_msh(path)
+        mesh = readers[path.suffix.lower()](path)
     except OSError as error:
         raise MeshError(f"mesh.file = {path}: {error.strerror}") from None
     except MeshError as error:
         raise MeshError(f"mesh.file = {path}: {error}") from None
-    missing = [name for name in groups.NEEDED if not len(mesh.facets.get(name, ()))]
+    missing = [name for name in needed if not len(mesh.facets.get(name, ()))]
     if missing:
         raise MeshError(f"mesh.file = {path}: {groups.missing_message(missing)}")
     return mesh
@@ -86,6 +91,33 @@ def _read_msh(path: Path) -> SolidMesh:
     with session("not readable"):
         gmsh.open(str(path))
         return current_mesh()
+
+
+def _read_vtk(path: Path) -> SolidMesh:
+    # meshio.read itself ends the program where it finds no reader that works
+    reader = meshio.vtk.read if path.suffix.lower() == ".vtk" else meshio.vtu.read
+    try:
+        found = reader(path)
+    except OSError:
+        raise
+    except Exception as error:  # whatever a broken file makes its parser stumble over
+        raise MeshError(f"not readable as VTK: {error or type(error).__name__}") from None
+    tags = found.cell_data.get("group", [np.zeros(len(b.data), np.int64) for b in found.cells])
+    solids: list[Ints] = []
+    triangles: dict[str, list[Ints]] = {name: [] for name in groups.SURFACE_TAGS}
+    for block, group in zip(found.cells, tags, strict=True):
+        data = np.asarray(block.data, dtype=np.int64)
+        if block.type in ("tetra", "tetra10"):
+            solids.append(data if block.type == "tetra" else data[:, EXCHANGED])
+        elif block.type in ("triangle", "triangle6"):
+            for name, tag in groups.SURFACE_TAGS.items():
+                triangles[name].append(data[np.asarray(group).ravel() == tag, :3])
+    if not solids or len({cells.shape[1] for cells in solids}) > 1:
+        raise MeshError("volume elements; allowed: tetrahedra, all of first or of second order")
+    surfaces = {name: np.concatenate(parts) for name, parts in triangles.items() if parts}
+    present = {name: corners for name, corners in surfaces.items() if len(corners)}
+    points = np.asarray(found.points, dtype=float)
+    return assemble(points, np.concatenate(solids), present)
 
 
 def _write_msh(path: Path, mesh: SolidMesh) -> None:

@@ -100,3 +100,14 @@ def edge_lengths(mesh: SolidMesh) -> Floats:
     ends = mesh.points[mesh.tetrahedra[:, EDGES]]
     lengths: Floats = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
     return lengths
+
+
+def centroid(mesh: SolidMesh) -> Floats:
+    """Centre of gravity of the homogeneous solid (mm), shape (3,).
+
+    Second-order elements are integrated exactly where their edges are straight.
+    """
+    corners = mesh.points[mesh.tetrahedra[:, :4]]
+    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1])
+    centre: Floats = volumes @ corners.mean(axis=1) / volumes.sum()
+    return centre

@@ -17,6 +17,8 @@ DIMENSIONLESS = {
     "material.nu",
     "mesh.order",
     "mesh.target_elements",
+    "morph.xi1",
+    "morph.xi2",
     "solver.rtol",
     "solver.max_iterations",
     "plate.normal",
@@ -32,6 +34,8 @@ REFUSED = {
     "finger.wall_mm=nan": "finger.wall_mm = NaN: not a finite number; allowed: above 0 mm",
     "finger.bellows=0": "finger.bellows = 0: allowed: at least 1 and at most 60",
     "plate.tilt_deg=90": "plate.tilt_deg = 90: allowed: above -80 and below 80 deg",
+    "morph.xi1=-0.3": "morph.xi1 = -0.3: allowed: at least -0.2 and at most 1",
+    "morph.xi2=1.5": "morph.xi2 = 1.5: allowed: at least -0.5 and at most 1",
     "material.nu=0.5": "material.nu = 0.5: allowed: above 0 and below 0.5",
     "experiment.rate_kPa_per_s=0": "experiment.rate_kPa_per_s = 0: allowed: above 0 kPa/s",
     # another type: nothing is converted silently

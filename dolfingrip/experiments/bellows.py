@@ -7,6 +7,7 @@ import numpy as np
 
 from dolfingrip.config import Finger
 from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.experiments.undeformed import morph
 from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 
 
@@ -27,7 +28,9 @@ class BellowsGaps:
         if self._surface is None:
             return
         gaps = gap_intervals(config)
-        part = _parts(config, gaps, self._surface.rest)
+        floor = config.base_layer_mm + config.channel_mm + config.wall_mm
+        floor = float(morph(finger.config).moved(np.array(floor)))
+        part = _parts(floor + 1e-6 * config.depth_mm, gaps, self._surface.rest)
         names = [_before(config, start) for start, _ in gaps] + ["tip"]
         for i in range(len(gaps)):
             mesh, vertices = self._facing(part, i)
@@ -78,11 +81,10 @@ def _before(config: Finger, gap_start_mm: float) -> str:
     return f"bellows {ended}" if ended else "base block"
 
 
-def _parts(config: Finger, gaps: list[tuple[float, float]], points: np.ndarray) -> np.ndarray:
+def _parts(floor_mm: float, gaps: list[tuple[float, float]], points: np.ndarray) -> np.ndarray:
     """(n,) for each reference point how many gaps lie before it; −1 for points below them."""
-    floor = config.base_layer_mm + config.channel_mm + config.wall_mm
     part = np.zeros(len(points), dtype=np.int64)
     for start, end in gaps:
         part[points[:, 2] > (start + end) / 2] += 1
-    part[points[:, 0] <= floor + 1e-6 * config.depth_mm] = -1
+    part[points[:, 0] <= floor_mm] = -1
     return part

@@ -10,14 +10,20 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.mechanics.domain import Domain, distribute, on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.generate import finger_mesh
+from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import SolidMesh
 
 log = logging.getLogger(__name__)
 
 
+def morph(config: Config) -> Morph:
+    """The morph that ``config`` asks for."""
+    return Morph(config.morph.xi1, config.morph.xi2, config.morph.d_mm)
+
+
 def solid(config: Config) -> SolidMesh:
-    """The checked mesh that ``config`` asks for, on the calling rank.
+    """The checked and morphed mesh that ``config`` asks for, on the calling rank.
 
     Raises:
         MeshError: one line, where it cannot be made, read or used.
@@ -26,6 +32,7 @@ def solid(config: Config) -> SolidMesh:
         mesh = files.read(config.mesh.file)
     else:
         mesh = finger_mesh(config.finger, config.mesh)
+    mesh = morphed(mesh, morph(config))
     log.info(check(mesh).summary())
     return mesh
 

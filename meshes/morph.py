@@ -1,0 +1,159 @@
+"""The mesh morph: the thicknesses of the strain-limiting and of the stretching region.
+
+Region A lies between the back of the base layer, x = 0, and the plane x = d, region B beyond it.
+Their thicknesses change by the shares ξ1 and ξ2, each plane x = const staying one:
+
+    x' = x (1 + ξ1)                         for x ≤ d,
+    x' = d (1 + ξ1) + (x − d) (1 + ξ2)      for x > d,
+
+which is *moveNodePoints* of "Simulation Data Driven Design Optimization for Reconfigurable Soft
+Gripper System". Vertices move; the middle of a second-order edge moves with its ends and keeps its
+place between them, so that straight edges stay straight where they cross x = d. Faces along x, and
+faces across it, stay planes, so a finger made of boxes is morphed exactly on any mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.meshes.measures import jacobians
+from dolfingrip.meshes.solid import EDGES, Floats, Ints, MeshError, SolidMesh
+
+_NO_EDGES: Final = np.empty((0, 3), dtype=np.int64)
+
+
+@dataclass(frozen=True, slots=True)
+class Morph:
+    """Shares by which the two regions thicken, and the plane between them.
+
+    Attributes
+    ----------
+    xi1, xi2
+        Relative change of the thickness of region A and of region B, above −1.
+    d_mm
+        Plane between the regions in the mesh that is to be moved.
+    """
+
+    xi1: float
+    xi2: float
+    d_mm: float
+
+    @property
+    def is_identity(self) -> bool:
+        """Whether no point moves."""
+        return self.xi1 == 0 and self.xi2 == 0
+
+    def inverse(self) -> Morph:
+        """The morph that restores what this one moved.
+
+        Raises
+        ------
+        MeshError
+            Where a region has no thickness left.
+        """
+        if min(self.xi1, self.xi2) <= -1:
+            raise MeshError(f"{self}: cannot be undone; allowed: xi1 and xi2 above -1")
+        return Morph(
+            -self.xi1 / (1 + self.xi1), -self.xi2 / (1 + self.xi2), self.d_mm * (1 + self.xi1)
+        )
+
+    def moved(self, x: Floats) -> Floats:
+        """Where planes x = const come to, any shape, mm."""
+        x = np.asarray(x, dtype=float)
+        beyond = self.d_mm * (1 + self.xi1) + (x - self.d_mm) * (1 + self.xi2)
+        return np.where(x <= self.d_mm, x * (1 + self.xi1), beyond)
+
+    def slope(self, x: Floats) -> Floats:
+        """dx'/dx, that of region A on the plane itself; any shape."""
+        return np.where(np.asarray(x) <= self.d_mm, 1 + self.xi1, 1 + self.xi2)
+
+    def points(self, points: Floats, edges: Ints = _NO_EDGES) -> Floats:
+        """Moved points.
+
+        Parameters
+        ----------
+        points
+            Shape (n, 3), mm.
+        edges
+            Those of :func:`second_order_edges`, shape (k, 3): node indices.
+        """
+        moved = points.copy()
+        moved[:, 0] = self.moved(points[:, 0])
+        if len(edges):
+            middle, ends = edges[:, 0], edges[:, 1:]
+            before, after = points[ends, 0], moved[ends, 0]
+            bulge = points[middle, 0] - before.mean(axis=1)
+            moved[middle, 0] = after.mean(axis=1) + bulge * self._secant(before, after)
+        return moved
+
+    def _secant(self, before: Floats, after: Floats) -> Floats:
+        """Stretch of edges along x, whose inverse is that of the inverse morph, shape (k,)."""
+        run, rise = np.diff(before)[:, 0], np.diff(after)[:, 0]
+        # a difference that is round-off tells nothing
+        level = np.abs(run) <= 1e-9 * np.abs(before).max(axis=1, initial=1e-300)
+        local = self.slope(before.mean(axis=1))
+        return np.where(level, local, rise / np.where(level, 1.0, run))
+
+    def velocity(self, points: Floats) -> Floats:
+        """Derivatives of the moved points with respect to ξ1 and ξ2.
+
+        Parameters
+        ----------
+        points
+            Vertices before the morph, shape (n, 3), mm.
+
+        Returns
+        -------
+        Floats
+            Shape (2, n, 3), mm; it does not depend on ξ, the morph being linear in it.
+        """
+        field = np.zeros((2, *points.shape))
+        field[0, :, 0] = np.minimum(points[:, 0], self.d_mm)
+        field[1, :, 0] = np.maximum(points[:, 0] - self.d_mm, 0.0)
+        return field
+
+    def __str__(self) -> str:
+        return f"morph with xi1 = {self.xi1:g}, xi2 = {self.xi2:g}"
+
+
+def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
+    """A mesh with the morph's points; its cells and groups are those of ``mesh``.
+
+    Raises
+    ------
+    MeshError
+        Where elements are turned inside out, naming ξ.
+    """
+    if morph.is_identity:
+        return mesh
+    new = replace(mesh, points=morph.points(mesh.points, second_order_edges(mesh.tetrahedra)))
+    least = jacobians(new).min(axis=1)
+    if least.min() <= 0:
+        raise inverted(morph, int((least <= 0).sum()), len(least), float(least.min()))
+    return new
+
+
+def second_order_edges(tetrahedra: Ints) -> Ints:
+    """Middle and ends of each second-order edge once, shape (k, 3), none for first order.
+
+    Parameters
+    ----------
+    tetrahedra
+        Shape (m, 4) or (m, 10), nodes in the order of :class:`SolidMesh`.
+    """
+    if tetrahedra.shape[1] == 4:
+        return _NO_EDGES
+    middles = tetrahedra[:, 4:, None]
+    edges = np.concatenate([middles, tetrahedra[:, EDGES]], axis=2).reshape(-1, 3)
+    return edges[np.unique(edges[:, 0], return_index=True)[1]]
+
+
+def inverted(morph: Morph, number: int, of: int, least_mm3: float) -> MeshError:
+    """The complaint about elements that a morph turned inside out."""
+    return MeshError(
+        f"{morph}: turns {number} of {of} elements inside out (Jacobian {least_mm3:.3g} mm³); "
+        "allowed: xi nearer to 0, both above -1"
+    )

@@ -1,0 +1,270 @@
+"""Campaigns on local processes: resumed, killed at random moments, and told as they go."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from design import analytic
+
+from dolfingrip.config import Config
+from dolfingrip.design import campaign
+from dolfingrip.design.campaign import Standing
+from dolfingrip.design.cluster import Where
+from dolfingrip.design.plan import Plan
+from dolfingrip.design.progress import Pace
+from dolfingrip.design.spool import Spool
+from dolfingrip.design.store import Store
+
+TESTS = Path(__file__).parents[1]
+GRID = ("--parameter", "morph.xi1=-0.2:1:8", "--parameter", "morph.xi2=-0.5:1:5")
+COMMAND = (sys.executable, "-P", "-m", "dolfingrip", "doe", "--objective", analytic.PATH)
+
+
+def environment(log: Path, seconds: float) -> dict[str, str]:
+    noted = {"DOLFINGRIP_TEST_LOG": str(log), "DOLFINGRIP_TEST_SECONDS": str(seconds)}
+    return {**os.environ, **noted, "PYTHONPATH": str(TESTS)}
+
+
+def started(log: Path) -> list[tuple[float, float]]:
+    """Inputs of every design that was begun, in order."""
+    if not log.exists():
+        return []
+    lines = log.read_text(encoding="utf-8").splitlines()
+    return [(float(a), float(b)) for a, b, _ in map(str.split, lines)]
+
+
+def finished(folder: Path) -> set[tuple[float, float]]:
+    """Inputs of the designs whose answer is on the disk."""
+    if not (folder / "campaign.sqlite").exists():
+        return set()
+    with Store(folder) as store:
+        rows = {row["key"]: row for row in store.rows()}
+    spooled = {answer.key for answer in Spool(folder / "spool").answers()}
+    inputs = [
+        row["inputs"] for key, row in rows.items() if row["status"] != "pending" or key in spooled
+    ]
+    return {(point["morph.xi1"], point["morph.xi2"]) for point in inputs}
+
+
+def ended(process: subprocess.Popen[str]) -> None:
+    """Wait until a killed client's workers are gone too."""
+    process.wait()
+    assert process.stdout is not None
+    process.stdout.read()  # they hold its other end
+
+
+def test_client_killed_at_random_moments_loses_and_repeats_nothing(tmp_path: Path) -> None:
+    seed = int(os.environ.get("DOLFINGRIP_TEST_SEED", "2"))
+    print(f"seed {seed}")
+    moments = random.Random(seed)
+    log, out = tmp_path / "log", tmp_path / "doe"
+    call = [*COMMAND, "--out", str(out), *GRID, "--workers", "2"]
+    kills = 0
+    for _ in range(30):
+        before, begun = finished(out), len(started(log))
+        process = subprocess.Popen(
+            call, env=environment(log, 0.1), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            text=True, start_new_session=True,
+        )  # fmt: skip
+        late = moments.random() < 0.8  # most kills fall among the designs, some before the first
+        while late and len(started(log)) == begun and process.poll() is None:
+            time.sleep(0.005)
+        try:
+            process.wait(moments.uniform(0, 1) if kills < 5 else 60)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            kills += 1
+        ended(process)
+        again = set(started(log)[begun:]) & before
+        assert not again, f"computed twice: {again}"
+        assert before <= finished(out), "lost"
+        if process.returncode == 0:
+            break
+    assert kills >= 3
+    assert process.returncode == 0
+    with Store(out) as store:
+        rows = list(store.rows())
+        assert store.counts()["pending"] == 0
+    assert len(rows) == 40
+    for row in rows:
+        xi1, xi2 = row["inputs"]["morph.xi1"], row["inputs"]["morph.xi2"]
+        if xi1 > analytic.FAILING:
+            assert (row["status"], row["outputs"]) == ("failed", None)
+        else:
+            assert row["outputs"]["force_N"] == 4 + xi1 - xi2
+    assert list((out / "spool").iterdir()) == []
+
+
+def test_workers_killed_at_random_moments_lose_and_repeat_nothing(tmp_path: Path) -> None:
+    seed = int(os.environ.get("DOLFINGRIP_TEST_SEED", "3"))
+    print(f"seed {seed}")
+    moments = random.Random(seed)
+    log, out = tmp_path / "log", tmp_path / "doe"
+    call = [*COMMAND, "--out", str(out), *GRID, "--workers", "2"]
+    process = subprocess.Popen(
+        call, env=environment(log, 0.2), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    kills = []
+    for _ in range(3):
+        time.sleep(moments.uniform(0.3, 0.9))
+        while not started(log):
+            time.sleep(0.01)
+        worker = int(log.read_text(encoding="utf-8").splitlines()[-1].split()[2])
+        before, begun = finished(out), len(started(log))
+        try:
+            os.kill(worker, signal.SIGKILL)
+        except ProcessLookupError:
+            continue
+        kills.append((before, begun))
+    said = process.communicate(timeout=90)[0]
+    assert process.returncode == 0, said
+    assert kills
+    for before, begun in kills:
+        assert not set(started(log)[begun:]) & before
+    with Store(out) as store:
+        assert store.counts()["pending"] == 0
+        assert store.failures() == {"limit point": 15}
+    assert "40 designs: 40 computed now, 25 done, 15 failed" in said
+
+
+def test_client_killed_while_a_cluster_computes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The workers outlive the client and finish what they have: nothing is even begun twice."""
+    from distributed import LocalCluster
+
+    seed = int(os.environ.get("DOLFINGRIP_TEST_SEED", "4"))
+    print(f"seed {seed}")
+    moments = random.Random(seed)
+    log, out = tmp_path / "log", tmp_path / "doe"
+    for name, value in environment(log, 0.15).items():
+        monkeypatch.setenv(name, value)
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        call = [*COMMAND, "--out", str(out), *GRID, "--scheduler", cluster.scheduler_address]
+        for attempt in range(4):
+            begun = len(started(log))
+            process = subprocess.Popen(call, stdout=subprocess.PIPE, text=True)
+            while attempt < 3 and len(started(log)) == begun and process.poll() is None:
+                time.sleep(0.005)
+            if attempt < 3:
+                time.sleep(moments.uniform(0, 0.5))
+                process.kill()
+            said = process.communicate(timeout=60)[0]
+    assert process.returncode == 0
+    assert "25 done, 15 failed" in said
+    assert len(started(log)) == len(set(started(log))) == 40
+
+
+def small(*xi1: float, objective: str = analytic.PATH, **changes: object) -> Plan:
+    points = tuple({"morph.xi1": value} for value in xi1)
+    return Plan(Config.model_validate(changes), ("morph.xi1",), points, objective=objective)
+
+
+def test_repeated_call_computes_only_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log, out = tmp_path / "log", tmp_path / "doe"
+    monkeypatch.setenv("DOLFINGRIP_TEST_LOG", str(log))
+    told: list[tuple[int, int, int]] = []
+
+    def progress(standing: Standing) -> None:
+        told.append((standing.done, standing.failed, standing.missing))
+
+    first = campaign.run(small(0.1, 0.7), out, Where(), progress=progress)
+    assert (first.computed, first.done, first.failed) == (2, 1, 1)
+    assert first.classes == {"limit point": 1}
+    assert told[0] == (0, 0, 2)
+    assert told[-1] == (1, 1, 0)
+    second = campaign.run(small(0.1, 0.7, 0.2), out, Where())
+    assert (second.total, second.computed, second.done, second.failed) == (3, 1, 2, 1)
+    monkeypatch.setattr(campaign, "connected", None)  # no worker is started for nothing
+    assert campaign.run(small(0.1), out, Where()).computed == 0
+    monkeypatch.undo()
+    assert len(started(log)) == 3
+    monkeypatch.setenv("DOLFINGRIP_TEST_LOG", str(log))
+    third = campaign.run(small(0.1, 0.7, 0.2), out, Where(), retry_failed=True)
+    assert (third.computed, third.failed) == (1, 1)
+    assert len(started(log)) == 4
+
+
+def test_interrupt_is_quiet_and_resumed(tmp_path: Path) -> None:
+    """Ctrl-C on a terminal reaches the workers too."""
+    log, out = tmp_path / "log", tmp_path / "doe"
+    process = subprocess.Popen(
+        [*COMMAND, "--out", str(out), *GRID], env=environment(log, 0.1), stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    while len(started(log)) < 3:
+        assert process.poll() is None
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)
+    said, errors = process.communicate(timeout=30)
+    assert (process.returncode, errors) == (130, "")
+    assert "0 of 40 designs" in said
+    assert len(finished(out)) >= 2
+
+
+def test_a_design_that_kills_its_workers_is_recorded(tmp_path: Path) -> None:
+    plan = small(0.1, material={"mu_MPa": 6.66})
+    standing = campaign.run(plan, tmp_path, Where())
+    assert standing.classes == {"worker lost": 1}
+
+
+def test_an_existing_cluster_is_used_and_left_running(tmp_path: Path) -> None:
+    from distributed import Client, LocalCluster
+
+    with LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        where = Where(scheduler=cluster.scheduler_address)
+        assert campaign.run(small(0.1, 0.2), tmp_path, where).done == 2
+        with Client(cluster.scheduler_address) as client:
+            assert client.submit(len, [1]).result() == 1
+
+
+def test_no_scheduler_is_one_line(tmp_path: Path) -> None:
+    call = [*COMMAND, "--out", str(tmp_path / "doe"), "--scheduler", "nonsense://x:1"]
+    done = subprocess.run(
+        call, env=environment(tmp_path / "log", 0), capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    lines = [line for line in done.stderr.splitlines() if line.startswith("dolfingrip: ")]
+    assert len(lines) == 1
+    assert "--scheduler nonsense://x:1" in lines[0]
+
+
+def test_pace() -> None:
+    times = iter([0.0, 0.0, 120.0])
+    pace = Pace(lambda: next(times))
+    assert pace.text(Standing(total=60, done=5, failed=0)) == "0 failed"
+    standing = Standing(total=60, done=12, failed=3, computed=10)
+    assert pace.text(standing) == "5.0 a minute, 0:09:00 left, 3 failed"
+
+
+def test_command_and_export(tmp_path: Path) -> None:
+    out = str(tmp_path / "doe")
+    # two Sobol points more are two more to compute
+    for number, computed in (("3", 3), ("5", 2)):
+        call = [*COMMAND, "--out", out, "--points", "sobol", "--number", number]
+        done = subprocess.run(
+            call, env=environment(tmp_path / "log", 0), capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stderr) == (0, "")
+        assert f"{number} designs: {computed} computed now" in done.stdout
+    call = [*COMMAND[:5], "export", "--out", out]
+    done = subprocess.run(call, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "doe" / "designs.parquet").exists()
+    text = (tmp_path / "doe" / "designs.csv").read_text(encoding="utf-8")
+    assert len(text.splitlines()) == 6
+    assert json.dumps("morph.xi1") in text.splitlines()[0]

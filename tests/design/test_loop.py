@@ -1,0 +1,140 @@
+"""The loop by its commands: a campaign's folder, a surrogate's, an optimum's, a study's."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+from design import analytic, stand_in
+from typer.testing import CliRunner, Result
+
+from dolfingrip import cli
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design import campaign, reproduce_command, space, train_command
+from dolfingrip.design.cluster import Where
+from dolfingrip.design.plan import Plan
+
+
+@pytest.fixture(scope="module")
+def doe(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A campaign of 40 designs, those above ξ1 = 0.6 failed."""
+    folder = tmp_path_factory.mktemp("doe")
+    parameters = [space.parse(text) for text in ("morph.xi1=-0.2:1:8", "morph.xi2=-0.5:1:5")]
+    points = tuple(space.points(parameters, "grid"))
+    plan = Plan(Config(), ("morph.xi1", "morph.xi2"), points, objective=analytic.PATH)
+    standing = campaign.run(plan, folder, Where())
+    assert (standing.done, standing.failed) == (25, 15)
+    return folder
+
+
+def _call(*arguments: object) -> Result:
+    result = CliRunner().invoke(cli.app, [str(each) for each in arguments])
+    if isinstance(result.exception, Exception):
+        raise result.exception
+    return result
+
+
+@pytest.fixture(scope="module")
+def surrogate(doe: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("loop") / "surrogate"
+    said = _call("train", doe, "--out", folder, "--epochs", 1000).stdout
+    assert "25 designs; 15 failed and 0 incomplete ones left out" in said
+    assert "training: 20 designs, MSE" in said
+    return folder
+
+
+def test_training_writes_its_files_and_is_not_done_twice(doe: Path, surrogate: Path) -> None:
+    assert {file.name for file in surrogate.iterdir()} == {
+        "designs.csv", "fit.png", "learning_curve.csv", "learning_curve.png", "surrogate.json",
+        "surrogate.pt",
+    }  # fmt: skip
+    facts = json.loads((surrogate / "surrogate.json").read_text(encoding="utf-8"))
+    assert facts["failed_designs"] == 15
+    assert facts["training_mse"] < 1e-3
+    before = (surrogate / "surrogate.json").stat().st_mtime_ns
+    said = _call("train", doe / "campaign.sqlite", "--out", surrogate, "--epochs", 1000).stdout
+    assert "already trained on this table" in said
+    assert (surrogate / "surrogate.json").stat().st_mtime_ns == before
+
+
+def test_optimising_computes_again_and_resumes(
+    surrogate: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = tmp_path / "started"
+    monkeypatch.setenv("DOLFINGRIP_TEST_LOG", str(log))
+    command = ("optimise", surrogate, "--out", tmp_path, "--population", 40, "--generations", 15)
+    result = _call(*command, "--cog-max", 2.0, "--cog-max", 2.2)
+    assert result.exit_code == 0
+    assert "surrogate on 10 points along the front, force_N: RMS error" in result.stdout
+    facts = json.loads((tmp_path / "optimum.json").read_text(encoding="utf-8"))
+    roles = [one["role"] for one in facts["designs"]]
+    assert roles[:3] == ["chosen", "chosen", "original"]
+    original = facts["designs"][2]
+    assert original["fem"] == {"cog_offset_mm": 2.8, "force_N": 4.0}
+    for one in facts["designs"]:  # finite elements are the analytic objective here
+        xi1, xi2 = one["inputs"].values()
+        assert one["fem"]["force_N"] == pytest.approx(4 + xi1 - xi2)
+        assert one["force_over_original"] == pytest.approx((xi1 - xi2) / 4)
+    assert (tmp_path / "pareto.png").stat().st_size > 20_000
+    with (tmp_path / "front.csv").open(encoding="utf-8") as stream:
+        assert len(list(csv.DictReader(stream))) == facts["front_points"]
+    started = log.read_text(encoding="utf-8")
+    assert len(started.splitlines()) <= len(facts["designs"]) + 10
+    _call(*command, "--cog-max", 2.0, "--cog-max", 2.2)
+    assert log.read_text(encoding="utf-8") == started  # nothing is computed twice
+    assert json.loads((tmp_path / "optimum.json").read_text(encoding="utf-8")) == facts
+
+
+def test_without_finite_elements_nothing_is_computed(surrogate: Path, tmp_path: Path) -> None:
+    options = ("--population", 20, "--generations", 5, "--no-resolve")
+    result = _call("optimise", surrogate, "--out", tmp_path, *options, "--cog-max", -9)
+    assert result.exit_code == 1
+    assert "no design of the front has a COG offset up to -9 mm" in result.stdout
+    assert {file.name for file in tmp_path.iterdir()} == {
+        "front.csv", "optimum.json", "pareto.png",
+    }  # fmt: skip
+
+
+def test_study_writes_its_tables(surrogate: Path, tmp_path: Path) -> None:
+    options = ("--population", 20, "--generations", 3, "--generations", 6, "--crossover", 0.9)
+    options = (*options, "--mutation", 0.5, "--mutation", 0.1, "--seeds", 2, "--processes", 1)
+    result = _call("study", surrogate, "--out", tmp_path, *options, "--cog-max", 2.5)
+    assert result.exit_code == 0
+    assert "4 combinations of 2 seeds, from 4 runs of NSGA-II" in result.stdout
+    with (tmp_path / "combinations.csv").open(encoding="utf-8") as stream:
+        assert len(list(csv.DictReader(stream))) == 4
+    with (tmp_path / "best.csv").open(encoding="utf-8") as stream:
+        best = list(csv.DictReader(stream))
+    assert [row["generations"] for row in best] == ["3", "6"]
+    assert all(float(row["morph.xi1_sd"]) >= 0 for row in best)
+    assert (tmp_path / "scatter.png").stat().st_size > 20_000
+
+
+def test_reproduction_is_set_beside_the_paper(surrogate: Path, tmp_path: Path) -> None:
+    options = ("--population", 40, "--generations", 15, "--cog-max", 2.5, "--cog-max", 3)
+    _call("optimise", surrogate, "--out", tmp_path, *options)
+    table = reproduce_command.comparison(tmp_path)
+    columns = [list(column.cells) for column in table.columns]
+    assert columns[0] == ["2.5", "3"]
+    assert columns[2] == ["0.236", "0.306"]
+    assert columns[-2] == ["–", "–"]  # the analytic objective has no force at 250 kPa
+    assert columns[-1] == ["-7.7", "+12.9"]
+    with pytest.raises(ConfigError, match="No such option: --epoch"):
+        reproduce_command.step(train_command.train, tmp_path, "--epoch=3")
+
+
+def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:
+    table = stand_in.write_csv(tmp_path / "designs.csv")
+    out = tmp_path / "out"
+    for arguments, complaint in (
+        (("train", tmp_path / "no"), r"no: unknown kind of table; allowed: "),
+        (("train", table, "--output", "mass_g"), "no column mass_g"),
+        (("optimise", tmp_path), "No such file or directory; allowed: a surrogate"),
+        (("study", tmp_path), "No such file or directory; allowed: a surrogate"),
+    ):
+        with pytest.raises(ConfigError, match=complaint) as caught:
+            _call(*arguments, "--out", out)
+        assert "\n" not in str(caught.value)
+        assert not out.exists()

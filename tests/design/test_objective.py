@@ -1,0 +1,81 @@
+"""One real, coarse design: its numbers are those of the experiment, on one rank and on two."""
+
+from __future__ import annotations
+
+import shutil
+from typing import Any
+
+import pytest
+from experiments.small import short
+
+from dolfingrip import experiments
+from dolfingrip.config import from_dict
+from dolfingrip.design import plan
+from dolfingrip.design.answer import Answer
+from dolfingrip.design.evaluate import Task, evaluate
+from dolfingrip.meshes.generate import finger_mesh
+from dolfingrip.meshes.measures import centroid
+
+QUANTITIES = ("cog_offset_mm", "force_N")
+
+
+def asked(
+    *overrides: str, ranks: int = 1, quantities: tuple[str, ...] = QUANTITIES, **inputs: float
+) -> tuple[dict[str, Any], Answer]:
+    points = ({f"morph.{name}": value for name, value in inputs.items()},)
+    base = short("experiment.step_kPa=25", *overrides)
+    design = plan.Plan(base, tuple(points[0]), points).designs()[0]
+    answer = evaluate(Task(design.key, design.config, quantities, plan.OBJECTIVE, ranks, ""))
+    return design.config, answer
+
+
+def test_a_design_s_numbers_are_the_experiment_s() -> None:
+    config, answer = asked(xi1=0.3, xi2=-0.3)
+    assert answer.status == "done", answer.failure
+    resolved = from_dict(config)
+    assert (resolved.morph.xi1, resolved.morph.xi2) == (0.3, -0.3)
+    expected = experiments.run("blocked_force", resolved)
+    assert answer.outputs["force_N"] == pytest.approx(expected.rows[-1]["force_N"], rel=1e-10)
+    assert answer.curve is not None
+    assert answer.curve["blocked_pressure_kPa"] == [0.0, 25.0, 50.0]
+    assert answer.curve["force_N"][-1] == answer.outputs["force_N"]
+    # unmorphed, the solid's centroid is nearer to the back of the base layer's region A
+    x = centroid(finger_mesh(resolved.finger, resolved.mesh))[0] - resolved.cog.x_ref_mm
+    assert answer.outputs["cog_offset_mm"] != pytest.approx(x, abs=0.05)
+    assert answer.iterations is not None
+    assert answer.iterations > 4
+    assert answer.versions["dolfinx"].startswith("0.9")
+
+
+def test_bellows_are_told_apart_on_a_morphed_finger() -> None:
+    """The floor of the gaps moves with the morph."""
+    for xi1, xi2 in ((1.0, -0.5), (-0.2, 1.0)):
+        result = experiments.run("bending", short(f"morph.xi1={xi1}", f"morph.xi2={xi2}"))
+        assert result.rows[0]["contact_gap_mm"] == pytest.approx(2.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("override", "kind", "said"),
+    [
+        ("finger.wall_mm=3.9999999", "geometry", "leaves 2e-07 mm between two faces"),
+        ("solver.max_iterations=1", "iteration limit", "stopped at 0 kPa"),
+    ],
+)
+def test_failures_have_class_and_sentence(override: str, kind: str, said: str) -> None:
+    step = "solver.min_step_kPa=20"
+    _, answer = asked(override, step, xi1=0.1)
+    assert (answer.status, answer.failure_class) == ("failed", kind)
+    assert said in str(answer.failure)
+    assert answer.outputs == {}
+
+
+@pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun")
+def test_two_ranks_give_the_same() -> None:
+    low = ("experiment.max_pressure_kPa=10", "experiment.step_kPa=10")
+    quantities = ("angle_deg", "cog_offset_mm")
+    _, alone = asked(*low, xi1=0.1, quantities=quantities)
+    _, both = asked(*low, xi1=0.1, ranks=2, quantities=quantities)
+    assert both.status == "done", both.failure
+    assert both.outputs == pytest.approx(alone.outputs, rel=1e-8)
+    _, failed = asked("finger.wall_mm=3.9999999", xi1=0.1, ranks=2)
+    assert failed.failure_class == "geometry"

@@ -1,0 +1,176 @@
+"""The surrogate: it fits, repeats, warns outside its range, and runs no code when it is read."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from design import stand_in
+
+from dolfingrip.config import ConfigError
+from dolfingrip.design import surrogate, table
+from dolfingrip.design.surrogate import OutsideRange, load
+from dolfingrip.design.training import Settings, Training, split, train
+
+BRIEF = Settings(epochs=20)
+
+
+def test_the_papers_network_reaches_the_papers_error(training: Training) -> None:
+    assert training.surrogate.layers == (2, 20, 50, 2)
+    assert training.epoch[-1] == 5000
+    # the paper: below 0.001; smooth data without noise give some 1e-6
+    assert training.training_mse[-1] < 1e-4
+    assert training.test_mse[-1] < 1e-4
+    assert training.training_mse[0] > 1e-2
+    facts = training.surrogate.facts
+    assert (facts["training_designs"], facts["test_designs"]) == (166, 42)
+
+
+def test_reported_error_is_that_of_the_predictions(training: Training) -> None:
+    data, model = stand_in.table(), training.surrogate
+    miss = model.predict(data.inputs) - data.outputs
+    normalised = miss / (model.outputs.high - model.outputs.low)
+    assert np.mean(normalised[training.test] ** 2) == pytest.approx(training.test_mse[-1])
+    assert np.mean(normalised[~training.test] ** 2) == pytest.approx(training.training_mse[-1])
+    force = np.sqrt(np.mean(miss[training.test, 1] ** 2))
+    assert model.facts["rms_error"]["force_N"]["test"] == pytest.approx(force)
+
+
+def test_a_seed_repeats_and_leaves_the_callers_random_numbers() -> None:
+    torch.manual_seed(7)
+    expected = torch.rand(1)
+    torch.manual_seed(7)
+    first = train(stand_in.table(), BRIEF).surrogate
+    assert torch.rand(1) == expected
+    assert first.sha256() == train(stand_in.table(), BRIEF).surrogate.sha256()
+    other = Settings(epochs=20, seed=1)
+    assert first.sha256() != train(stand_in.table(), other).surrogate.sha256()
+
+
+def test_a_fifth_is_held_out() -> None:
+    held_out = split(208, 0.2, seed=3)
+    assert held_out.sum() == 42
+    assert not (held_out == split(208, 0.2, seed=4)).all()
+
+
+def test_saved_and_loaded_predictions_agree(training: Training, surrogate_folder: Path) -> None:
+    again = load(surrogate_folder)
+    xi = stand_in.designs()
+    np.testing.assert_array_equal(again.predict(xi), training.surrogate.predict(xi))
+    assert again.sha256() == training.surrogate.sha256()
+    assert again.facts == json.loads(json.dumps(training.surrogate.facts))
+
+
+def test_outside_the_range_it_warns(training: Training) -> None:
+    model = training.surrogate
+    with pytest.warns(OutsideRange, match=r"^morph\.xi1 = 1\.2: .* from -0\.2 to 1 \(1 of 2"):
+        model.predict(np.array([[0.0, 0.0], [1.2, 0.0]]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        model.predict(np.array([[-0.2, -0.5], [1.0, 1.0]]))  # the range's corners are in it
+
+
+class _Malice:
+    """An object whose unpickling makes a file."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return _make, (str(self.file),)
+
+
+def _make(file: str) -> None:
+    Path(file).touch()
+
+
+@pytest.mark.parametrize("how", ["torch", "pickle"])
+def test_code_in_the_weights_is_refused(how: str, surrogate_folder: Path, tmp_path: Path) -> None:
+    trace = tmp_path / "trace"
+    weights = tmp_path / surrogate.WEIGHTS
+    if how == "torch":
+        torch.save({"0.weight": _Malice(trace)}, weights)
+    else:
+        weights.write_bytes(pickle.dumps(_Malice(trace), protocol=2))
+    _describe(surrogate_folder, tmp_path)
+    with pytest.raises(ConfigError, match="not the weights of this network alone"):
+        load(tmp_path)
+    assert not trace.exists()
+
+
+def _describe(good: Path, folder: Path) -> None:
+    """A description that vouches for whatever weights are in the folder."""
+    description = json.loads((good / surrogate.DESCRIPTION).read_text())
+    description["weights_sha256"] = _sha256(folder / surrogate.WEIGHTS)
+    (folder / surrogate.DESCRIPTION).write_text(json.dumps(description))
+
+
+def _sha256(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def test_what_is_no_surrogate_is_refused_in_one_line(
+    surrogate_folder: Path, tmp_path: Path
+) -> None:
+    with pytest.raises(ConfigError, match="No such file or directory; allowed: a surrogate"):
+        load(tmp_path)
+    description = tmp_path / surrogate.DESCRIPTION
+    weights = tmp_path / surrogate.WEIGHTS
+    weights.write_bytes((surrogate_folder / surrogate.WEIGHTS).read_bytes())
+    for text, complaint in (
+        ("{", "not JSON"),
+        ("[]", "not the description of a surrogate"),
+        ('{"format": 2}', "not the description of a surrogate"),
+    ):
+        description.write_text(text)
+        with pytest.raises(ConfigError, match=complaint):
+            load(tmp_path)
+    good = (surrogate_folder / surrogate.DESCRIPTION).read_text()
+    description.write_text(good)
+    weights.write_bytes(weights.read_bytes() + b" ")
+    with pytest.raises(ConfigError, match=r"not the weights that surrogate\.json was written for"):
+        load(tmp_path)
+
+
+def test_failed_designs_are_dropped_and_counted(tmp_path: Path) -> None:
+    file = stand_in.write_csv(tmp_path / "designs.csv", failed=5)
+    found = table.read(file)
+    assert (len(found), found.failed, found.incomplete) == (203, 5, 0)
+    assert found.outputs.max() < 20  # the failed ones' 999 N are not among them
+    lines = file.read_text().splitlines()
+    cut = lines[-1].split(",")
+    cut[3] = ""
+    file.write_text("\n".join([*lines[:-1], ",".join(cut)]))
+    found = table.read(file)
+    assert (len(found), found.failed, found.incomplete) == (202, 5, 1)
+
+
+def test_parquet_and_csv_are_the_same_table(tmp_path: Path) -> None:
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    file = stand_in.write_csv(tmp_path / "designs.csv", failed=2)
+    pyarrow.parquet.write_table(pyarrow.csv.read_csv(file), tmp_path / "designs.parquet")
+    assert table.read(file).sha256() == table.read(tmp_path / "designs.parquet").sha256()
+
+
+def test_bad_tables_are_refused_in_one_line(tmp_path: Path) -> None:
+    file = stand_in.write_csv(tmp_path / "designs.csv")
+    with pytest.raises(ConfigError, match=r"no column mass_g; allowed: morph\.xi1, morph\.xi2, "):
+        table.read(file, outputs=["mass_g"])
+    with pytest.raises(ConfigError, match="column status holds text; allowed: numbers"):
+        table.read(file, outputs=["status"])
+    with pytest.raises(ConfigError, match=r"no\.csv: No such file"):
+        table.read(tmp_path / "no.csv")
+    with pytest.raises(ConfigError, match=r"allowed: .*\.csv"):
+        table.read(tmp_path / "designs.xlsx")
+    few = table.read(file)
+    small = table.Table(few.input_names, few.output_names, few.inputs[:3], few.outputs[:3])
+    with pytest.raises(ConfigError, match="3 computed designs; allowed: at least 10"):
+        train(small)
