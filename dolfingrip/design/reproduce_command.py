@@ -7,7 +7,6 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
-import click
 import typer
 from mpi4py import MPI
 from rich.box import SIMPLE_HEAD
@@ -71,10 +70,7 @@ def step(function: Any, *arguments: object) -> int:
     app.command()(function)
     command = typer.main.get_command(app)
     console().rule(function.__name__)
-    try:
-        code = command.main([str(each) for each in arguments], standalone_mode=False)
-    except click.ClickException as error:
-        raise ConfigError(error.format_message()) from None
+    code = command.main([str(each) for each in arguments], standalone_mode=False)
     return int(code or 0)
 
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from dolfingrip import cli
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design import campaign, reproduce_command, space, train_command
+from dolfingrip.design import campaign, optimise_command, reproduce_command, space
 from dolfingrip.design.cluster import Where
 from dolfingrip.design.plan import Plan
 
@@ -121,8 +121,10 @@ def test_reproduction_is_set_beside_the_paper(surrogate: Path, tmp_path: Path) -
     assert columns[2] == ["0.236", "0.306"]
     assert columns[-2] == ["–", "–"]  # the analytic objective has no force at 250 kPa
     assert columns[-1] == ["-7.7", "+12.9"]
-    with pytest.raises(ConfigError, match="No such option: --epoch"):
-        reproduce_command.step(train_command.train, tmp_path, "--epoch=3")
+    small = ("--population=20", "--generations=3", "--no-resolve", "--out", tmp_path / "none")
+    optimise = optimise_command.optimise
+    assert reproduce_command.step(optimise, surrogate, *small, "--cog-max=9") == 0
+    assert reproduce_command.step(optimise, surrogate, *small, "--cog-max=-9") == 1
 
 
 def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:
