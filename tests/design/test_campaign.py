@@ -24,7 +24,7 @@ from dolfingrip.design.spool import Spool
 from dolfingrip.design.store import Store
 
 TESTS = Path(__file__).parents[1]
-GRID = ("--parameter", "morph.xi1=-0.2:1:8", "--parameter", "morph.xi2=-0.5:1:5")
+GRID = ("--parameter", "morph.xi1=-0.2:1:6", "--parameter", "morph.xi2=-0.5:1:4")
 COMMAND = (sys.executable, "-P", "-m", "dolfingrip", "doe", "--objective", analytic.PATH)
 
 
@@ -93,7 +93,7 @@ def test_client_killed_at_random_moments_loses_and_repeats_nothing(tmp_path: Pat
     with Store(out) as store:
         rows = list(store.rows())
         assert store.counts()["pending"] == 0
-    assert len(rows) == 40
+    assert len(rows) == 24
     for row in rows:
         xi1, xi2 = row["inputs"]["morph.xi1"], row["inputs"]["morph.xi2"]
         if xi1 > analytic.FAILING:
@@ -131,8 +131,8 @@ def test_workers_killed_at_random_moments_lose_and_repeat_nothing(tmp_path: Path
         assert not set(started(log)[begun:]) & before
     with Store(out) as store:
         assert store.counts()["pending"] == 0
-        assert store.failures() == {"limit point": 15}
-    assert "40 designs: 40 computed now, 25 done, 15 failed" in said
+        assert store.failures() == {"limit point": 8}
+    assert "24 designs: 24 computed now, 16 done, 8 failed" in said
 
 
 def test_client_killed_while_a_cluster_computes_on(
@@ -161,8 +161,8 @@ def test_client_killed_while_a_cluster_computes_on(
                 process.kill()
             said = process.communicate(timeout=60)[0]
     assert process.returncode == 0
-    assert "25 done, 15 failed" in said
-    assert len(started(log)) == len(set(started(log))) == 40
+    assert "16 done, 8 failed" in said
+    assert len(started(log)) == len(set(started(log))) == 24
 
 
 def small(*xi1: float, objective: str = analytic.PATH, **changes: object) -> Plan:
@@ -210,7 +210,7 @@ def test_interrupt_is_quiet_and_resumed(tmp_path: Path) -> None:
     os.killpg(process.pid, signal.SIGINT)
     said, errors = process.communicate(timeout=30)
     assert (process.returncode, errors) == (130, "")
-    assert "0 of 40 designs" in said
+    assert "0 of 24 designs" in said
     assert len(finished(out)) >= 2
 
 
