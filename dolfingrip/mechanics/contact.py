@@ -131,11 +131,3 @@ class BarrierContact:
     def intersects(self, dofs: np.ndarray) -> bool:
         """Whether any two triangles pass through one another."""
         return bool(ipctk.has_intersections(self._mesh, self.surface.positions(dofs)))
-
-    def touching(self, dofs: np.ndarray) -> np.ndarray:
-        """(k, 2) pairs of vertices within the barrier's width, from different sides."""
-        now = self.surface.positions(dofs)
-        pairs = self._pairs(now)
-        edges, faces = self._mesh.edges, self._mesh.faces
-        found = [pairs[i].vertex_ids(edges, faces)[:2] for i in range(len(pairs))]
-        return np.array(found, dtype=np.int64).reshape(-1, 2)

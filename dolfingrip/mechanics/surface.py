@@ -23,7 +23,6 @@ class Surface:
     Attributes:
         rest: (n, 3) reference positions (mm).
         triangles: (m, 3) vertex numbers.
-        facet_midpoints: (m, 3) midpoint of each triangle's facet (mm).
         nodes: (n,) global displacement nodes (block index) of the vertices.
         owned: vertex numbers of the nodes this rank owns.
     """
@@ -51,8 +50,6 @@ class Surface:
         self.owned = rank_of[self.owned]
         renumbered = _canonical(rank_of[renumbered].reshape(faces.shape))
         self.triangles = renumbered[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
-        corners = self.rest[renumbered[:, :3]].mean(axis=1)
-        self.facet_midpoints = np.repeat(corners, len(SPLIT[width]), axis=0)
 
     def _gather(self, owned_values: np.ndarray) -> np.ndarray:
         """(n, 3) values at all vertices from each rank's owned ones."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import matplotlib.image
 import numpy as np
@@ -23,20 +22,6 @@ class Turn:
     force_N: float = 1.7
     slope_before_N_per_kPa: float = 0.01
     slope_after_N_per_kPa: float = 0.02
-
-
-@pytest.fixture
-def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """Figures saved during a test, to ask for their texts."""
-    saved: list[Figure] = []
-    save = Figure.savefig
-
-    def spy(self: Figure, *args: Any, **kwargs: Any) -> None:
-        save(self, *args, **kwargs)
-        saved.append(self)
-
-    monkeypatch.setattr(Figure, "savefig", spy)
-    return saved
 
 
 def _legend(figure: Figure) -> list[str]:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import matplotlib.image
 import numpy as np
-import pytest
 from matplotlib.figure import Figure
 
 from dolfingrip.report.design import (
@@ -19,20 +17,6 @@ from dolfingrip.report.design import (
     plot_learning_curve,
     plot_scatter,
 )
-
-
-@pytest.fixture
-def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """Figures saved during a test, to ask for their texts."""
-    saved: list[Figure] = []
-    save = Figure.savefig
-
-    def spy(self: Figure, *args: Any, **kwargs: Any) -> None:
-        save(self, *args, **kwargs)
-        saved.append(self)
-
-    monkeypatch.setattr(Figure, "savefig", spy)
-    return saved
 
 
 def _legend(figure: Figure) -> list[str]:
