@@ -7,7 +7,7 @@ import json
 import types
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from annotated_types import BaseMetadata
 from pydantic import BaseModel, ValidationError
@@ -21,6 +21,13 @@ UNITS = {
     "kg_m3": "kg/m³",
     "m_s2": "m/s²",
     "kPa_per_s": "kPa/s",
+    "s": "s",
+    "mm_per_s": "mm/s",
+    "N_per_s": "N/s",
+    "N_per_mm": "N/mm",
+    "Nmm_per_rad": "N mm/rad",
+    "degC": "°C",
+    "per_degC": "1/°C",
 }
 """Unit by the ending of a key."""
 
@@ -73,7 +80,7 @@ def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
     if hint is Path:
         return "allowed: a file's path in quotes"
     if get_origin(hint) is tuple:
-        return "allowed: three finite numbers, as in [1, 0, 0]"
+        return f"allowed: {_entries(hint, info)}"
     what = "integer" if hint is int else "number"
     allowed = bounds(info, location[-1])
     if kind.startswith(("greater", "less")):
@@ -84,16 +91,43 @@ def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
     return f"not {article} {what}; allowed: {allowed}"
 
 
+def _entries(hint: Any, info: Any) -> str:
+    """What a list may hold, in words."""
+    entry, *more = get_args(hint)
+    if more and more[0] is not Ellipsis:
+        return "three finite numbers, as in [1, 0, 0]"
+    inner, bounded = entry, None
+    if get_origin(entry) is Annotated:
+        inner, *bounded = get_args(entry)
+    if get_origin(inner) is Literal:
+        return f"a list of {', '.join(str(choice) for choice in get_args(inner))}"
+    limits = {
+        name: getattr(item, name)
+        for item in info.metadata
+        for name in ("min_length", "max_length")
+        if getattr(item, name, None) is not None
+    }
+    count = " to ".join(dict.fromkeys(str(limit) for limit in limits.values()))
+    what = "integers" if inner is int else "numbers"
+    each = _within([item for field in bounded or () for item in getattr(field, "metadata", [])])
+    text = " ".join(part for part in ("a list of", count, what) if part)
+    return f"{text}, each {each}" if each else text
+
+
 def bounds(info: Any, key: str) -> str:
     """The allowed range in words, with its unit, from pydantic's bounds."""
-    parts = [
+    return f"{_within(info.metadata)} {unit(key)}".strip()
+
+
+def _within(metadata: Sequence[Any]) -> str:
+    """Pydantic's bounds in words."""
+    return " and ".join(
         f"{word} {getattr(item, name):.10g}"
-        for item in info.metadata
+        for item in metadata
         if isinstance(item, BaseMetadata)
         for name, word in BOUNDS.items()
         if getattr(item, name, None) is not None
-    ]
-    return f"{' and '.join(parts)} {unit(key)}".strip()
+    )
 
 
 def _bare(hint: Any) -> Any:
@@ -107,7 +141,7 @@ def _fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
     """Fields of the section at the end of ``sections``."""
     model: Any = root
     for name in sections:
-        model = model.model_fields[name].annotation
+        model = _bare(model.model_fields[name].annotation)
     return dict(model.model_fields)
 
 

@@ -7,22 +7,27 @@ interface (:data:`KPA` converts once, where a form's constant is set).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import Field, ValidationError, model_validator
 
 from dolfingrip import complaint, tables
 from dolfingrip.complaint import ConfigError
+from dolfingrip.extensions.index import Extensions
+from dolfingrip.section import Section, Vector
+from dolfingrip.section import outside as _outside
 
 __all__ = [
     "KPA",
+    "Branch",
     "Cog",
     "Config",
     "ConfigError",
     "Contact",
+    "Coupon",
     "Experiment",
     "Finger",
     "Gravity",
@@ -30,6 +35,7 @@ __all__ = [
     "Mesh",
     "Morph",
     "Plate",
+    "Protocol",
     "Solver",
     "dumps",
     "from_dict",
@@ -39,18 +45,11 @@ __all__ = [
 KPA = 1e-3
 """MPa per kPa."""
 
-Vector = Annotated[tuple[float, float, float], Field(strict=False)]
-"""TOML's arrays are lists; the numbers in them stay checked."""
-
-
-class Section(BaseModel):
-    """A table of the TOML file: no unknown keys, no silent conversions, immutable."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
-
-
-def _outside(key: str, value: object, allowed: str) -> PydanticCustomError:
-    return PydanticCustomError("geometry", f"{key} = {value}: {allowed}")
+Branch = Literal["loading", "unloading", "hold"]
+Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
+Values = Annotated[tuple[float, ...], Field(strict=False)]
+Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
+Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 
 
 class Finger(Section):
@@ -225,6 +224,9 @@ class Solver(Section):
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")
     max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")
+    max_step_s: float | None = Field(
+        None, gt=0, description="largest step in time; default: as long as the pressure's allows"
+    )
     min_step_kPa: float = Field(0.1, gt=0, description="smallest step before a failure is called")
     mixed_integration_point: bool = Field(
         True, description="carry the stress as an independent field (fewer iterations)"
@@ -295,6 +297,10 @@ class Experiment(Section):
     )
     unload: bool = Field(False, description="go back to rest in the same steps")
     rate_kPa_per_s: float = Field(25.0, gt=0, description="ramp; felt by models with a clock only")
+    cycles: int = Field(1, ge=1, le=10_000, description="how often; more than one unloads, too")
+    hold_s: float = Field(0.0, ge=0, description="wait at the maximum of each cycle")
+    rest_s: float = Field(0.0, ge=0, description="wait unpressurised after each cycle")
+    hold_readings: int = Field(4, ge=1, le=1000, description="readings of a wait, ever sparser")
 
     @model_validator(mode="after")
     def _steps(self) -> Experiment:
@@ -305,6 +311,60 @@ class Experiment(Section):
                 f"allowed: above 0 and up to max_pressure_kPa = {self.max_pressure_kPa:g} kPa",
             )
         return self
+
+
+class Protocol(Section):
+    """Readings at given times, instead of the experiment's ramps; made by --protocol."""
+
+    time_s: Times = Field((), description="of each reading, none earlier than the one before")
+    pressure_kPa: Values = Field((), description="of each reading (finger)")
+    displacement_mm: Values = Field((), description="of each reading (coupon)")
+    cycle: Cycles = Field((), description="of each reading; default: 1")
+    branch: Branches = Field((), description="of each reading; default: from its neighbour")
+
+    @model_validator(mode="after")
+    def _table(self) -> Protocol:
+        count = len(self.time_s)
+        led = "displacement_mm" if self.displacement_mm else "pressure_kPa"
+        for key in (led, "cycle", "branch"):
+            values = getattr(self, key)
+            if len(values) != count and (values or key == led):
+                raise _outside(
+                    key, f"{len(values)} values", f"allowed: as many as time_s has, {count}"
+                )
+        late = [b for a, b in pairwise(self.time_s) if b < a]
+        if late:
+            raise _outside("time_s", f"… {late[0]:g}", "allowed: no earlier than the one before")
+        return self
+
+
+class Coupon(Section):
+    """Uniaxial tension of a bar: its gauge length, moved at one end."""
+
+    gauge_length_mm: float = Field(33.0, gt=0, le=1000, description="length that is stretched")
+    width_mm: float = Field(3.0, gt=0, le=500, description="of the cross-section")
+    thickness_mm: float = Field(3.0, gt=0, le=500, description="of the cross-section")
+    grip: Literal["sliding", "clamped"] = Field(
+        "sliding", description="ends free to narrow (uniform stretch) or held fast"
+    )
+    max_strain: float = Field(0.5, gt=0, le=10, description="largest nominal strain")
+    step_strain: float = Field(0.05, gt=0, le=10, description="a reading every so much")
+    rate_mm_per_s: float = Field(2.5, gt=0, description="crosshead; felt by models with a clock")
+
+    @model_validator(mode="after")
+    def _steps(self) -> Coupon:
+        if self.step_strain > self.max_strain:
+            raise _outside(
+                "step_strain",
+                self.step_strain,
+                f"allowed: above 0 and up to max_strain = {self.max_strain:g}",
+            )
+        return self
+
+    @property
+    def area_mm2(self) -> float:
+        """Cross-section at rest."""
+        return self.width_mm * self.thickness_mm
 
 
 class Config(Section):
@@ -320,6 +380,9 @@ class Config(Section):
     plate: Plate = Plate()
     gravity: Gravity = Gravity()
     experiment: Experiment = Experiment()
+    protocol: Protocol = Protocol()
+    coupon: Coupon = Coupon()
+    extensions: Extensions = Extensions()
 
     @model_validator(mode="after")
     def _facing(self) -> Config:
@@ -334,6 +397,24 @@ class Config(Section):
             if sideways is not None:
                 raise _outside(*sideways, "allowed: no y-part with mesh.half = true")
         return self
+
+    def changed(self, **sections: Mapping[str, Any]) -> Self:
+        """A checked copy with other values of some keys, by section.
+
+        Raises:
+            ConfigError: one line naming the key, its value and the allowed range.
+        """
+        data = self.model_dump(exclude_none=True)
+        for section, values in sections.items():
+            data[section] = {**data[section], **values}
+        return checked(type(self), data)
+
+    def adapted(self) -> Self:
+        """The configuration that is meshed and solved: with extensions of geometry applied."""
+        done = self
+        for effect in self.extensions.active("adapt"):
+            done = effect.adapt(done)
+        return done.model_copy(update={"extensions": done.extensions.without("adapt")})
 
     def sideways(self) -> tuple[str, object] | None:
         """The key and value of a load that a half finger cannot bear, where there is one."""
@@ -378,10 +459,19 @@ def from_dict(data: dict[str, Any]) -> Config:
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.
     """
+    return checked(Config, data)
+
+
+def checked[S: Section](root: type[S], data: dict[str, Any]) -> S:
+    """``data`` as a ``root``.
+
+    Raises:
+        ConfigError: one line naming the key, its value and the allowed range.
+    """
     try:
-        return Config.model_validate(data)
+        return root.model_validate(data)
     except ValidationError as error:
-        raise ConfigError(complaint.one_line(error, Config, data)) from None
+        raise ConfigError(complaint.one_line(error, root, data)) from None
 
 
 def dumps(config: Config) -> str:

@@ -61,19 +61,27 @@ def dumps(config: BaseModel) -> str:
     document = tomlkit.document()
     document.add(tomlkit.comment("dolfingrip configuration: every key, as resolved"))
     for name in type(config).model_fields:
-        section: BaseModel = getattr(config, name)
-        table = tomlkit.table()
-        table.comment((type(section).__doc__ or "").splitlines()[0])
-        for key, info in type(section).model_fields.items():
-            value = getattr(section, key)
-            if value is None:  # TOML has no null: an unset key is shown commented out
-                table.add(tomlkit.comment(f"{key} =    # {info.description}"))
-                continue
+        document.add(name, _table(getattr(config, name)))
+    return tomlkit.dumps(document)
+
+
+def _table(section: BaseModel) -> tomlkit.items.Table:
+    """A section, each key with its meaning; sections within it come last, as TOML wants."""
+    table, inner = tomlkit.table(), {}
+    table.comment((type(section).__doc__ or "").splitlines()[0])
+    for key, info in type(section).model_fields.items():
+        value = getattr(section, key)
+        if value is None:  # TOML has no null: an unset key is shown commented out
+            table.add(tomlkit.comment(f"{key} =    # {info.description}"))
+        elif isinstance(value, BaseModel):
+            inner[key] = _table(value)
+        else:
             item = tomlkit.item(_plain(value))
             item.comment(info.description or "")
             table.add(key, item)
-        document.add(name, table)
-    return tomlkit.dumps(document)
+    for key, below in inner.items():
+        table.add(key, below)
+    return table
 
 
 def _plain(value: Any) -> Any:

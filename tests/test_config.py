@@ -25,6 +25,11 @@ DIMENSIONLESS = {
     "gravity.direction",
     "experiment.max_volume_ratio",
     "experiment.step_volume_ratio",
+    "experiment.cycles",
+    "experiment.hold_readings",
+    "protocol.cycle",
+    "coupon.max_strain",
+    "coupon.step_strain",
 }
 """Numbers without a unit: counts, ratios and directions."""
 
@@ -80,6 +85,17 @@ REFUSED = {
     "experiment.step_kPa=300": "experiment.step_kPa = 300.0: allowed: above 0 and up to max_pressu",
     "plate.contact_length_mm=91": "plate.contact_length_mm = 91.0: allowed: above 0 and up to fing",
     "plate.normal=[1, 1, 0]": "plate.normal = [1.0, 1.0, 0.0]: allowed: no y-part with mesh.half",
+    # tables within a table, and lists
+    "extensions.pronny.g=[1]": "extensions.pronny: unknown key; did you mean extensions.prony?",
+    "extensions.prony.tau=[1]": "unknown key; did you mean extensions.prony.tau_s? allowed: g, tau",
+    "prony.g=[1]": "prony: unknown key; did you mean extensions.prony?",
+    "extensions.prony=3": "extensions.prony = 3: not a table; allowed: keys g, tau_s",
+    "extensions.prony.g=[2]": "extensions.prony.g = [2]: allowed: a list of 1 to 3 numbers, each "
+    "at least 0 and below 1",
+    "extensions.prony.g=[0.1, 0.1]": "extensions.prony.tau_s = [10.0]: allowed: as many numbers",
+    "extensions.yeoh.C30_MPa=-1": "extensions.yeoh.C30_MPa = -1: allowed: at least 0 and at most",
+    "protocol.branch=['up']": 'protocol.branch = ["up"]: allowed: a list of loading, unloading',
+    "protocol.time_s=[1]": "protocol.pressure_kPa = 0 values: allowed: as many as time_s has, 1",
     # no assignment at all
     "finger.wall_mm": "--set finger.wall_mm: allowed: section.key=value",
     "=3": "--set =3: allowed: section.key=value",
@@ -169,6 +185,10 @@ CHANGED = [
     "plate.normal=[0.5, -0.25, 1]",
     "gravity.acceleration_m_s2=9.81",
     "experiment.unload=true",
+    "extensions.prony.g=[0.1, 0.2]",
+    "extensions.prony.tau_s=[1, 100]",
+    "protocol.time_s=[0, 1.5]",
+    "protocol.pressure_kPa=[0, 30]",
 ]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import basix.ufl
 import numpy as np
@@ -12,12 +12,15 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.config import KPA, Config, ConfigError
+from dolfingrip.extensions.site import Site
+from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
 from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
+from dolfingrip.mechanics.history import History
 from dolfingrip.mechanics.model import Control, Model
 from dolfingrip.mechanics.plate import RigidPlate
-from dolfingrip.mechanics.potential import Potential
+from dolfingrip.mechanics.potential import QUADRATURE_DEGREE, Potential
 from dolfingrip.mechanics.surface import Surface
 from dolfingrip.mechanics.volume_control import VolumeControl
 
@@ -28,16 +31,32 @@ KG_M3_M_S2 = 1e-9
 
 @dataclass(slots=True)
 class FingerModel:
-    """A pressurised finger, with the plate where one faces it."""
+    """A pressurised finger, with the plate where one faces it.
+
+    Attributes:
+        config: as built, extensions of geometry and set-up applied.
+        model: what is solved.
+        plate: the force sensor's.
+        cavity: the cavity's pressure, which is the regulator's where no extension stands between.
+        volume: the cavity's, where it is led.
+        parameters: constants of the potential by name, that sensitivities are taken to.
+    """
 
     config: Config
     model: Model
     plate: RigidPlate | None
+    cavity: Control
     volume: VolumeControl | None = None
+    parameters: dict[str, fem.Constant] = field(default_factory=dict)
 
 
 def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
-    """Model of the finger on ``domain``, with or without the force-sensor plate."""
+    """Model of the finger on ``domain``, with or without the force-sensor plate.
+
+    Raises:
+        ConfigError: the configuration asks for what this experiment has not.
+    """
+    config = config.adapted()
     if plate:
         domain = _facing_plate(config, domain)
     mesh = domain.mesh
@@ -52,11 +71,16 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
 
     cavity = domain.surface("cavity", quadrature_degree=2 * degree)
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
-    weight = _weight(config)
-    if np.any(weight):
+    weight = fem.Constant(mesh, _weight(config))
+    if np.any(weight.value):
         dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
-        terms.append(gravity.energy(u, fem.Constant(mesh, weight)) * dx)
+        terms.append(gravity.energy(u, weight) * dx)
     sensor = _plate(config, domain, u) if plate else None
+    history = History(u, QUADRATURE_DEGREE[degree])
+    known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda, "gravity.weight_N_mm3": weight}
+    site = Site(config, domain, u, mu, lmbda, history, sensor, _held(domain), known)
+    density = site.strain_energy(lambda strain: neo_hookean.energy(strain, mu, lmbda))
+    terms += site.terms()
     if sensor is not None:
         terms.append(sensor.energy)
 
@@ -65,19 +89,21 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         surface = Surface(space, domain, domain.facets("skin", "tip"))
         contact = BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
     by_pressure = Control(pressure, KPA)
+    supply = _supply(config, by_pressure)
     model = Model(
         domain,
         u,
         Potential(
             u,
-            [lambda strain: neo_hookean.energy(strain, mu, lmbda)],
+            [density],
             terms,
             carried=config.solver.mixed_integration_point,
         ),
-        _supports(space, domain),
-        {"pressure_kPa": by_pressure},
+        _supports(space, domain, site.held),
+        {"pressure_kPa": supply or by_pressure},
         contact,
         [sensor] if sensor is not None else [],
+        [history, supply] if supply is not None else [history],
     )
     volume = None
     if config.experiment.control == "volume":
@@ -85,7 +111,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         density = cavity_pressure.volume_density(u, mesh)
         volume = VolumeControl(model, by_pressure, density * cavity)
         model.controls["cavity_volume_mm3"] = volume
-    return FingerModel(config, model, sensor, volume)
+    return FingerModel(config, model, sensor, by_pressure, volume, site.parameters)
 
 
 def _weight(config: Config) -> np.ndarray:
@@ -125,14 +151,33 @@ def _plate(config: Config, domain: Domain, u: fem.Function) -> RigidPlate:
     )
 
 
-def _supports(space: fem.FunctionSpace, domain: Domain) -> list[fem.DirichletBC]:
-    """Clamp fixed; no motion through the symmetry plane."""
-    # by component: on a whole blocked space dolfinx 0.9 takes ghosts for owned dofs
+def _supply(config: Config, cavity: Control) -> Supply | None:
+    """What stands between regulator and cavity, where anything does."""
+    stages = config.extensions.active("outlet_kPa")
+    if stages and config.experiment.control == "volume":
+        raise ConfigError(
+            f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
+        )
+    return Supply(cavity, stages) if stages else None
+
+
+def _held(domain: Domain) -> dict[int, list[str]]:
+    """Regions without displacement along each axis: the clamp; across it the symmetry plane."""
     held = {0: ["clamp"], 1: ["clamp"], 2: ["clamp"]}
     if domain.half:
         held[1].append("symmetry")
+    return held
+
+
+def _supports(
+    space: fem.FunctionSpace, domain: Domain, held: dict[int, list[str]]
+) -> list[fem.DirichletBC]:
+    """Conditions that hold regions at rest."""
+    # by component: on a whole blocked space dolfinx 0.9 takes ghosts for owned dofs
     supports = []
     for axis, regions in held.items():
+        if not regions:
+            continue
         along = space.sub(axis)
         dofs = fem.locate_dofs_topological(along, 2, domain.facets(*regions))
         supports.append(fem.dirichletbc(PETSc.ScalarType(0.0), dofs, along))

@@ -10,16 +10,17 @@ from typing import Any
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import record
 from dolfingrip.experiments.fields import FieldFile
-from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.mechanics.domain import on_root
+from dolfingrip.mechanics.model import Model
 from dolfingrip.mechanics.profile import Profile
 
 Row = dict[str, Any]
 
 COLUMNS = (
     "experiment", "specimen", "cycle", "branch", "time_s", "pressure_kPa", "angle_deg",
-    "force_N", "tip_x_mm", "tip_z_mm", "chord_angle_deg", "cavity_volume_mm3",
-    "contact_gap_mm", "plate_gap_mm", "iterations", "load_steps",
+    "force_N", "displacement_mm", "tip_x_mm", "tip_z_mm", "chord_angle_deg",
+    "cavity_pressure_kPa", "cavity_volume_mm3", "contact_gap_mm", "plate_gap_mm",
+    "nominal_strain", "nominal_stress_MPa", "iterations", "load_steps",
 )  # fmt: skip
 """Columns of ``result.csv``: those of the measured-data format, then what else is known."""
 
@@ -34,13 +35,15 @@ class Keeper:
         ConfigError: on every rank, where the folder cannot be written.
     """
 
-    def __init__(self, out: Path, kind: str, finger: FingerModel, profile: Profile) -> None:
+    def __init__(
+        self, out: Path, kind: str, config: Config, model: Model, profile: Profile
+    ) -> None:
         self._out = out
-        self._config: Config = finger.config
-        self._comm = finger.model.comm
+        self._config = config
+        self._comm = model.comm
         self._profile = profile
         self._file = on_root(self._comm, lambda: self._open(kind))
-        self._fields = FieldFile(finger.model, out / "fields.pvd")
+        self._fields = FieldFile(model, out / "fields.pvd")
 
     def _open(self, kind: str) -> Any:
         try:

@@ -1,15 +1,13 @@
-"""The states at which an experiment is read."""
+"""The states at which a finger is read."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
-from dolfingrip.config import Config
+from dolfingrip.config import Branch, Config, ConfigError
+from dolfingrip.experiments import schedule
 from dolfingrip.mechanics.state import State
-
-Branch = Literal["loading", "unloading"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,43 +15,61 @@ class Landing:
     """A reading's place on the path.
 
     Attributes:
-        part: of the way from rest (0) to the maximum (1).
-        branch: ``loading`` or ``unloading``.
+        part: of the way from rest (0) to the maximum (1); NaN in a protocol.
+        branch: ``loading``, ``unloading`` or ``hold``.
         pressure_kPa: prescribed there; None where the volume is.
+        time_s: since the first reading.
+        cycle: from 1 on.
     """
 
     part: float
     branch: Branch
     pressure_kPa: float | None
+    time_s: float
+    cycle: int
 
-    def controls(self, config: Config, rest: State, time_s: float) -> Mapping[str, float]:
+    def controls(self, config: Config, rest: State) -> Mapping[str, float]:
         """Controls to go to, by name; ``rest`` is the unpressurised state."""
         if self.pressure_kPa is not None:
-            return {"pressure_kPa": self.pressure_kPa, "time_s": time_s}
+            return {"pressure_kPa": self.pressure_kPa, "time_s": self.time_s}
         ratio = 1 + self.part * (config.experiment.max_volume_ratio - 1)
         volume = rest.controls["cavity_volume_mm3"] * ratio
-        return {"cavity_volume_mm3": volume, "time_s": time_s}
+        return {"cavity_volume_mm3": volume, "time_s": self.time_s}
 
 
 def landings(config: Config) -> Sequence[Landing]:
-    """Readings from rest in steps to the maximum, and back where asked."""
-    experiment = config.experiment
+    """Readings of the protocol, else from rest in steps to the maximum, and back where asked.
+
+    Raises:
+        ConfigError: the protocol is none for a finger.
+    """
+    experiment, protocol = config.experiment, config.protocol
     by_pressure = experiment.control == "pressure"
-    if by_pressure:
-        largest, step = experiment.max_pressure_kPa, experiment.step_kPa
+    if protocol.time_s:
+        if not protocol.pressure_kPa:
+            raise ConfigError("protocol.pressure_kPa = []: allowed: a pressure for each time_s")
+        found = schedule.given(protocol, protocol.pressure_kPa)
+        largest = float("nan")
+    elif by_pressure:
+        largest = experiment.max_pressure_kPa
+        values = schedule.steps(largest, experiment.step_kPa)
+        found = schedule.cycles(values, experiment.rate_kPa_per_s, experiment)
     else:
-        largest, step = experiment.max_volume_ratio - 1, experiment.step_volume_ratio
-    count = int(largest / step + 1e-9)
-    values = [i * step for i in range(count + 1)]
-    if largest - values[-1] > 1e-9 * largest:
-        values.append(largest)
-
-    def at(value: float, branch: Branch) -> Landing:
-        return Landing(value / largest, branch, value if by_pressure else None)
-
-    up = [at(value, "loading") for value in values]
-    down = [at(value, "unloading") for value in values[-2::-1]] if experiment.unload else []
-    return up + down
+        largest = experiment.max_volume_ratio - 1
+        values = schedule.steps(largest, experiment.step_volume_ratio)
+        # a step of the volume takes as long as one of the pressure would
+        seconds = experiment.step_kPa / experiment.rate_kPa_per_s
+        found = schedule.cycles(values, experiment.step_volume_ratio / seconds, experiment)
+    return [
+        Landing(
+            reading.value / largest,
+            reading.branch,
+            reading.value if by_pressure else None,
+            reading.time_s,
+            reading.cycle,
+        )
+        for reading in found
+    ]
 
 
 def landings_kPa(config: Config) -> Sequence[float]:

@@ -96,6 +96,7 @@ class Observation:
             "tip_x_mm": float(moved[0]),
             "tip_z_mm": float(moved[2]),
             "chord_angle_deg": self._unwrap("chord", self._chord_angle(moved) - self._rest_chord),
+            "cavity_pressure_kPa": self._finger.cavity.value,
             "cavity_volume_mm3": model.domain.copies * self._integrate(self._volume),
             "contact_gap_mm": self.gaps.smallest_mm(),
         }

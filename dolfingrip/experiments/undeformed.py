@@ -28,6 +28,7 @@ def solid(config: Config) -> SolidMesh:
     Raises:
         MeshError: one line, where it cannot be made, read or used.
     """
+    config = config.adapted()
     if config.mesh.file is not None:
         mesh = files.read(config.mesh.file)
     else:
@@ -43,6 +44,7 @@ def load_domain(config: Config, comm: MPI.Comm) -> Domain:
     Raises:
         ConfigError: on every rank.
     """
+    config = config.adapted()
     domain = distribute(comm, on_root(comm, lambda: solid(config)))
     sideways = config.sideways()
     if domain.half and sideways is not None:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import basix
-import basix.ufl
 import numpy as np
 import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
-from dolfingrip.mechanics import jit
+from dolfingrip.mechanics import points
 
 
 class CarriedStress:
@@ -26,26 +24,17 @@ class CarriedStress:
 
     def __init__(self, u: fem.Function, stress: Expr, degree: int) -> None:
         mesh = u.function_space.mesh
-        element = basix.ufl.quadrature_element("tetrahedron", value_shape=(3, 3), degree=degree)
-        self.stress = fem.Function(fem.functionspace(mesh, element), name="carried_stress_MPa")
+        self.stress = points.field(mesh, (3, 3), degree, "carried_stress_MPa")
         self._step = fem.Function(u.function_space)
-        points = basix.make_quadrature(basix.CellType.tetrahedron, degree)[0]
         predicted = stress + ufl.derivative(stress, u, self._step)
-        self._now = fem.Expression(stress, points, jit_options=jit.options())
-        self._after = fem.Expression(predicted, points, jit_options=jit.options())
-        cells = mesh.topology.index_map(3).size_local
-        self._cells = np.arange(cells, dtype=np.int32)
+        self._now = points.AtPoints(stress, mesh, degree)
+        self._after = points.AtPoints(predicted, mesh, degree)
 
     def reset(self) -> None:
         """Set to S(E(u))."""
-        self._evaluate(self._now)
+        self._now.into(self.stress)
 
     def follow(self, step: np.ndarray) -> None:
         """Set to the linear prediction for ``step`` (local dofs, mm) from the present u."""
         self._step.x.array[:] = step
-        self._evaluate(self._after)
-
-    def _evaluate(self, expression: fem.Expression) -> None:
-        # a quadrature element numbers its dofs cell by cell, in the order of the evaluation
-        values = expression.eval(self.stress.function_space.mesh, self._cells)
-        self.stress.x.array[: values.size] = values.ravel()
+        self._after.into(self.stress)

@@ -41,6 +41,26 @@ class Prescribed(Protocol):
         ...
 
 
+class Memory(Protocol):
+    """What a model remembers from its last accepted state besides the displacement."""
+
+    def follow(self, time_s: float, step_s: float) -> None:
+        """Take note of the time at the load step's end and of the step's length (s)."""
+        ...
+
+    def accept(self) -> None:
+        """The load step has converged: what is remembered becomes that of its end."""
+        ...
+
+    def values(self) -> dict[str, np.ndarray]:
+        """What is remembered, by name; copies."""
+        ...
+
+    def restore(self, values: Mapping[str, np.ndarray]) -> None:
+        """Remember what :meth:`values` gave."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Control:
     """A prescribed quantity: a constant of the potential and its unit's factor."""
@@ -70,6 +90,8 @@ class Model:
         controls: prescribed quantities by name with unit.
         contact: barrier contact, where there is any.
         bounds: limits of a Newton step besides contact.
+        memories: what the state has besides the displacement: internal variables, for one.
+        time_s: time at the load step's end.
     """
 
     domain: Domain
@@ -79,8 +101,10 @@ class Model:
     controls: dict[str, Prescribed]
     contact: BarrierContact | None = None
     bounds: Sequence[StepBound] = ()
+    memories: Sequence[Memory] = ()
     time_s: float = 0.0
     _clock: str = field(default="time_s", init=False)
+    _accepted_s: float = field(default=0.0, init=False)
 
     @property
     def comm(self) -> MPI.Comm:
@@ -98,11 +122,15 @@ class Model:
     def state(self) -> State:
         """A copy of the present state."""
         controls = {name: control.value for name, control in self.controls.items()}
-        return State(self.u.x.array.copy(), {**controls, self._clock: self.time_s})
+        history = {k: v for memory in self.memories for k, v in memory.values().items()}
+        return State(self.u.x.array.copy(), {**controls, self._clock: self.time_s}, history)
 
     def restore(self, state: State) -> None:
-        """Go back (or over) to ``state``."""
+        """Go back (or over) to ``state``, one that was accepted."""
         self.u.x.array[:] = state.displacement
+        self._accepted_s = state.controls.get(self._clock, self.time_s)
+        for memory in self.memories:
+            memory.restore(state.history)
         self.prescribe(state.controls)
 
     def prescribe(self, controls: Mapping[str, float]) -> None:
@@ -112,6 +140,16 @@ class Model:
                 self.time_s = value
             else:
                 self.controls[name].set(value)
+        step_s = max(self.time_s - self._accepted_s, 0.0)
+        for memory in self.memories:
+            memory.follow(self.time_s, step_s)
+
+    def accept_step(self) -> None:
+        """Take the present, converged state as the start of the next load step."""
+        for memory in self.memories:
+            memory.accept()
+        self._accepted_s = self.time_s
+        self.prescribe({})
 
     # -- Newton's operands ---------------------------------------------------------------------
 

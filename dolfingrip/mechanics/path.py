@@ -97,6 +97,7 @@ class LoadPath:
                 stiffness = self._stiffness((reach - done) * whole, good)
                 self._stiffest = max(self._stiffest, stiffness)
                 done, steps = reach, steps + 1
+                self.model.accept_step()
                 good = self.model.state()
                 if solve.iterations <= COMFORTABLE:
                     self._length = min(2 * self._length, 1.0)

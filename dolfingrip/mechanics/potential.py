@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-import basix
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -18,6 +17,7 @@ from dolfingrip.forms.kinematics import (
 )
 from dolfingrip.mechanics import jit
 from dolfingrip.mechanics.carried_stress import CarriedStress
+from dolfingrip.mechanics.points import AtPoints
 
 StrainEnergy = Callable[[Expr], Expr]
 """Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
@@ -74,16 +74,9 @@ class Potential:
         self.value, self.residual, self.tangent = (
             fem.form(form, jit_options=jit.options()) for form in (value, residual, tangent)
         )
-        self._jacobian = fem.Expression(
-            ufl.det(deformation_gradient(u)),
-            basix.make_quadrature(basix.CellType.tetrahedron, degree)[0],
-            jit_options=jit.options(),
-        )
-        self._u = u
-        cells = space.mesh.topology.index_map(3).size_local
-        self._cells = np.arange(cells, dtype=np.int32)
+        determinant = ufl.det(deformation_gradient(u))
+        self._jacobian = AtPoints(determinant, space.mesh, degree)
 
     def smallest_jacobian(self) -> float:
         """Smallest det F over this rank's integration points."""
-        values = self._jacobian.eval(self._u.function_space.mesh, self._cells)
-        return float(values.min(initial=np.inf))
+        return float(self._jacobian.values().min(initial=np.inf))

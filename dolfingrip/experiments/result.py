@@ -1,0 +1,91 @@
+"""What an experiment yields."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.keeper import COLUMNS, Row
+from dolfingrip.experiments.turning_point import TurningPoint
+from dolfingrip.mechanics.failure import Failure
+from dolfingrip.mechanics.model import Model
+from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.profile import Profile
+
+Kind = Literal["bending", "blocked_force"]
+"""Experiments on a finger."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlatePose:
+    """A point of the rigid plane (mm) and its normal towards the finger."""
+
+    point_mm: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+
+@dataclass(slots=True)
+class Result:
+    """What an experiment yielded.
+
+    Attributes:
+        kind: ``bending``, ``blocked_force`` or ``coupon``.
+        rows: one dictionary a landing, by column.
+        failure: why the path ended early, if it did; the rows up to there are good.
+        turning: of the blocked-force curve, where it turns.
+        plate: where the force sensor stood.
+        facts: contents of ``run.json`` besides the configuration.
+    """
+
+    kind: Kind | Literal["coupon"]
+    config: Config
+    rows: list[Row] = field(default_factory=list)
+    failure: Failure | None = None
+    turning: TurningPoint | None = None
+    plate: PlatePose | None = None
+    facts: dict[str, Any] = field(default_factory=dict)
+
+    def column(self, name: str) -> np.ndarray:
+        """(rows,) values of a column as floats, NaN where it is empty."""
+        return np.array([row.get(name, np.nan) for row in self.rows], dtype=float)
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The table by column."""
+        names = [name for name in COLUMNS if any(name in row for row in self.rows)]
+        return {name: [row.get(name) for row in self.rows] for name in names}
+
+
+def facts(
+    result: Result, model: Model, newton: Newton, profile: Profile, wall_s: float
+) -> dict[str, Any]:
+    """What ``run.json`` says besides the configuration."""
+    topology = model.domain.mesh.topology
+    return {
+        "experiment": result.kind,
+        "complete": result.failure is None,
+        "mesh": {
+            "elements": int(topology.index_map(3).size_global),
+            "dofs": model.dofs,
+            "half": model.domain.half,
+        },
+        "newton": {
+            "iterations": newton.iterations,
+            "factorisations": newton.factorisations,
+            "load_steps": sum(row["load_steps"] for row in result.rows),
+            "matrix_patterns": newton.tangent.patterns + 1,
+        },
+        "failure": None
+        if result.failure is None
+        else {
+            "kind": str(result.failure.kind),
+            "last_good": result.failure.last_good,
+            "sentence": result.failure.sentence(),
+        },
+        "turning_point": None if result.turning is None else asdict(result.turning),
+        "ranks": model.comm.size,
+        "wall_s": round(wall_s, 3),
+        "profile": profile.as_dict(),
+    }

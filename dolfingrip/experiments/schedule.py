@@ -1,0 +1,85 @@
+"""When an experiment is read: ramps, waits and cycles at given rates, or given times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from dolfingrip.config import Branch, Experiment, Protocol
+
+SPARSER = 3.0
+"""Ratio of the times of successive readings of a wait, since what relaxes does so ever slower."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One reading: what is prescribed and when.
+
+    Attributes:
+        value: prescribed, in the unit of what is led.
+        time_s: since the first reading.
+        branch: ``loading``, ``unloading`` or ``hold``.
+        cycle: from 1 on.
+    """
+
+    value: float
+    time_s: float
+    branch: Branch
+    cycle: int = 1
+
+
+def steps(largest: float, step: float) -> list[float]:
+    """Values from 0 in steps up to ``largest``, which is landed on in any case."""
+    values = [i * step for i in range(int(largest / step + 1e-9) + 1)]
+    if largest - values[-1] > 1e-9 * largest:
+        values.append(largest)
+    return values
+
+
+def waits(length_s: float, count: int) -> list[float]:
+    """Times after the start of a wait at which it is read, the last at its end."""
+    return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
+
+
+def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list[Reading]:
+    """Up through ``values`` from rest, and back where asked, so many times.
+
+    Args:
+        values: increasing from 0.
+        rate: change of the value per second.
+        experiment: cycles, waits and whether to unload.
+    """
+    found: list[Reading] = [Reading(values[0], 0.0, "loading")]
+
+    def ramp(targets: Sequence[float], branch: Branch, cycle: int) -> None:
+        for value in targets:
+            last = found[-1]
+            time_s = last.time_s + abs(value - last.value) / rate
+            found.append(Reading(value, time_s, branch, cycle))
+
+    def wait(length_s: float, cycle: int) -> None:
+        last = found[-1]
+        for after in waits(length_s, experiment.hold_readings):
+            found.append(Reading(last.value, last.time_s + after, "hold", cycle))
+
+    for cycle in range(1, experiment.cycles + 1):
+        ramp(values[1:], "loading", cycle)
+        wait(experiment.hold_s, cycle)
+        if experiment.unload or experiment.cycles > 1:
+            ramp(values[-2::-1], "unloading", cycle)
+            wait(experiment.rest_s, cycle)
+    return found
+
+
+def given(protocol: Protocol, values: Sequence[float]) -> list[Reading]:
+    """The readings that a protocol asks for, ``values`` being what it prescribes."""
+    found: list[Reading] = []
+    for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
+        before = values[i - 1] if i else 0.0
+        branch: Branch = "hold" if i and value == before else "loading"
+        if value < before:
+            branch = "unloading"
+        if protocol.branch:
+            branch = protocol.branch[i]
+        found.append(Reading(value, time_s, branch, protocol.cycle[i] if protocol.cycle else 1))
+    return found

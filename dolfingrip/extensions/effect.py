@@ -1,0 +1,137 @@
+"""What an effect is: a table of parameters with priors, and hooks by which it takes part.
+
+An effect's file imports no solver, since the configuration reads it: all it needs of one is
+handed to its hooks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import ufl
+from ufl.core.expr import Expr
+
+from dolfingrip.section import Section
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+    from dolfingrip.extensions.site import Site
+
+StrainEnergy = Callable[[Expr], Expr]
+"""Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
+
+Kind = Literal[
+    "elastic", "dissipative", "geometry", "set-up", "loading", "measurement", "numerical"
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """What is known of a parameter before anything is measured.
+
+    Attributes:
+        mean: expected value, in the unit of the parameter's name; of each entry of a list.
+        spread: standard deviation, likewise.
+        source: where it comes from; says so where it is an engineering guess.
+        positive: log-normal instead of normal.
+    """
+
+    mean: float
+    spread: float
+    source: str
+    positive: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """What enters one stage between regulator and cavity during one load step.
+
+    Attributes:
+        inlet_before_kPa: pressure at its inlet as the step starts.
+        inlet_kPa: as it ends; in between it changes linearly.
+        outlet_before_kPa: pressure at its outlet as the step starts.
+        time_s: as the step ends.
+        step_s: length of the step; 0 at rest.
+    """
+
+    inlet_before_kPa: float
+    inlet_kPa: float
+    outlet_before_kPa: float
+    time_s: float
+    step_s: float
+
+
+class Effect(Section):
+    """One effect: its parameters are the table's keys, each with a :class:`Prior`.
+
+    An effect overrides the hooks that it needs. The docstring of each says its equation, what
+    it looks like in angle and force (Fingerprint:) and what it is confused with
+    (Confused with:).
+
+    Attributes:
+        kind: what part of the model it belongs to.
+        neutral: values of its parameters at which it changes nothing.
+    """
+
+    kind: ClassVar[Kind]
+    neutral: ClassVar[Mapping[str, Any]]
+
+    # -- before anything is built ----------------------------------------------------------------
+
+    def adapt(self, config: Config) -> Config:
+        """``config`` with other geometry, mesh or solver; use ``config.changed``.
+
+        An effect that has this hook has no other: it is used up by it.
+        """
+        return config
+
+    # -- potential -------------------------------------------------------------------------------
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        """The strain energy density with this effect; ``base`` is the one without it.
+
+        Adds to, scales or replaces ``base``. A dissipative effect returns the incremental
+        potential of a load step, which depends on ``site``'s internal variables and step.
+        """
+        return base
+
+    def terms(self, site: Site) -> Sequence[ufl.Form]:
+        """More energies of a finger (mJ of the meshed part), as forms in ``site.u``.
+
+        May also change the set-up at hand: ``site.held``, ``site.plate``.
+        """
+        return ()
+
+    # -- loading and measurement -----------------------------------------------------------------
+
+    def outlet_kPa(self, flow: Flow) -> float:
+        """Pressure that leaves this stage towards the cavity as a load step ends."""
+        return flow.inlet_kPa
+
+    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
+        """Readings that are displayed wrongly, by column, from a row of those so far."""
+        return {}
+
+    # -- what is known of it ---------------------------------------------------------------------
+
+    @classmethod
+    def name(cls) -> str:
+        """Name of its table and of its file."""
+        return cls.__module__.rpartition(".")[2]
+
+    @classmethod
+    def has(cls, hook: str) -> bool:
+        """Whether it takes part by ``hook``."""
+        return getattr(cls, hook) is not getattr(Effect, hook)
+
+    @classmethod
+    def priors(cls) -> dict[str, Prior]:
+        """Prior of each parameter that has one."""
+        return {
+            key: prior
+            for key, info in cls.model_fields.items()
+            for prior in info.metadata
+            if isinstance(prior, Prior)
+        }

@@ -1,0 +1,45 @@
+"""The finger's own weight, and which way it hangs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Prior
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+
+
+class GravityPitch(Effect):
+    """Dead weight, with the direction of gravity in the plane of bending.
+
+    b = ρ g (sin φ, 0, cos φ) per reference volume: φ = 0 hangs the finger tip down, φ = 90° pulls
+    it towards the bellows, −90° towards the base layer. It sets the table ``gravity``, which may
+    be given itself for any direction.
+
+    Prior: 9.81 m/s², mounted within 3° of the intended direction (engineering guess).
+    Fingerprint: sag that the first reading hides, since angles are taken from the unpressurised
+    pose; the angle's slope differs as the finger turns into or out of gravity. Small for one
+    finger: its weight is about 0.2 N.
+    Confused with: permanent set, the angle's offset, a plate's gap.
+    """
+
+    kind: ClassVar = "set-up"
+    neutral: ClassVar = {"acceleration_m_s2": 0.0}
+
+    acceleration_m_s2: Annotated[float, Prior(9.81, 0.01, "standard gravity")] = Field(
+        9.81, ge=0, le=1000, description="of free fall"
+    )
+    pitch_deg: Annotated[float, Prior(0.0, 3.0, "engineering guess")] = Field(
+        0.0, ge=-180, le=180, description="from clamp-to-tip towards the bellows"
+    )
+
+    def adapt(self, config: Config) -> Config:
+        angle = math.radians(self.pitch_deg)
+        direction = [math.sin(angle), 0.0, math.cos(angle)]
+        return config.changed(
+            gravity={"acceleration_m_s2": self.acceleration_m_s2, "direction": direction}
+        )

@@ -1,0 +1,81 @@
+"""The effects there are, in the order in which they act on one another."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from pydantic import Field, create_model
+
+from dolfingrip.extensions.effect import Effect
+from dolfingrip.section import Section
+
+NAMES = (
+    # strain energies add; what comes later scales or remembers what came before
+    "mooney_rivlin",
+    "yeoh",
+    "prony",
+    # geometry
+    "wall_offset",
+    # set-up
+    "gravity_pitch",
+    # from the regulator to the cavity
+    "pressure_gain",
+    "line_lag",
+    # from the sensor to the table
+    "force_gain",
+)
+"""One line an effect: its file's name, which is its table's."""
+
+
+def effect(name: str) -> type[Effect]:
+    """The class in the file of an effect."""
+    module = importlib.import_module(f"dolfingrip.extensions.{name}")
+    (found,) = (
+        item
+        for item in vars(module).values()
+        if isinstance(item, type)
+        and issubclass(item, Effect)
+        and item.__module__ == module.__name__
+    )
+    return found
+
+
+EFFECTS: tuple[type[Effect], ...] = tuple(effect(name) for name in NAMES)
+
+
+class Switched(Section):
+    """Effects that the simple model leaves out; a table of its own switches each on."""
+
+    effects: ClassVar[tuple[type[Effect], ...]] = ()
+
+    def active(self, hook: str | None = None) -> Sequence[Any]:
+        """The effects that are on, in the index' order; those with ``hook`` only where given."""
+        found = (getattr(self, each.name()) for each in self.effects)
+        return [on for on in found if on is not None and (hook is None or on.has(hook))]
+
+    def without(self, hook: str) -> Self:
+        """The same with the effects that have ``hook`` switched off."""
+        return self.model_copy(update={on.name(): None for on in self.active(hook)})
+
+
+def table(effects: Iterable[type[Effect]]) -> type[Switched]:
+    """The section ``[extensions]`` with a table for each of ``effects``."""
+    effects = tuple(effects)
+    fields: dict[str, Any] = {
+        each.name(): (
+            each | None,
+            Field(None, description=(each.__doc__ or "").splitlines()[0]),
+        )
+        for each in effects
+    }
+    made = create_model("Extensions", __base__=Switched, __doc__=Switched.__doc__, **fields)
+    made.effects = effects
+    return made
+
+
+if TYPE_CHECKING:  # its fields are known as it runs only
+    Extensions = Switched
+else:
+    Extensions = table(EFFECTS)

@@ -1,0 +1,43 @@
+"""A thin, long line between regulator and cavity."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Flow, Prior
+
+
+class LineLag(Effect):
+    """A line through which the cavity fills with a delay.
+
+    τ dp_out/dt = p_in − p_out, integrated exactly for a p_in that is linear in each load step:
+    p_out = p_in − k τ + (p_out0 − p_in0 + k τ) exp(−Δt/τ), k = Δp_in/Δt. Starts at rest.
+
+    Prior: 0.3 ± 0.3 s, a metre of 2 to 4 mm tube (engineering guess).
+    Fingerprint: angle and force lag behind the pressure reading by rate · τ; a loop between loading
+    and unloading that closes within a few τ of a wait and vanishes at slow rates.
+    Confused with: viscoelasticity, which creeps at constant pressure over longer times.
+    """
+
+    kind: ClassVar = "loading"
+    neutral: ClassVar = {"tau_s": 0.0}
+
+    tau_s: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
+        0.3, ge=0, le=10_000, description="time constant of filling"
+    )
+
+    def outlet_kPa(self, flow: Flow) -> float:
+        if self.tau_s == 0:
+            return flow.inlet_kPa
+        if flow.step_s == 0:
+            return flow.outlet_before_kPa
+        behind = (flow.inlet_kPa - flow.inlet_before_kPa) / flow.step_s * self.tau_s
+        gone = math.exp(-flow.step_s / self.tau_s)
+        return (
+            flow.inlet_kPa
+            - behind
+            + (flow.outlet_before_kPa - flow.inlet_before_kPa + behind) * gone
+        )

@@ -1,0 +1,47 @@
+"""Softening at moderate strain: the second invariant in the strain energy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import Field
+from ufl.core.expr import Expr
+
+from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.forms import invariants
+
+if TYPE_CHECKING:
+    from dolfingrip.extensions.site import Site
+
+
+class MooneyRivlin(Effect):
+    """Softening at moderate strain (Mooney–Rivlin).
+
+    ψ += C₀₁ [(Ī₂ − 3) − (Ī₁ − 3)]: what Mooney–Rivlin has over neo-Hooke with the initial
+    shear modulus kept at ``material.mu_MPa``, so that C₁₀ = μ/2 − C₀₁ (Rivlin & Saunders, Phil.
+    Trans. R. Soc. A 243, 1951).
+
+    Prior: the nominal stresses of eight printed NinjaFlex coupons from 2 to 100 % strain fit
+    2 C₀₁/μ = 0.88, which is 1.3 MPa at the default modulus; its spread is an engineering guess.
+    Fingerprint: at low pressure angle and force are the base model's; as the walls stretch both
+    rise above it. Loading and unloading agree, at any rate.
+    Confused with: a smaller modulus or thinner walls, from readings at one pressure alone;
+    Mullins softening, which unloads on another curve.
+    """
+
+    kind: ClassVar = "elastic"
+    neutral: ClassVar = {"C01_MPa": 0.0}
+
+    C01_MPa: Annotated[
+        float,
+        Prior(1.3, 0.4, "printed NinjaFlex coupons; spread an engineering guess", positive=True),
+    ] = Field(1.3, ge=0, le=1000, description="C01 at a fixed initial shear modulus")
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        c01 = site.constant(self, "C01_MPa")
+
+        def density(strain: Expr) -> Expr:
+            first, second = invariants.isochoric(strain)
+            return base(strain) + c01 * (second - first)
+
+        return density

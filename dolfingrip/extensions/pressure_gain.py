@@ -1,0 +1,32 @@
+"""A regulator whose scale is off."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Flow, Prior
+
+
+class PressureGain(Effect):
+    """A regulator whose scale is off.
+
+    p_cavity = gain · p_regulator.
+
+    Prior: 1 ± 0.015, regulators being within 1 to 2 % of full scale.
+    Fingerprint: stretches the pressure axis of angle and force alike; touching bellows, the turning
+    point and the plate's first touch come at another pressure reading.
+    Confused with: the modulus together with the force's gain, exactly so without gravity: moduli
+    times c, pressure gain times c and force gain by 1/c change no reading.
+    """
+
+    kind: ClassVar = "loading"
+    neutral: ClassVar = {"gain": 1.0}
+
+    gain: Annotated[float, Prior(1.0, 0.015, "regulators, ±1 to 2 %", positive=True)] = Field(
+        1.02, gt=0, le=10, description="cavity pressure by regulator pressure"
+    )
+
+    def outlet_kPa(self, flow: Flow) -> float:
+        return self.gain * flow.inlet_kPa

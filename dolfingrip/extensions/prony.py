@@ -1,0 +1,90 @@
+"""Viscoelasticity: one to three Maxwell branches beside the elastic solid."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+from ufl.core.expr import Expr
+
+from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.forms import transient_network
+from dolfingrip.section import outside
+
+if TYPE_CHECKING:
+    from dolfingrip.extensions.site import Site
+
+BRANCHES = 3
+"""Most terms of the series."""
+
+
+class Prony(Effect):
+    """Viscoelasticity (Prony series, finite strain).
+
+    μ(t) = μ₀ (1 − Σ gᵢ (1 − exp(−t/τᵢ))) in shear, the bulk elastic. ``material.mu_MPa`` is the
+    relaxed modulus μ∞ = μ₀ (1 − Σ gᵢ); each branch is a transient network of modulus gᵢ μ₀ (see
+    :mod:`dolfingrip.forms.transient_network`), whose dissipation is never negative.
+
+    Prior: Σg 0.1 to 0.3 and τ from 1 to 1000 s for thermoplastic polyurethane.
+    Fingerprint: angle and force lag behind the pressure; loading and unloading form a loop whose
+    width depends on the rate; readings creep during a wait. Faster ramps read stiffer.
+    Confused with: Mullins softening (a loop that does not depend on the rate and shrinks after the
+    first cycle), line lag (a loop that closes as the pressure settles), friction between bellows.
+    """
+
+    kind: ClassVar = "dissipative"
+    neutral: ClassVar = {"g": [0.0]}
+
+    g: Annotated[
+        tuple[Annotated[float, Field(ge=0, lt=1)], ...],
+        Prior(0.2, 0.1, "thermoplastic polyurethane, 0.1 to 0.3 in all", positive=True),
+    ] = Field(
+        (0.2,),
+        strict=False,
+        min_length=1,
+        max_length=BRANCHES,
+        description="part of the instantaneous shear modulus that relaxes, by branch",
+    )
+    tau_s: Annotated[
+        tuple[Annotated[float, Field(gt=0)], ...],
+        Prior(30.0, 60.0, "thermoplastic polyurethane, 1 to 1000 s", positive=True),
+    ] = Field(
+        (10.0,),
+        strict=False,
+        min_length=1,
+        max_length=BRANCHES,
+        description="relaxation time, by branch",
+    )
+
+    @model_validator(mode="after")
+    def _branches(self) -> Self:
+        if len(self.tau_s) != len(self.g):
+            raise outside(
+                "tau_s", list(self.tau_s), f"allowed: as many numbers as g has, {len(self.g)}"
+            )
+        if sum(self.g) >= 1:
+            raise outside("g", list(self.g), "allowed: numbers whose sum is below 1")
+        return self
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        g, tau = site.constant(self, "g"), site.constant(self, "tau_s")
+        instantaneous = site.mu / (1 - sum(g[i] for i in range(len(self.g))))
+        rest = np.eye(3)
+        c_inverse = site.remember(self, "C_inverse", rest)
+        branches = []
+        for i in range(len(self.g)):
+            a = site.remember(self, f"A{i + 1}", rest)
+            now, c_now = transient_network.update(site.strain, a, c_inverse, site.step_s, tau[i])
+            site.history.evolve(a, now)
+            branches.append((g[i] * instantaneous, a, tau[i]))
+        site.history.evolve(c_inverse, c_now)
+
+        def density(strain: Expr) -> Expr:
+            over = [
+                transient_network.energy(strain, modulus, a, c_inverse, site.step_s, time)
+                for modulus, a, time in branches
+            ]
+            return base(strain) + sum(over[1:], start=over[0])
+
+        return density

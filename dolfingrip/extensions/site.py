@@ -1,0 +1,83 @@
+"""What effects are handed as a model is built."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from petsc4py import PETSc
+from ufl.core.expr import Expr
+
+from dolfingrip.config import Config
+from dolfingrip.extensions.effect import Effect, StrainEnergy
+from dolfingrip.forms.kinematics import green_lagrange
+from dolfingrip.mechanics.domain import Domain
+from dolfingrip.mechanics.history import History
+from dolfingrip.mechanics.plate import RigidPlate
+
+
+@dataclass(slots=True)
+class Site:
+    """The model under construction.
+
+    Attributes:
+        config: all that the simulation depends on.
+        domain: reference configuration.
+        u: displacement (mm).
+        mu, lmbda: the base material's moduli (MPa).
+        history: internal variables; the time and step as constants; the displacement before.
+        plate: where one faces the finger.
+        held: regions whose displacement is held at 0, by axis; an effect may take some out
+            and put a term of its own in their place.
+        parameters: constants of the potential by name, that sensitivities are taken to.
+    """
+
+    config: Config
+    domain: Domain
+    u: fem.Function
+    mu: fem.Constant
+    lmbda: fem.Constant
+    history: History
+    plate: RigidPlate | None = None
+    held: dict[int, list[str]] = field(default_factory=dict)
+    parameters: dict[str, fem.Constant] = field(default_factory=dict)
+
+    @property
+    def strain(self) -> Expr:
+        """Green–Lagrange strain at the load step's end, (3, 3)."""
+        return green_lagrange(self.u)
+
+    @property
+    def step_s(self) -> Expr:
+        """Length of the load step (s), 0 where no time passes."""
+        return self.history.step_s
+
+    @property
+    def time_s(self) -> Expr:
+        """Time at the load step's end (s)."""
+        return self.history.time_s
+
+    def constant(self, effect: Effect, key: str) -> Expr:
+        """A parameter of ``effect`` as a constant of the potential; a list as a vector."""
+        value = np.asarray(getattr(effect, key), dtype=PETSc.ScalarType)
+        made = fem.Constant(self.domain.mesh, value)
+        self.parameters[f"extensions.{effect.name()}.{key}"] = made
+        return made
+
+    def remember(self, effect: Effect, name: str, initial: np.ndarray | float) -> fem.Function:
+        """A new internal variable at the integration points, ``initial`` at first."""
+        return self.history.variable(f"{effect.name()}.{name}", initial)
+
+    def strain_energy(self, base: StrainEnergy) -> StrainEnergy:
+        """``base`` with all effects on it."""
+        for effect in self.config.extensions.active("strain_energy"):
+            base = effect.strain_energy(base, self)
+        return base
+
+    def terms(self) -> list[ufl.Form]:
+        """Further energies of all effects."""
+        return [
+            term for effect in self.config.extensions.active("terms") for term in effect.terms(self)
+        ]

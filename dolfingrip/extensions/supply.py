@@ -1,0 +1,72 @@
+"""The way from the regulator to the cavity: a control whose stages are effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from dolfingrip.extensions.effect import Effect, Flow
+from dolfingrip.mechanics.model import Control
+
+NAME = "supply_kPa"
+
+
+class Supply:
+    """Regulator pressure, led by a path, and the cavity's, which stages make of it.
+
+    A control and a memory of the model: what stands at each stage as a load step starts is
+    part of the state.
+
+    Args:
+        cavity: the cavity's pressure.
+        stages: effects with ``outlet_kPa``, from regulator to cavity.
+    """
+
+    def __init__(self, cavity: Control, stages: Sequence[Effect]) -> None:
+        self._cavity = cavity
+        self._stages = stages
+        self._regulator_kPa = 0.0
+        # no pressure is under way at first
+        self._before = self._pass(np.full(len(stages) + 1, np.nan), 0.0, 0.0)
+        self._now = self._before.copy()
+        cavity.set(self._now[-1])
+
+    def _pass(self, before: np.ndarray, time_s: float, step_s: float) -> np.ndarray:
+        """Pressure at the regulator and behind each stage; NaN before is none under way."""
+        now = np.full_like(before, self._regulator_kPa)
+        for i, stage in enumerate(self._stages):
+            earlier = np.where(np.isnan(before[i : i + 2]), now[i], before[i : i + 2])
+            flow = Flow(float(earlier[0]), float(now[i]), float(earlier[1]), time_s, step_s)
+            now[i + 1] = stage.outlet_kPa(flow)
+        return now
+
+    # -- as a control ----------------------------------------------------------------------------
+
+    @property
+    def value(self) -> float:
+        """Pressure at the regulator (kPa)."""
+        return self._regulator_kPa
+
+    def set(self, value: float) -> None:
+        """Prescribe ``value`` at the regulator; the cavity's follows with the time."""
+        self._regulator_kPa = value
+
+    # -- as a memory -----------------------------------------------------------------------------
+
+    def follow(self, time_s: float, step_s: float) -> None:
+        """Set the cavity's pressure at the load step's end."""
+        self._now = self._pass(self._before, time_s, step_s)
+        self._cavity.set(self._now[-1])
+
+    def accept(self) -> None:
+        """What stands at each stage is what the next load step starts from."""
+        self._before = self._now.copy()
+
+    def values(self) -> dict[str, np.ndarray]:
+        """Pressure at the regulator and behind each stage at the step's start."""
+        return {NAME: self._before.copy()}
+
+    def restore(self, values: Mapping[str, np.ndarray]) -> None:
+        """Go back to what stood at each stage."""
+        self._before = values[NAME].copy()

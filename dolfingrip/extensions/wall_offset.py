@@ -1,0 +1,41 @@
+"""Walls printed thicker or thinner than drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.complaint import ConfigError
+from dolfingrip.extensions.effect import Effect, Prior
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+
+
+class WallOffset(Effect):
+    """Walls thicker or thinner than drawn.
+
+    wall = ``finger.wall_mm`` + offset, inwards: the outside stays as it is. Meshed anew.
+
+    Prior: 0 ± 0.15 mm, the 5 to 15 % that printed walls are off (of 1.6 mm).
+    Fingerprint: angle and force by nearly the same factor at all pressures; about twice the
+    relative change of the wall, as walls bend and stretch. Loading and unloading agree.
+    Confused with: the modulus and the pressure's gain, which scale angle and force otherwise
+    relative to one another.
+    """
+
+    kind: ClassVar = "geometry"
+    neutral: ClassVar = {"offset_mm": 0.0}
+
+    offset_mm: Annotated[float, Prior(0.0, 0.15, "walls ±5 to 15 % as printed")] = Field(
+        0.1, ge=-10, le=10, description="added to finger.wall_mm"
+    )
+
+    def adapt(self, config: Config) -> Config:
+        if config.mesh.file is not None:
+            raise ConfigError(
+                f"extensions.wall_offset.offset_mm = {self.offset_mm:g}: allowed: with a finger "
+                "from dimensions only; mesh.file has its walls"
+            )
+        return config.changed(finger={"wall_mm": config.finger.wall_mm + self.offset_mm})

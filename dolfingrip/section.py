@@ -1,0 +1,22 @@
+"""A table of the configuration: what all sections and model extensions have in common."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+"""TOML's arrays are lists; the numbers in them stay checked."""
+
+
+class Section(BaseModel):
+    """A table of the TOML file: no unknown keys, no silent conversions, immutable."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+
+def outside(key: str, value: object, allowed: str) -> PydanticCustomError:
+    """What a validator raises about ``key``, a key of the section or below it."""
+    return PydanticCustomError("geometry", f"{key} = {value}: {allowed}")

@@ -1,0 +1,24 @@
+"""Isochoric invariants of the right Cauchy–Green tensor."""
+
+import ufl
+from ufl.core.expr import Expr
+
+
+def right_cauchy_green(strain: Expr) -> Expr:
+    """C = 2E + I, (3, 3), of the Green–Lagrange strain."""
+    return 2 * strain + ufl.Identity(3)
+
+
+def isochoric_tensor(strain: Expr) -> Expr:
+    """C̄ = J^(−2/3) C, (3, 3), whose determinant is 1."""
+    c = right_cauchy_green(strain)
+    return ufl.det(c) ** (-1 / 3) * c
+
+
+def isochoric(strain: Expr) -> tuple[Expr, Expr]:
+    """Ī₁ − 3 and Ī₂ − 3 with Ī₁ = tr C̄ and Ī₂ = ½ (Ī₁² − tr C̄²) (Holzapfel, Nonlinear Solid
+    Mechanics, 2000, eq. 6.109)."""
+    c = isochoric_tensor(strain)
+    first = ufl.tr(c)
+    second = (first**2 - ufl.inner(c, c)) / 2
+    return first - 3, second - 3

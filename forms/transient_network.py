@@ -1,0 +1,55 @@
+"""Viscous overstress of a network whose chains detach and attach anew: a Maxwell branch.
+
+    ψ = m/2 (A : C̄ − ln det A − 3),   dA/dt = (C̄⁻¹ − A)/τ,
+
+with A an internal metric that follows C̄⁻¹ with the relaxation time τ (Green & Tobolsky, J. Chem.
+Phys. 14, 1946; as an internal variable: Linder, Tkachuk & Miehe, J. Mech. Phys. Solids 59, 2011).
+At small strain it is a Maxwell element of shear modulus m; a step of strain relaxes exactly by
+exp(−t/τ) at any strain. Its dissipation m/(2τ) (tr X + tr X⁻¹ − 6), X = C̄A, is never negative.
+
+Within a load step of length Δt, C̄⁻¹ taken as linear in time,
+
+    A' = r A + s C̄₀⁻¹ + (1 − r − s) C̄⁻¹,   r = exp(−Δt/τ),   s = (1 − r) τ/Δt − r.
+
+The last part gives no stress, since C̄⁻¹ : dC̄ = d ln det C̄ = 0, so the step's incremental
+potential is m/2 (r A + s C̄₀⁻¹) : C̄: its stress is that at A', second-order accurate, and its
+tangent symmetric.
+"""
+
+import ufl
+from ufl.core.expr import Expr
+
+from dolfingrip.forms.invariants import isochoric_tensor
+
+
+def weights(step: Expr, tau: Expr) -> tuple[Expr, Expr]:
+    """r and s of a step of length ``step`` (s), of which may be 0; both are numbers (–)."""
+    x = step / tau
+    r = ufl.exp(-x)
+    # (1 − r)/x loses its digits at small x
+    series = 1 - x / 2 + x**2 / 6 - x**3 / 24
+    mean = ufl.conditional(ufl.lt(x, 1e-3), series, (1 - r) / ufl.max_value(x, 1e-3))
+    return r, mean - r
+
+
+def energy(strain: Expr, modulus: Expr, a: Expr, c_inverse: Expr, step: Expr, tau: Expr) -> Expr:
+    """Incremental potential of a load step per reference volume (mJ/mm³).
+
+    Args:
+        strain: Green–Lagrange strain at the step's end, (3, 3).
+        modulus: m (MPa).
+        a: A at the step's start, (3, 3).
+        c_inverse: C̄₀⁻¹ at the step's start, (3, 3).
+        step: Δt (s).
+        tau: relaxation time (s).
+    """
+    r, s = weights(step, tau)
+    pull = ufl.inner(r * a + s * c_inverse, isochoric_tensor(strain))
+    return modulus / 2 * (pull - 3 * (r + s))
+
+
+def update(strain: Expr, a: Expr, c_inverse: Expr, step: Expr, tau: Expr) -> tuple[Expr, Expr]:
+    """A' and C̄⁻¹ at the step's end, (3, 3) each."""
+    r, s = weights(step, tau)
+    now = ufl.inv(isochoric_tensor(strain))
+    return r * a + s * c_inverse + (1 - r - s) * now, now
