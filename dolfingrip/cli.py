@@ -13,6 +13,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
+from dolfingrip import protocol as protocols
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design import (
     doe_commands,
@@ -22,6 +23,7 @@ from dolfingrip.design import (
     study_command,
     train_command,
 )
+from dolfingrip.extensions import listing
 from dolfingrip.options import ConfigFile, Overrides, console
 
 if TYPE_CHECKING:
@@ -46,12 +48,19 @@ Colour = Annotated[
 ]
 
 
+ProtocolOption = Annotated[
+    Path | None,
+    typer.Option("--protocol", help="TOML of ramps and waits, or a measurement's CSV."),
+]
+
+
 app.command("morph")(morph_command.morph)
 app.add_typer(doe_commands.app, name="doe")
 app.command("train")(train_command.train)
 app.command("optimise")(optimise_command.optimise)
 app.command("study")(study_command.study)
 app.command("reproduce")(reproduce_command.reproduce)
+app.command("extensions")(listing.extensions)
 
 
 @app.callback()
@@ -90,9 +99,10 @@ def bend(
     overrides: Overrides = None,
     render: Renders = None,
     colour_by: Colour = "displacement",
+    protocol: ProtocolOption = None,
 ) -> None:
     """Free bending: the tip's angle against pressure."""
-    _experiment("bending", config, overrides, out, render, colour_by)
+    _experiment("bending", config, overrides, out, render, colour_by, protocol)
 
 
 @app.command()
@@ -102,9 +112,58 @@ def force(
     overrides: Overrides = None,
     render: Renders = None,
     colour_by: Colour = "displacement",
+    protocol: ProtocolOption = None,
 ) -> None:
     """Blocked force: the tip against the force sensor's plate."""
-    _experiment("blocked_force", config, overrides, out, render, colour_by)
+    _experiment("blocked_force", config, overrides, out, render, colour_by, protocol)
+
+
+@app.command()
+def cycle(
+    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/cycle"),
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+    cycles: Annotated[int, typer.Option(help="How often up and down.")] = 2,
+    pressure: Annotated[
+        float | None, typer.Option("--pressure-kPa", help="Highest pressure (kPa).")
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option("--rate-kPa-per-s", help="Of the ramps (kPa/s).")
+    ] = None,
+    hold: Annotated[
+        float | None, typer.Option("--hold-s", help="Wait at the highest pressure (s).")
+    ] = None,
+    blocked: Annotated[
+        bool, typer.Option("--blocked", help="Against the force sensor's plate.")
+    ] = False,
+    render: Renders = None,
+    colour_by: Colour = "displacement",
+) -> None:
+    """Pressurise and vent again and again."""
+    asked = {
+        "cycles": cycles,
+        "max_pressure_kPa": pressure,
+        "rate_kPa_per_s": rate,
+        "hold_s": hold,
+        "unload": "true",
+    }
+    more = [f"experiment.{key}={value}" for key, value in asked.items() if value is not None]
+    kind: Kind = "blocked_force" if blocked else "bending"
+    _experiment(kind, config, [*(overrides or ()), *more], out, render, colour_by, None)
+
+
+@app.command()
+def coupon(
+    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/coupon"),
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+    protocol: ProtocolOption = None,
+) -> None:
+    """Uniaxial tension of the material: nominal stress against strain."""
+    from dolfingrip.commands import run_coupon
+
+    poses = _poses("coupon", config, overrides, out, protocol)
+    _exit(*[run_coupon(resolved, folder, console()) for folder, resolved in poses])
 
 
 @app.command()
@@ -127,11 +186,35 @@ def _experiment(
     out: Path,
     render: str | None,
     colour_by: str,
+    protocol: Path | None,
 ) -> None:
     from dolfingrip.commands import run_experiment
 
-    resolved: Config = configuration.load(config, overrides or ())
-    _exit(run_experiment(kind, resolved, out, render, colour_by, console()))
+    poses = _poses(kind, config, overrides, out, protocol)
+    _exit(
+        *[
+            run_experiment(kind, resolved, folder, render, colour_by, console())
+            for folder, resolved in poses
+        ]
+    )
+
+
+def _poses(
+    experiment: str,
+    config: Path | None,
+    overrides: list[str] | None,
+    out: Path,
+    protocol: Path | None,
+) -> list[tuple[Path, Config]]:
+    """Folder and configuration of each set-up that the protocol asks for."""
+    if protocol is None:
+        return [(out, configuration.load(config, overrides or ()))]
+    table, poses = protocols.read(protocol, experiment)
+    settings = [
+        (out / pose.name, configuration.load(config, [*(overrides or ()), *pose.set]))
+        for pose in poses
+    ] or [(out, configuration.load(config, overrides or ()))]
+    return [(folder, resolved.changed(protocol=table)) for folder, resolved in settings]
 
 
 def _exit(*results: Result) -> None:

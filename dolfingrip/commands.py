@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import landings, landings_kPa, run
+from dolfingrip.experiments import coupon, landings, landings_kPa, run
 from dolfingrip.experiments.run import Kind, Result, Row
 from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.domain import on_root
@@ -21,9 +21,13 @@ from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
 from dolfingrip.options import check_writable
 from dolfingrip.report import curve, render
-from dolfingrip.report.table import tabulate
+from dolfingrip.report.table import tabulate, tabulate_coupon
 
-TITLES = {"bending": "Free bending", "blocked_force": "Blocked force"}
+TITLES = {
+    "bending": "Free bending",
+    "blocked_force": "Blocked force",
+    "coupon": "Uniaxial tension",
+}
 KINDS: tuple[Kind, ...] = get_args(Kind)
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
@@ -56,6 +60,21 @@ def run_experiment(
     on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, quantity, console))
     if MPI.COMM_WORLD.rank == 0:
         _print(result, out, console)
+    return result
+
+
+def run_coupon(config: Config, out: Path, console: Console) -> Result:
+    """Pull the coupon, print its table and plot its curve."""
+    check_writable(out)
+    with _bar(TITLES["coupon"], len(coupon.readings(config)), console) as advance:
+        result = coupon.run(config, out=out, progress=advance)
+    if MPI.COMM_WORLD.rank == 0:
+        if result.rows:
+            columns = result.columns()
+            curve.plot_coupon(columns, out / "curve.png")
+            console.print(tabulate_coupon(columns, title=TITLES["coupon"]))
+        _print_remarks(result, console)
+        console.print(f"results: {out}", soft_wrap=True)
     return result
 
 
@@ -138,7 +157,8 @@ def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], N
         task = progress.add_task(title, total=total, note="mesh and forms")
 
         def advance(row: Row) -> None:
-            progress.update(task, advance=1, note=f"{row['pressure_kPa']:g} kPa")
+            led = "pressure_kPa" if "pressure_kPa" in row else "displacement_mm"
+            progress.update(task, advance=1, note=f"{row[led]:g} {led.rpartition('_')[2]}")
 
         yield advance
 

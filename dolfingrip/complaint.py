@@ -49,7 +49,7 @@ def unit(key: str) -> str:
 def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, Any]) -> str:
     """The first complaint of pydantic about ``data``, which should have made a ``root``."""
     first = error.errors()[0]
-    # the numbers are places in a vector, which is named as a whole
+    # the numbers are places in a list, which is named as a whole
     location = [str(part) for part in first["loc"] if not isinstance(part, int)]
     key = ".".join(location)
     if first["type"] == "extra_forbidden":
@@ -57,8 +57,11 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
     if first["type"] == "geometry":
         return f"{key}.{first['msg']}" if key else str(first["msg"])
     value: Any = data
-    for part in location:
-        value = value[part]
+    last = max(i for i, part in enumerate(first["loc"]) if not isinstance(part, int))
+    for place in first["loc"][: last + 1]:
+        if first["type"] == "missing" and place not in value:
+            return f"{key}: missing; {_reason('missing', location, root)}"
+        value = value[place]
     return f"{key} = {shown(value)}: {_reason(first['type'], location, root)}"
 
 
@@ -81,6 +84,8 @@ def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
         return "allowed: a file's path in quotes"
     if get_origin(hint) is tuple:
         return f"allowed: {_entries(hint, info)}"
+    if hint is str:
+        return "allowed: a text in quotes"
     what = "integer" if hint is int else "number"
     allowed = bounds(info, location[-1])
     if kind.startswith(("greater", "less")):
@@ -142,6 +147,8 @@ def _fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
     model: Any = root
     for name in sections:
         model = _bare(model.model_fields[name].annotation)
+        if get_origin(model) is tuple:  # a list of tables
+            model = get_args(model)[0]
     return dict(model.model_fields)
 
 
@@ -152,7 +159,7 @@ def _unknown(location: Sequence[str], root: type[BaseModel]) -> str:
     elsewhere = [
         f"{section}.{name}"
         for section, info in root.model_fields.items()
-        if name in info.annotation.model_fields  # type: ignore[union-attr]
+        if name in getattr(info.annotation, "model_fields", ())
     ]
     if elsewhere:
         meant = " or ".join(elsewhere)

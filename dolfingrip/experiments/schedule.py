@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dolfingrip.config import Branch, Experiment, Protocol
-
-SPARSER = 3.0
-"""Ratio of the times of successive readings of a wait, since what relaxes does so ever slower."""
+from dolfingrip.protocol import waits
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +32,6 @@ def steps(largest: float, step: float) -> list[float]:
     if largest - values[-1] > 1e-9 * largest:
         values.append(largest)
     return values
-
-
-def waits(length_s: float, count: int) -> list[float]:
-    """Times after the start of a wait at which it is read, the last at its end."""
-    return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
 
 
 def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list[Reading]:

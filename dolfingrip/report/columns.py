@@ -62,9 +62,8 @@ def branches(table: Columns) -> npt.NDArray[np.str_]:
 
     Where the column is absent every row is ``loading``: nothing then tells them apart.
     """
-    rows = len(list(table["pressure_kPa"]))
     if "branch" not in table:
-        return np.array(["loading"] * rows, dtype=np.str_)
+        return np.array(["loading"] * len(list(table["pressure_kPa"])), dtype=np.str_)
     names = [entry if isinstance(entry, str) and entry else "loading" for entry in table["branch"]]
     return np.array(names, dtype=np.str_)
 

@@ -104,15 +104,35 @@ def plot_blocked_force(
     return path
 
 
+def plot_coupon(result: Columns, path: Path) -> Path:
+    """Draw nominal stress against nominal strain.
+
+    Parameters
+    ----------
+    result
+        Columns ``nominal_strain`` (–) and ``nominal_stress_MPa``, and ``branch`` where known.
+    path
+        PNG to write (6 in × 4 in).
+
+    Raises
+    ------
+    ValueError
+        One line naming a column that is missing.
+    """
+    with _axes(path, "Nominal stress (MPa)", "Nominal strain (–)") as axes:
+        _draw(axes, result, "nominal_stress_MPa", "simulation", BLUE, "o", over="nominal_strain")
+    return path
+
+
 @contextmanager
-def _axes(path: Path, label: str) -> Iterator[Axes]:
-    """Axes over pressure; saved on leaving, with limits that include the origin."""
+def _axes(path: Path, label: str, over: str = "Pressure (kPa)") -> Iterator[Axes]:
+    """Axes over pressure or ``over``; saved on leaving, with limits that include the origin."""
     with figure_theme():
         # A figure of its own rather than pyplot's: nothing is left open, no backend is chosen.
         figure = Figure(figsize=SIZE_IN, layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
-        axes.set(xlabel="Pressure (kPa)", ylabel=label)
+        axes.set(xlabel=over, ylabel=label)
         yield axes
         # From the origin on, but for readings truly below it (more than a fit's or sensor's noise).
         if axes.dataLim.x0 >= -0.01 * axes.dataLim.width:
@@ -124,9 +144,17 @@ def _axes(path: Path, label: str) -> Iterator[Axes]:
         figure.savefig(path)
 
 
-def _draw(axes: Axes, result: Columns, name: str, label: str, colour: str, marker: str) -> None:
+def _draw(
+    axes: Axes,
+    result: Columns,
+    name: str,
+    label: str,
+    colour: str,
+    marker: str,
+    over: str = "pressure_kPa",
+) -> None:
     """One column, a line for each branch; lines of branches join where the branch turns."""
-    pressure, values = required(result, "pressure_kPa"), required(result, name)
+    pressure, values = required(result, over), required(result, name)
     branch = branches(result)
     present = list(dict.fromkeys(branch))
     for kind in present:

@@ -79,6 +79,28 @@ def tabulate(
     return table
 
 
+def tabulate_coupon(coupon: Columns, *, title: str | None = None) -> Table:
+    """Strain, stress and force of a coupon, one row a reading, as in ``result.csv``."""
+    table = Table(title=title)
+    columns = (
+        ("time_s", "Time (s)", ".1f"),
+        ("displacement_mm", "Travel (mm)", ".2f"),
+        ("nominal_strain", "Nominal strain (–)", ".3f"),
+        ("nominal_stress_MPa", "Nominal stress (MPa)", ".3f"),
+        ("force_N", "Force (N)", ".2f"),
+    )
+    table.add_column("Branch")
+    for _, heading, _ in columns:
+        table.add_column(heading, justify="right")
+    values = [required(coupon, name) for name, _, _ in columns]
+    for i, branch in enumerate(branches(coupon)):
+        cells = (
+            _format(float(v[i]), form) for v, (_, _, form) in zip(values, columns, strict=True)
+        )
+        table.add_row(str(branch), *cells)
+    return table
+
+
 def _format(value: float, form: str) -> str:
     text = format(value, form)
     return text.lstrip("-") if float(text) == 0 else text  # no "-0.00"

@@ -1,0 +1,98 @@
+"""What every effect in the index must have and do; a new one is tested here by being there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from extensions import trial
+
+from dolfingrip import complaint
+from dolfingrip.experiments import Result, run
+from dolfingrip.extensions.effect import Effect
+from dolfingrip.extensions.index import EFFECTS, NAMES
+
+ORDINARY = {"g", "gain"}
+"""Parameters without a unit."""
+
+HOOKS = ("adapt", "strain_energy", "terms", "outlet_kPa", "reading")
+
+TWO_CYCLES = (
+    "contact.self_contact=false",
+    "experiment.max_pressure_kPa=20",
+    "experiment.step_kPa=20",
+    "experiment.cycles=2",
+    "experiment.hold_s=2",
+    "experiment.hold_readings=1",
+)
+READINGS = ("angle_deg", "force_N", "tip_x_mm", "tip_z_mm", "cavity_volume_mm3")
+
+every = pytest.mark.parametrize("effect", EFFECTS, ids=NAMES)
+
+
+def blocked(effect: type[Effect] | None, *overrides: str, neutral: bool = False) -> Result:
+    """Two cycles against the plate."""
+    on = {} if effect is None else {effect: effect.neutral if neutral else {}}
+    return run("blocked_force", trial.configured(on, *overrides), comm=trial.SELF)
+
+
+@pytest.fixture(scope="module")
+def base() -> Result:
+    """The model without any effect."""
+    return blocked(None, *TWO_CYCLES, *trial.STRICT)
+
+
+@every
+def test_says_what_it_is(effect: type[Effect]) -> None:
+    text = effect.__doc__ or ""
+    for part in ("Prior:", "Fingerprint:", "Confused with:"):
+        assert part in text, part
+    assert any(sign in text for sign in "=←+"), "no equation"
+    assert effect.kind
+    assert any(effect.has(hook) for hook in HOOKS)
+    assert not (effect.has("adapt") and sum(effect.has(hook) for hook in HOOKS) > 1)
+    assert set(effect.model_fields) == set(effect.priors()), "a parameter without a prior"
+    for key, prior in effect.priors().items():
+        assert prior.source
+        assert prior.spread > 0
+        assert not prior.positive or prior.mean > 0
+        assert complaint.unit(key) or key in ORDINARY, key
+    for info in effect.model_fields.values():
+        assert info.description
+
+
+@every
+def test_derivatives(effect: type[Effect]) -> None:
+    if not (effect.has("strain_energy") or effect.has("terms")):
+        pytest.skip("takes no part in the potential")
+    finger = trial.stirred(trial.configured({effect: {}}, "plate.gap_mm=30", *TWO_CYCLES))
+    assert f"extensions.{effect.name()}" in " ".join(finger.parameters)
+    energy, residual = trial.orders(finger)
+    assert energy > 1.9
+    assert residual > 1.9
+
+
+@every
+def test_neutral_is_the_base_model(effect: type[Effect], base: Result) -> None:
+    """To where Newton's iterations end: 1e-12 of the residual."""
+    found = blocked(effect, *TWO_CYCLES, *trial.STRICT, neutral=True)
+    assert found.failure is None
+    for name in READINGS:
+        expected = base.column(name)
+        scale = np.abs(expected).max()
+        assert scale > 0
+        np.testing.assert_allclose(found.column(name), expected, rtol=0, atol=1e-9 * scale)
+
+
+@every
+def test_two_cycles_without_a_failed_step(effect: type[Effect], base: Result) -> None:
+    found = blocked(effect, *TWO_CYCLES)
+    assert found.failure is None
+    assert found.column("cycle").max() == 2
+    # one load step for each reading: none was cut
+    assert found.column("load_steps").max() == 1
+    # it does something
+    changes = [
+        np.abs(found.column(name) - base.column(name)).max() / np.abs(base.column(name)).max()
+        for name in READINGS
+    ]
+    assert max(changes) > 1e-6

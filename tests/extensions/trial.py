@@ -1,0 +1,106 @@
+"""What every effect is put through, on a short coarse finger against the plate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from experiments import small
+from mechanics import taylor
+from mpi4py import MPI
+from pydantic import create_model
+
+from dolfingrip.config import Config, checked
+from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.extensions.effect import Effect
+from dolfingrip.extensions.index import EFFECTS, table
+
+SEED = 5
+STRICT = ("solver.rtol=1e-12", "solver.atol_N=1e-11")
+"""Iterated until rounding, lest a comparison show where Newton's method was stopped."""
+
+
+def configured(
+    on: Mapping[type[Effect], Mapping[str, Any]], *overrides: str, finger: Any = small.short
+) -> Config:
+    """A short finger's configuration with effects, be they in the index or not.
+
+    Args:
+        on: parameters of each effect that is switched on.
+        overrides: as with ``--set``.
+        finger: configuration of the finger from overrides.
+    """
+    known = dict.fromkeys([*EFFECTS, *on])
+    section: Any = table(known)
+    root = create_model("Config", __base__=Config, extensions=(section, section()))
+    data = finger(*overrides).model_dump(exclude_none=True)
+    data["extensions"] = {effect.name(): dict(values) for effect, values in on.items()}
+    return checked(root, data)
+
+
+def stirred(settings: Config) -> FingerModel:
+    """The finger in the middle of a second load step, its displacement and history irregular."""
+    print("seed", SEED)
+    finger = small.model(settings, plate=True)
+    rng = np.random.default_rng(SEED)
+    nodes = finger.model.u.function_space.tabulate_dof_coordinates()
+    # every element strained by some per cent, and each differently
+    for time_s in (1.0, 2.5):
+        strain = 0.03 * rng.uniform(-1, 1, (3, 3))
+        waves = 0.03 * np.sin(nodes @ rng.uniform(-1, 1, (3, 3)))
+        finger.model.u.x.array[:] = (nodes @ strain + waves).ravel()
+        finger.model.prescribe({"pressure_kPa": 20 * time_s, "time_s": time_s})
+        if time_s == 1.0:
+            finger.model.accept_step()
+    return finger
+
+
+def orders(finger: FingerModel) -> tuple[float, float]:
+    """Smallest orders of the Taylor remainders of energy and residual along a direction.
+
+    Both are 2 where the residual is the energy's derivative and the tangent the residual's.
+    """
+    model, potential = finger.model, finger.model.potential
+    start = model.u.x.array.copy()
+    nodes = model.u.function_space.tabulate_dof_coordinates()
+    rng = np.random.default_rng(SEED + 1)
+    along = 0.02 * (nodes @ rng.uniform(-1, 1, (3, 3)) + np.cos(nodes @ rng.uniform(-1, 1, (3, 3))))
+    direction = fem_petsc.create_vector(potential.residual)
+    direction.array[:] = along.ravel()
+
+    def at(step: float) -> None:
+        model.u.x.array[:] = start + step * along.ravel()
+
+    def energy(step: float) -> float:
+        at(step)
+        return float(fem.assemble_scalar(potential.value))
+
+    def gradient(step: float) -> np.ndarray:
+        at(step)
+        vector = fem_petsc.create_vector(potential.residual)
+        model.assemble_residual(vector, supported=False)
+        return np.array(vector.array)
+
+    slope = float(gradient(0.0) @ direction.array)
+    if potential.carried is not None:
+        potential.carried.reset()
+    tangent = fem_petsc.assemble_matrix(potential.tangent)
+    tangent.assemble()
+    product = direction.duplicate()
+    tangent.mult(direction, product)
+    assert slope != 0.0
+    found = (
+        taylor.rates(energy, slope, 0.1).min(),
+        taylor.rates(gradient, np.array(product.array), 0.1).min(),
+    )
+    at(0.0)
+    transposed = tangent.copy()
+    transposed.transpose()
+    assert (tangent - transposed).norm() < 1e-12 * tangent.norm()
+    return float(found[0]), float(found[1])
+
+
+SELF = MPI.COMM_SELF
