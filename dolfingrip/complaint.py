@@ -25,6 +25,7 @@ UNITS = {
     "mm_per_s": "mm/s",
     "N_per_s": "N/s",
     "N_per_mm": "N/mm",
+    "N_per_mm3": "N/mm³",
     "Nmm_per_rad": "N mm/rad",
     "degC": "°C",
     "per_degC": "1/°C",

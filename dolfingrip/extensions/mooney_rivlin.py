@@ -22,7 +22,7 @@ class MooneyRivlin(Effect):
     Trans. R. Soc. A 243, 1951).
 
     Prior: the nominal stresses of eight printed NinjaFlex coupons from 2 to 100 % strain fit
-    2 C₀₁/μ = 0.88, which is 1.3 MPa at the default modulus; its spread is an engineering guess.
+    2 C₀₁/μ = 0.93, which is 1.36 MPa at the default modulus; its spread is an engineering guess.
     Fingerprint: at low pressure angle and force are the base model's; as the walls stretch both
     rise above it. Loading and unloading agree, at any rate.
     Confused with: a smaller modulus or thinner walls, from readings at one pressure alone;
@@ -34,8 +34,8 @@ class MooneyRivlin(Effect):
 
     C01_MPa: Annotated[
         float,
-        Prior(1.3, 0.4, "printed NinjaFlex coupons; spread an engineering guess", positive=True),
-    ] = Field(1.3, ge=0, le=1000, description="C01 at a fixed initial shear modulus")
+        Prior(1.36, 0.4, "printed NinjaFlex coupons; spread an engineering guess", positive=True),
+    ] = Field(1.36, ge=0, le=1000, description="C01 at a fixed initial shear modulus")
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
         c01 = site.constant(self, "C01_MPa")

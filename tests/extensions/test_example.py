@@ -1,0 +1,46 @@
+"""Adding an effect is one file and one line: the file that docs/extensions.md shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from extensions import foundation, trial
+from extensions.foundation import Foundation
+
+from dolfingrip.config import ConfigError
+from dolfingrip.experiments import run
+from dolfingrip.extensions.index import EFFECTS, NAMES, effect
+
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "extensions.md"
+ONE = ("contact.self_contact=false", "experiment.max_pressure_kPa=20", "experiment.step_kPa=20")
+
+
+def test_docs_show_the_file() -> None:
+    source = Path(foundation.__file__).read_text(encoding="utf-8")
+    shown = source[source.index("class Foundation") :].strip()
+    assert shown in DOCS.read_text(encoding="utf-8")
+
+
+def test_it_can_be_switched_on_and_does_what_it_says() -> None:
+    soft = run("bending", trial.configured({}, *ONE), comm=trial.SELF)
+    held = run("bending", trial.configured({Foundation: {}}, *ONE), comm=trial.SELF)
+    assert 0.1 < held.column("angle_deg")[-1] < 0.98 * soft.column("angle_deg")[-1]
+
+
+def test_its_derivatives() -> None:
+    settings = trial.configured({Foundation: {}}, *ONE, "plate.gap_mm=30")
+    assert min(trial.orders(trial.stirred(settings))) > 1.9
+
+
+def test_its_parameters_are_checked_like_all_others() -> None:
+    with pytest.raises(ConfigError, match=r"foundation.k_N_per_mm3 = -1: allowed: at least 0"):
+        trial.configured({Foundation: {"k_N_per_mm3": -1}})
+
+
+def test_a_line_of_the_index_names_a_file_with_one_effect() -> None:
+    assert [effect(name) for name in NAMES] == list(EFFECTS)
+    assert [each.name() for each in EFFECTS] == list(NAMES)
+    folder = Path(__file__).resolve().parents[2] / "dolfingrip" / "extensions"
+    own = {"__init__", "effect", "index", "listing", "site", "supply"}
+    assert {file.stem for file in folder.glob("*.py")} - own == set(NAMES)

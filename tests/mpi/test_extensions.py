@@ -1,0 +1,48 @@
+"""Effects on any number of ranks; the reference is the same model on one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from extensions import trial
+from mpi4py import MPI
+
+from dolfingrip import config
+from dolfingrip.experiments import Result, coupon, run
+from dolfingrip.extensions.index import EFFECTS
+
+WORLD = MPI.COMM_WORLD
+CYCLES = (
+    "contact.self_contact=false",
+    "experiment.max_pressure_kPa=20",
+    "experiment.step_kPa=20",
+    "experiment.cycles=2",
+)
+
+
+def _compare(alone: Result, together: Result, *names: str) -> None:
+    assert alone.failure is together.failure is None
+    assert len(alone.rows) == len(together.rows)
+    for name in names:
+        expected, found = alone.column(name), together.column(name)
+        scale = np.nanmax(np.abs(expected))
+        assert scale > 0
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * scale, err_msg=name)
+
+
+def test_a_finger_with_all_effects_at_once() -> None:
+    settings = trial.configured({effect: {} for effect in EFFECTS}, *trial.STRICT, *CYCLES)
+    alone, together = (run("blocked_force", settings, comm=comm) for comm in (trial.SELF, WORLD))
+    _compare(alone, together, "angle_deg", "force_N", "tip_x_mm", "cavity_pressure_kPa")
+
+
+@pytest.mark.parametrize("grip", ["sliding", "clamped"])
+def test_a_coupon_that_relaxes(grip: str) -> None:
+    settings = config.load(
+        None,
+        [*trial.STRICT, "extensions.prony.tau_s=[2]", "experiment.unload=true",
+         "experiment.hold_s=5", "coupon.gauge_length_mm=9", "coupon.step_strain=0.25",
+         f"coupon.grip={grip}"],
+    )  # fmt: skip
+    alone, together = (coupon.run(settings, comm=comm) for comm in (trial.SELF, WORLD))
+    _compare(alone, together, "force_N", "nominal_stress_MPa")
