@@ -26,7 +26,7 @@ COLUMNS = (
 
 
 class Keeper:
-    """Writes ``result.csv``, ``run.json`` and ``fields.pvd`` as the run goes.
+    """Writes ``result.csv`` and ``.toml``, ``run.json`` and ``fields.pvd`` as the run goes.
 
     A run that is interrupted keeps its rows and fields so far, and a ``run.json`` that says
     how to repeat it.
@@ -51,6 +51,7 @@ class Keeper:
             record.write(
                 self._out / "run.json", self._config, {"experiment": kind, "complete": False}
             )
+            record.describe(self._out / "result.toml", self._config, kind)
             file = (self._out / "result.csv").open("w", encoding="utf-8", newline="")
         except OSError as error:
             raise ConfigError(f"--out {self._out}: {error.strerror}") from None

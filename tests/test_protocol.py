@@ -1,0 +1,115 @@
+"""Protocol files: what becomes of segments, poses and measured time stamps, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dolfingrip import cli, config, protocol
+from dolfingrip.config import ConfigError
+
+LAB = """
+cycles = 2
+[[segment]]
+to_mm = 3.3
+rate_mm_per_s = 1.1
+readings = 2
+[[segment]]
+hold_s = 9.0
+readings = 3
+[[segment]]
+to_mm = 0.0
+readings = 1
+[[pose]]
+name = "warm"
+set = ["material.mu_MPa=2.0"]
+[[pose]]
+name = "cold"
+"""
+
+
+def _written(tmp_path: Path, text: str, name: str = "lab.toml") -> Path:
+    file = tmp_path / name
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_segments_become_readings(tmp_path: Path) -> None:
+    table, poses = protocol.read(_written(tmp_path, LAB), "coupon")
+    down = 3.3 / 2.5
+    one = [1.5, 3.0, 4.0, 6.0, 12.0, 12.0 + down]
+    expected = [0.0, *one, *(time + 12.0 + down for time in one)]
+    np.testing.assert_allclose(table["time_s"], expected)
+    np.testing.assert_allclose(
+        table["displacement_mm"], [0.0, *2 * [1.65, 3.3, 3.3, 3.3, 3.3, 0.0]]
+    )
+    assert table["cycle"] == 7 * [1] + 6 * [2]
+    assert table["branch"] == [
+        "loading", *2 * [*2 * ["loading"], *3 * ["hold"], "unloading"]
+    ]  # fmt: skip
+    assert [pose.name for pose in poses] == ["warm", "cold"]
+    config.Config().changed(protocol=table)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[[segment]]\nto_kPa = 5.0\n", "segment: allowed: to_mm or hold_s in a coupon"),
+        ("[[segment]]\nto_mm = 5.0\nhold_s = 1.0\n", "allowed: exactly one of to_kPa, to_mm"),
+        ("[[segment]]\nto_mm = 5.0\nrate_mm_per_s = -1\n", "segment.rate_mm_per_s = -1: allowed:"),
+        ("[[segment]]\nto_cm = 5.0\n", "segment.to_cm: unknown key; did you mean segment.to_mm?"),
+        ("cycles = 2\n", "allowed: at least one [[segment]]"),
+        ("[[segment]]\nhold_s = 1.0\n[[pose]]\nset = []\n", "pose.name: missing"),
+        ("segment", "not TOML"),
+    ],
+)
+def test_bad_files_are_one_line(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(ConfigError) as refused:
+        protocol.read(_written(tmp_path, text), "coupon")
+    assert said in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_time_stamps_of_a_measurement(tmp_path: Path) -> None:
+    rows = (
+        "experiment,specimen,cycle,branch,time_s,pressure_kPa,angle_deg\n"
+        "blocked_force,A,1,loading,0,0,0\n"
+        "bending,A,1,loading,5,0,0\nbending,A,1,loading,6,20,3\nbending,A,2,hold,9,20,4\n"
+        "bending,B,1,loading,0,50,9\n"
+    )
+    table, poses = protocol.read(_written(tmp_path, rows, "a.csv"), "bending")
+    assert table == {
+        "time_s": [0.0, 1.0, 4.0],
+        "pressure_kPa": [0.0, 20.0, 20.0],
+        "cycle": [1, 1, 2],
+        "branch": ["loading", "loading", "hold"],
+    }
+    assert not poses
+    with pytest.raises(ConfigError, match="missing column displacement_mm"):
+        protocol.read(tmp_path / "a.csv", "coupon")
+
+
+def test_command_runs_each_pose_and_each_result_is_a_data_set(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["coupon", "--protocol", str(_written(tmp_path, LAB)), "--out", str(tmp_path)]
+    monkeypatch.setattr("sys.argv", ["dolfingrip", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    assert "Uniaxial tension" in capfd.readouterr().out
+    force = {}
+    for pose in ("warm", "cold"):
+        with (tmp_path / pose / "result.csv").open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == 13
+        force[pose] = float(rows[2]["force_N"])
+        again, _ = protocol.read(tmp_path / pose / "result.csv", "coupon")
+        assert again["branch"][:4] == ["loading", "loading", "loading", "hold"]
+        text = (tmp_path / pose / "result.toml").read_text(encoding="utf-8")
+        assert 'experiment = "coupon"\ngauge_length_mm = 33.0\narea_mm2 = 9.0\n' in text
+        assert (tmp_path / pose / "curve.png").exists()
+    assert force["warm"] == pytest.approx(2.0 / 2.93 * force["cold"], rel=1e-6)
