@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import basix.ufl
 import numpy as np
@@ -15,13 +16,15 @@ from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
+from dolfingrip.mechanics.border import Border
 from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
 from dolfingrip.mechanics.history import History
-from dolfingrip.mechanics.model import Control, Model
+from dolfingrip.mechanics.model import Control, Memory, Model
 from dolfingrip.mechanics.plate import RigidPlate
 from dolfingrip.mechanics.potential import QUADRATURE_DEGREE, Potential
 from dolfingrip.mechanics.surface import Surface
+from dolfingrip.mechanics.unknowns import Unknowns
 from dolfingrip.mechanics.volume_control import VolumeControl
 
 DEGREE = {"P1": 1, "P2": 2}
@@ -39,6 +42,7 @@ class FingerModel:
         plate: the force sensor's.
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
         volume: the cavity's, where it is led.
+        unknowns: numbers that extensions add, if any.
         parameters: constants of the potential by name, that sensitivities are taken to.
     """
 
@@ -47,7 +51,13 @@ class FingerModel:
     plate: RigidPlate | None
     cavity: Control
     volume: VolumeControl | None = None
+    unknowns: Unknowns | None = None
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
+
+    @property
+    def border(self) -> Border | None:
+        """What is solved for besides the displacement."""
+        return self.volume or self.unknowns
 
 
 def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
@@ -83,6 +93,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     terms += site.terms()
     if sensor is not None:
         terms.append(sensor.energy)
+    memories: list[Memory] = [history]
 
     contact = None
     if config.contact.self_contact:
@@ -103,15 +114,28 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         {"pressure_kPa": supply or by_pressure},
         contact,
         [sensor] if sensor is not None else [],
-        [history, supply] if supply is not None else [history],
+        memories,
     )
+    if supply is not None:
+        memories.append(supply)
+    unknowns = None
+    if site.unknowns:
+        unknowns = Unknowns(model, site.unknowns, sum(terms[1:], start=terms[0]))
+        memories.append(unknowns)
+        if sensor is not None:
+            sensor.travel_mm = partial(unknowns.change, sensor.offset)
     volume = None
     if config.experiment.control == "volume":
+        if site.unknowns:
+            name = next(iter(site.unknowns)).partition(".")[0]
+            raise ConfigError(
+                f'extensions.{name}: allowed: with experiment.control = "pressure" only'
+            )
         cavity = domain.surface("cavity", quadrature_degree=3 * degree)
         density = cavity_pressure.volume_density(u, mesh)
         volume = VolumeControl(model, by_pressure, density * cavity)
         model.controls["cavity_volume_mm3"] = volume
-    return FingerModel(config, model, sensor, by_pressure, volume, site.parameters)
+    return FingerModel(config, model, sensor, by_pressure, volume, unknowns, site.parameters)
 
 
 def _weight(config: Config) -> np.ndarray:

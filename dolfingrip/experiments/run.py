@@ -68,7 +68,7 @@ def run(
             if out is not None
             else None
         )
-        newton = Newton(finger.model, config.solver, profile, finger.volume)
+        newton = Newton(finger.model, config.solver, profile, finger.border)
         rest = finger.model.state()
         path = LoadPath(newton, _longest(config, rest), lambda: _intersecting(finger))
         stops = [

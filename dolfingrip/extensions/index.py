@@ -20,6 +20,7 @@ NAMES = (
     "wall_offset",
     # set-up
     "gravity_pitch",
+    "plate_compliance",
     # from the regulator to the cavity
     "pressure_gain",
     "line_lag",

@@ -32,6 +32,7 @@ class Site:
         held: regions whose displacement is held at 0, by axis; an effect may take some out
             and put a term of its own in their place.
         parameters: constants of the potential by name, that sensitivities are taken to.
+        unknowns: constants of the further terms that are solved for, by name.
     """
 
     config: Config
@@ -43,6 +44,7 @@ class Site:
     plate: RigidPlate | None = None
     held: dict[int, list[str]] = field(default_factory=dict)
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
+    unknowns: dict[str, fem.Constant] = field(default_factory=dict)
 
     @property
     def strain(self) -> Expr:
@@ -65,6 +67,27 @@ class Site:
         made = fem.Constant(self.domain.mesh, value)
         self.parameters[f"extensions.{effect.name()}.{key}"] = made
         return made
+
+    def unknown(self, effect: Effect, name: str, number: fem.Constant | float = 0.0) -> Expr:
+        """A number (mm or rad) of the further terms that is solved for with the displacement.
+
+        Args:
+            effect: whose it is.
+            name: its name, with its unit.
+            number: where it starts; or a constant, such as ``plate.offset``, made unknown.
+        """
+        if not isinstance(number, fem.Constant):
+            number = fem.Constant(self.domain.mesh, PETSc.ScalarType(number))
+        self.unknowns[f"{effect.name()}.{name}"] = number
+        return number
+
+    def lumped(self, energy: Expr) -> ufl.Form:
+        """An energy (mJ) of the whole finger that is no integral, as a term of the meshed part."""
+        clamp = self.domain.surface("clamp", quadrature_degree=1)
+        one = fem.Constant(self.domain.mesh, PETSc.ScalarType(1.0))
+        local = fem.assemble_scalar(fem.form(one * clamp))
+        area = self.domain.mesh.comm.allreduce(local)
+        return energy / (self.domain.copies * area) * clamp
 
     def remember(self, effect: Effect, name: str, initial: np.ndarray | float) -> fem.Function:
         """A new internal variable at the integration points, ``initial`` at first."""

@@ -12,11 +12,11 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.config import Solver
+from dolfingrip.mechanics.border import Border
 from dolfingrip.mechanics.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.model import Model
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.tangent import Tangent
-from dolfingrip.mechanics.volume_control import VolumeControl
 
 REASON = {
     Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
@@ -67,7 +67,7 @@ class Newton:
         model: whose displacement is solved for.
         settings: tolerances and limits.
         profile: where to book the time.
-        volume: the cavity's volume, where it is prescribed and the pressure follows.
+        border: unknowns besides the displacement, such as the pressure at a prescribed volume.
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
@@ -79,7 +79,7 @@ class Newton:
         model: Model,
         settings: Solver,
         profile: Profile | None = None,
-        volume: VolumeControl | None = None,
+        border: Border | None = None,
     ) -> None:
         self.model = model
         self.settings = settings
@@ -87,7 +87,7 @@ class Newton:
         self.tangent = Tangent(model)
         self.iterations = 0
         self.factorisations = 0
-        self._volume = volume
+        self._border = border
         self._residual = fem_petsc.create_vector(model.potential.residual)
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
@@ -154,19 +154,21 @@ class Newton:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
         with self.profile.phase("step bound"):
             self._take(x)
-            if self._volume is not None:
-                self._volume.correct(y, self._snes.getKSP())
+            if self._border is not None:
+                self._border.correct(y, self._snes.getKSP())
             step = self._step
             step[: self._owned] = -y.array_r
             self._forward(step)
             fraction = self._globalisation.fraction(step)
+            if self._border is not None:
+                fraction = self._border.limit(step, fraction)
             step *= fraction
             if self.model.potential.carried is not None:
                 self.model.potential.carried.follow(step)
-            if self._volume is not None:
-                self._volume.advance(fraction)
+            if self._border is not None:
+                self._border.advance(fraction)
             y.scale(fraction)
-        return fraction < 1.0 or self._volume is not None
+        return fraction < 1.0 or self._border is not None
 
     def _forward(self, local: np.ndarray) -> None:
         """Fill the ghosts of a local dof array from their owners."""
@@ -180,9 +182,9 @@ class Newton:
     def _converged(
         self, _snes: Any, iteration: int, norms: tuple[float, float, float], *_: Any
     ) -> int:
-        scale = self._volume.force_N if self._volume is not None else 0.0
+        scale = self._border.force_N if self._border is not None else 0.0
         verdict = self._globalisation.judge(iteration, norms[2], scale)
-        missed = self._volume is not None and not self._volume.met(self.settings.rtol)
+        missed = self._border is not None and not self._border.met(self.settings.rtol)
         if verdict is Verdict.CONVERGED and missed:
             verdict = Verdict.GO_ON
         return REASON[verdict]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -32,6 +34,7 @@ class RigidPlate:
     Attributes:
         energy: the UFL form of its potential.
         offset: the plane's position along n (mm), a constant of the form.
+        travel_mm: by how much the present Newton step moves it along n, where it is an unknown.
     """
 
     name = "plate"
@@ -47,6 +50,7 @@ class RigidPlate:
         width_mm: float,
         stiffness_MPa: float,
     ) -> None:
+        self.travel_mm: Callable[[], float] = float
         self._u = u
         self._copies = domain.copies
         space, mesh = u.function_space, domain.mesh
@@ -87,7 +91,7 @@ class RigidPlate:
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Largest fraction of ``step`` that leaves each node a tenth of its distance."""
         now = self._distance(dofs)
-        approach = -step.reshape(-1, 3)[self._nodes] @ self.normal
+        approach = self.travel_mm() - step.reshape(-1, 3)[self._nodes] @ self.normal
         closing = approach > 0
         allowed = (0.9 * now[closing] / approach[closing]).min(initial=1.0)
         return float(self._u.function_space.mesh.comm.allreduce(allowed, MPI.MIN))

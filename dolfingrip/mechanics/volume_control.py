@@ -79,6 +79,10 @@ class VolumeControl:
         pressure = float(self._pressure.constant.value) + self._change
         self.force_N = max(self.force_N, abs(pressure) * self._g.norm())
 
+    def limit(self, step: np.ndarray, fraction: float) -> float:
+        """``fraction``: the pressure bounds no step."""
+        return fraction
+
     def advance(self, fraction: float) -> None:
         """Take ``fraction`` of the pressure's change."""
         constant = self._pressure.constant

@@ -23,7 +23,7 @@ def led(balloon: bodies.Body) -> tuple[bodies.Body, VolumeControl, LoadPath]:
     density = cavity_pressure.volume_density(balloon.u, model.domain.mesh)
     volume = VolumeControl(model, model.controls["pressure_kPa"], density * ds)
     model.controls[NAME] = volume
-    newton = Newton(model, Solver(rtol=1e-11), volume=volume)
+    newton = Newton(model, Solver(rtol=1e-11), border=volume)
     yield balloon, volume, LoadPath(newton, {NAME: volume.value})
     del model.controls[NAME]
 

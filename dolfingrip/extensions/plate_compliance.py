@@ -1,0 +1,43 @@
+"""A force sensor that gives way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import ufl
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Prior
+
+if TYPE_CHECKING:
+    from dolfingrip.extensions.site import Site
+
+
+class PlateCompliance(Effect):
+    """A force sensor that gives way.
+
+    Π += k/2 (d − d₀)² with the plate's place d along its normal an unknown, d₀ unloaded, and
+    1/k the compliance: a spring in series with the finger, F = k (d₀ − d).
+
+    Prior: 0.02 ± 0.01 mm/N, load cells having about 50 N/mm; spread an engineering guess.
+    Fingerprint: force lower by the share that the finger's stiffness at its tip has of the sensor's
+    (below 1 % for a soft finger); the tip moves towards the plate. Free bending is untouched.
+    Confused with: the force's gain, compliance of the clamp, a gap.
+    """
+
+    kind: ClassVar = "set-up"
+    neutral: ClassVar = {"compliance_mm_per_N": 0.0}
+
+    compliance_mm_per_N: Annotated[
+        float, Prior(0.02, 0.01, "load cells, about 50 N/mm; spread an engineering guess", True)
+    ] = Field(0.02, ge=0, le=100, description="of the sensor with its plate")
+
+    def terms(self, site: Site) -> Sequence[ufl.Form]:
+        if site.plate is None or self.compliance_mm_per_N == 0:
+            return ()
+        place = site.plate.offset
+        rest = float(place.value)
+        compliance = site.constant(self, "compliance_mm_per_N")
+        site.unknown(self, "place_mm", place)
+        return [site.lumped((place - rest) ** 2 / (2 * compliance))]
