@@ -37,7 +37,7 @@ class PlateCompliance(Effect):
         if site.plate is None or self.compliance_mm_per_N == 0:
             return ()
         place = site.plate.offset
-        rest = float(place.value)
+        rest = site.fixed(float(place.value))
         compliance = site.constant(self, "compliance_mm_per_N")
         site.unknown(self, "place_mm", place)
         return [site.lumped((place - rest) ** 2 / (2 * compliance))]

@@ -68,6 +68,10 @@ class Site:
         self.parameters[f"extensions.{effect.name()}.{key}"] = made
         return made
 
+    def fixed(self, value: float) -> fem.Constant:
+        """A number that depends on the mesh; written into a form it would compile it anew."""
+        return fem.Constant(self.domain.mesh, PETSc.ScalarType(value))
+
     def unknown(self, effect: Effect, name: str, number: fem.Constant | float = 0.0) -> Expr:
         """A number (mm or rad) of the further terms that is solved for with the displacement.
 
@@ -77,17 +81,16 @@ class Site:
             number: where it starts; or a constant, such as ``plate.offset``, made unknown.
         """
         if not isinstance(number, fem.Constant):
-            number = fem.Constant(self.domain.mesh, PETSc.ScalarType(number))
+            number = self.fixed(number)
         self.unknowns[f"{effect.name()}.{name}"] = number
         return number
 
     def lumped(self, energy: Expr) -> ufl.Form:
         """An energy (mJ) of the whole finger that is no integral, as a term of the meshed part."""
         clamp = self.domain.surface("clamp", quadrature_degree=1)
-        one = fem.Constant(self.domain.mesh, PETSc.ScalarType(1.0))
-        local = fem.assemble_scalar(fem.form(one * clamp))
-        area = self.domain.mesh.comm.allreduce(local)
-        return energy / (self.domain.copies * area) * clamp
+        local = fem.assemble_scalar(fem.form(self.fixed(1.0) * clamp))
+        area = self.domain.copies * self.domain.mesh.comm.allreduce(local)
+        return energy * self.fixed(1 / area) * clamp
 
     def remember(self, effect: Effect, name: str, initial: np.ndarray | float) -> fem.Function:
         """A new internal variable at the integration points, ``initial`` at first."""
