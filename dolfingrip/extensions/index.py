@@ -15,6 +15,10 @@ NAMES = (
     # strain energies add; what comes later scales or remembers what came before
     "mooney_rivlin",
     "yeoh",
+    "gent",
+    "ogden",
+    "bulk_modulus",
+    "print_anisotropy",
     "prony",
     # geometry
     "wall_offset",

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from extensions import bars
 
+from dolfingrip import config
+
 MU = 2.93
 PULL = (*bars.INCOMPRESSIBLE, "coupon.max_strain=1.0", "coupon.step_strain=0.25")
 
@@ -41,6 +43,73 @@ def test_yeoh() -> None:
     )
     first = stretch**2 + 2 / stretch - 3
     expected = shape(stretch) * (MU / 2 + 2 * c20 * first + 3 * c30 * first**2)
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-9)
+
+
+@pytest.mark.parametrize("limit", [4.0, 1e4])
+def test_gent(limit: float) -> None:
+    """∂ψ/∂I₁ = μ/2 Jₘ/(Jₘ − I₁ + 3)."""
+    stretch, found = bars.stress(bars.pull(*PULL, f"extensions.gent.J_m={limit}"))
+    first = stretch**2 + 2 / stretch - 3
+    expected = shape(stretch) * MU / 2 * limit / (limit - first)
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-9)
+
+
+@pytest.mark.parametrize("alpha", [0.5, 1.3, 3.0])
+def test_ogden(alpha: float) -> None:
+    """P = 2μ/α (λ^(α−1) − λ^(−α/2−1)), to the error of the powers' rule at a stretch of 1.5."""
+    half = (*PULL, "coupon.max_strain=0.5")
+    stretch, found = bars.stress(bars.pull(*half, f"extensions.ogden.alpha={alpha}"))
+    expected = 2 * MU / alpha * (stretch ** (alpha - 1) - stretch ** (-alpha / 2 - 1))
+    np.testing.assert_allclose(found, expected, rtol=5e-4, atol=1e-9)
+
+
+def test_bulk_modulus() -> None:
+    """Young's modulus at small strain: 9Kμ/(3K + μ)."""
+    strain, more = 1e-5, 10.0
+    bulk = config.Material().lmbda_MPa + 2 * MU / 3 + more
+    result = bars.pull(
+        *bars.protocol([0.0], [33 * strain]), f"extensions.bulk_modulus.more_MPa={more}"
+    )
+    young = result.column("nominal_stress_MPa")[-1] / strain
+    assert young == pytest.approx(9 * bulk * MU / (3 * bulk + MU), rel=1e-4)
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 45.0, 90.0])
+@pytest.mark.parametrize("k", [1.2, -0.5])
+def test_print_anisotropy_at_small_strain(k: float, angle_deg: float) -> None:
+    """1/E from the inverse of the linear stiffness, 2μ I + λ 1⊗1 + 4k D⊗D, D = a⊗a − 1/3.
+
+    In Mandel's notation; the bar is free to shear (Jones, Mechanics of Composite Materials, 1999,
+    section 2.6).
+    """
+    angle = np.radians(angle_deg)
+    axis = np.array([np.sin(angle), 0, np.cos(angle)])
+    deviator = mandel(np.outer(axis, axis) - np.eye(3) / 3)
+    unit = mandel(np.eye(3))
+    stiffness = 2 * MU * np.eye(6) + config.Material().lmbda_MPa * np.outer(unit, unit)
+    stiffness += 4 * k * np.outer(deviator, deviator)
+    young = 1 / np.linalg.inv(stiffness)[2, 2]
+    strain = 1e-5
+    result = bars.pull(
+        *bars.protocol([0.0], [33 * strain]),
+        f"extensions.print_anisotropy.k_MPa={k}",
+        f"extensions.print_anisotropy.raster_deg={angle_deg}",
+    )
+    assert result.column("nominal_stress_MPa")[-1] / strain == pytest.approx(young, rel=1e-4)
+
+
+def mandel(tensor: np.ndarray) -> np.ndarray:
+    """(6,) components whose dot product is the tensors' inner product."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = tensor
+    return np.array([xx, yy, zz, *(np.sqrt(2) * np.array([yz, xz, xy]))])
+
+
+def test_print_anisotropy_at_large_strain() -> None:
+    """Pulled along the axis, Ī₄ = λ²: P = (λ − λ⁻²) μ + dψ/dλ with ψ = k/2 (λ² − 1)²."""
+    k = 0.4
+    stretch, found = bars.stress(bars.pull(*PULL, f"extensions.print_anisotropy.k_MPa={k}"))
+    expected = shape(stretch) * MU / 2 + 2 * k * stretch * (stretch**2 - 1)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-9)
 
 

@@ -1,0 +1,44 @@
+"""Less compressible than the base model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import ufl
+from pydantic import Field
+from ufl.core.expr import Expr
+
+from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.forms import invariants
+
+if TYPE_CHECKING:
+    from dolfingrip.extensions.site import Site
+
+
+class BulkModulus(Effect):
+    """Less compressible than the base model.
+
+    ψ += ΔK/2 (ln J)²: the bulk modulus is K = λ + 2μ/3 + ΔK.
+
+    Prior: ΔK = 100 ± 100 MPa, an engineering guess: solid polyurethane has more than 1 GPa, printed
+    parts have pores; the default Poisson's ratio of 0.45 is K = 28 MPa.
+    Fingerprint: angle and force lower by nearly the same few per cent at all pressures: walls that
+    cannot change their volume are stiffer where they bend as plates. Loading and unloading agree.
+    Confused with: the modulus, wall thickness, locking of coarse meshes.
+    """
+
+    kind: ClassVar = "elastic"
+    neutral: ClassVar = {"more_MPa": 0.0}
+
+    more_MPa: Annotated[float, Prior(100.0, 100.0, "engineering guess", positive=True)] = Field(
+        100.0, ge=0, le=1e5, description="added to the bulk modulus"
+    )
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        more = site.constant(self, "more_MPa")
+
+        def density(strain: Expr) -> Expr:
+            ln_j = ufl.ln(ufl.det(invariants.right_cauchy_green(strain))) / 2
+            return base(strain) + more / 2 * ln_j**2
+
+        return density

@@ -1,0 +1,47 @@
+"""Another exponent of the principal stretches."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import Field
+from ufl.core.expr import Expr
+
+from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.forms import invariants, powers
+
+if TYPE_CHECKING:
+    from dolfingrip.extensions.site import Site
+
+
+class Ogden(Effect):
+    """Softening or stiffening by the exponent of the stretches (Ogden, one term).
+
+    ψ += 2μ/α² (λ̄₁ᵅ + λ̄₂ᵅ + λ̄₃ᵅ − 3) − μ/2 (Ī₁ − 3): the neo-Hookean term is replaced by
+    Ogden's of the same initial modulus (Ogden, Proc. R. Soc. A 326, 1972). The stretches' powers
+    come from :mod:`dolfingrip.forms.powers`, to 1e-3 of the energy at a stretch of 2.
+
+    Prior: α = 1 ± 0.4, an engineering guess; α = 2 is neo-Hooke. The softening of printed
+    NinjaFlex asks for the lowest exponents (see mooney_rivlin, whose one parameter fits it better).
+    Fingerprint: α below 2: at low pressure angle and force are the base model's, then rise above
+    it; α above 2 the other way. Loading and unloading agree, at any rate.
+    Confused with: Mooney–Rivlin (both soften), Yeoh's and Gent's energies (both stiffen).
+    """
+
+    kind: ClassVar = "elastic"
+    neutral: ClassVar = {"alpha": 2.0}
+
+    alpha: Annotated[float, Prior(1.0, 0.4, "engineering guess", positive=True)] = Field(
+        1.0, ge=0.5, le=3, description="exponent of the stretches"
+    )
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        s = site.constant(self, "alpha") / 2
+
+        def density(strain: Expr) -> Expr:
+            first, second = invariants.isochoric(strain)
+            # of both terms only this remains, which vanishes at s = 1
+            more = (1 - s) / s * (first - powers.spread(first, second, s) / 2)
+            return base(strain) + site.mu / 2 * more
+
+        return density
