@@ -19,6 +19,8 @@ NAMES = (
     "ogden",
     "bulk_modulus",
     "print_anisotropy",
+    "mullins",
+    "permanent_set",
     "prony",
     # geometry
     "wall_offset",

@@ -1,0 +1,60 @@
+"""Softening after the first stretch (Mullins effect)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import ufl
+from pydantic import Field
+from ufl.core.expr import Expr
+
+from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
+from dolfingrip.forms import invariants, pseudo_elastic
+
+if TYPE_CHECKING:
+    from dolfingrip.extensions.site import Site
+
+
+class Mullins(Effect):
+    """Softening after the first stretch (Mullins effect, Ogden–Roxburgh).
+
+    Stress of the part that changes shape ← η · stress, η = 1 − erf((W − w)/(m + β W))/r below the
+    largest energy W seen so far; see :mod:`dolfingrip.forms.pseudo_elastic`. w is the elastic
+    energy at the isochoric strain, so that the bulk does not soften. It softens the elastic
+    energies that come before it, not the viscous branches.
+
+    Prior: r from 1.5 to 3 for thermoplastic polyurethane; m = 0.1 ± 0.1 MPa, the energy at 15 to
+    20 % strain, and β = 0.1 ± 0.1 are engineering guesses.
+    Fingerprint: the first unloading, and all that follows up to the same pressure, has larger
+    angles and forces than the first loading; then loading and unloading agree, at any rate.
+    Confused with: viscoelasticity (a loop in every cycle, which depends on the rate), permanent
+    set (a loop that does not close).
+    """
+
+    kind: ClassVar = "dissipative"
+    neutral: ClassVar = {"r": 1e15}
+
+    r: Annotated[float, Prior(2.2, 0.5, "thermoplastic polyurethane, 1.5 to 3", positive=True)] = (
+        Field(2.2, ge=1, le=1e15, description="softens by 1/r at most")
+    )
+    m_MPa: Annotated[float, Prior(0.1, 0.1, "engineering guess", positive=True)] = Field(
+        0.1, gt=0, le=1000, description="energy per volume below the largest at which it softens"
+    )
+    beta: Annotated[float, Prior(0.1, 0.1, "engineering guess", positive=True)] = Field(
+        0.1, ge=0, le=10, description="share of the largest energy in that energy"
+    )
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        r, m, beta = (site.constant(self, key) for key in ("r", "m_MPa", "beta"))
+        largest = site.remember(self, "largest_MPa", 0.0)
+
+        def virgin(strain: Expr) -> Expr:
+            return base((invariants.isochoric_tensor(strain) - ufl.Identity(3)) / 2)
+
+        site.history.evolve(largest, ufl.max_value(largest, virgin(site.strain)))
+
+        def density(strain: Expr) -> Expr:
+            shape = virgin(strain)
+            return base(strain) - shape + pseudo_elastic.energy(shape, largest, r, m, beta)
+
+        return density
