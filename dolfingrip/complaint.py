@@ -25,6 +25,8 @@ UNITS = {
     "mm_per_s": "mm/s",
     "N_per_s": "N/s",
     "N_per_mm": "N/mm",
+    "mm_per_N": "mm/N",
+    "rad_per_Nmm": "rad/(N mm)",
     "N_per_mm3": "N/mm³",
     "Nmm_per_rad": "N mm/rad",
     "degC": "°C",

@@ -22,16 +22,32 @@ NAMES = (
     "mullins",
     "permanent_set",
     "prony",
+    "temperature_drift",
     # geometry
     "wall_offset",
+    "base_layer_offset",
     # set-up
     "gravity_pitch",
+    "clamp_compliance",
     "plate_compliance",
+    "plate_gap",
+    "plate_tilt",
+    "plate_friction",
     # from the regulator to the cavity
     "pressure_gain",
+    "pressure_offset",
     "line_lag",
     # from the sensor to the table
     "force_gain",
+    "force_offset",
+    "force_drift",
+    "angle_definition",
+    "angle_gain",
+    "angle_offset",
+    # the model
+    "coarse_mesh",
+    "locking",
+    "no_self_contact",
 )
 """One line an effect: its file's name, which is its table's."""
 

@@ -85,11 +85,22 @@ class Site:
         self.unknowns[f"{effect.name()}.{name}"] = number
         return number
 
+    def centre(self, region: str) -> fem.Constant:
+        """Centroid of a region at rest (mm), (3,)."""
+        x = ufl.SpatialCoordinate(self.domain.mesh)
+        part = self.domain.surface(region, quadrature_degree=2)
+        one = self.fixed(1.0)
+        moments = np.array([self._integral(one * x[i] * part) for i in range(3)])
+        return fem.Constant(self.domain.mesh, moments / self._integral(one * part))
+
+    def _integral(self, form: ufl.Form) -> float:
+        """Over the meshed part, on all ranks."""
+        return float(self.domain.mesh.comm.allreduce(fem.assemble_scalar(fem.form(form))))
+
     def lumped(self, energy: Expr) -> ufl.Form:
         """An energy (mJ) of the whole finger that is no integral, as a term of the meshed part."""
         clamp = self.domain.surface("clamp", quadrature_degree=1)
-        local = fem.assemble_scalar(fem.form(self.fixed(1.0) * clamp))
-        area = self.domain.copies * self.domain.mesh.comm.allreduce(local)
+        area = self.domain.copies * self._integral(self.fixed(1.0) * clamp)
         return energy * self.fixed(1 / area) * clamp
 
     def remember(self, effect: Effect, name: str, initial: np.ndarray | float) -> fem.Function:

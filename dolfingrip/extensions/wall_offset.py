@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.complaint import ConfigError
 from dolfingrip.extensions.effect import Effect, Prior
 
 if TYPE_CHECKING:
@@ -33,9 +32,4 @@ class WallOffset(Effect):
     )
 
     def adapt(self, config: Config) -> Config:
-        if config.mesh.file is not None:
-            raise ConfigError(
-                f"extensions.wall_offset.offset_mm = {self.offset_mm:g}: allowed: with a finger "
-                "from dimensions only; mesh.file has its walls"
-            )
-        return config.changed(finger={"wall_mm": config.finger.wall_mm + self.offset_mm})
+        return self.redrawn(config, "offset_mm", "wall_mm")

@@ -9,6 +9,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
+from ufl.core.expr import Expr
 
 from dolfingrip.forms import plate as form
 from dolfingrip.mechanics import jit
@@ -33,6 +34,7 @@ class RigidPlate:
 
     Attributes:
         energy: the UFL form of its potential.
+        measure: of the part of the skin that may touch it.
         offset: the plane's position along n (mm), a constant of the form.
         travel_mm: by how much the present Newton step moves it along n, where it is an unknown.
     """
@@ -65,13 +67,27 @@ class RigidPlate:
 
         n = fem.Constant(mesh, self.normal)
         ds = domain.surface(region, **form.nodal_rule(space.ufl_element().degree))
-        position = ufl.variable(self.offset)
-        gap = form.distance(u, mesh, n, position)
         width = fem.Constant(mesh, PETSc.ScalarType(width_mm))
         stiffness = fem.Constant(mesh, PETSc.ScalarType(stiffness_MPa))
-        density = form.energy(gap, width, stiffness)
-        self.energy = density * ds
-        self._reaction = fem.form(ufl.diff(density, position) * ds, jit_options=jit.options())
+        self._facing = n
+
+        def density(u: Expr, offset: Expr) -> Expr:
+            return form.energy(form.distance(u, mesh, n, offset), width, stiffness)
+
+        self._density = density
+        self.measure = ds
+        self.energy = density(u, self.offset) * ds
+        reaction = self.pressure(u, self.offset) * ds
+        self._reaction = fem.form(reaction, jit_options=jit.options())
+
+    def pressure(self, u: Expr, offset: Expr) -> Expr:
+        """Contact pressure (MPa) on the skin displaced by ``u`` from a plane at ``offset``."""
+        position = ufl.variable(offset)
+        return ufl.diff(self._density(u, position), position)
+
+    def along(self, vector: Expr) -> Expr:
+        """The part of ``vector`` that is tangential to the plane."""
+        return vector - ufl.inner(vector, self._facing) * self._facing
 
     def force_N(self) -> float:
         """Normal force on the whole finger's plate: dΠ/d(offset)."""

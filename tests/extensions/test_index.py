@@ -10,8 +10,9 @@ from dolfingrip import complaint
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS, NAMES
+from dolfingrip.extensions.no_self_contact import NoSelfContact
 
-ORDINARY = {"g", "gain"}
+ORDINARY = {"J_m", "alpha", "beta", "chord_share", "factor", "g", "gain", "mu", "r", "yield_strain"}
 """Parameters without a unit."""
 
 HOOKS = ("adapt", "strain_energy", "terms", "outlet_kPa", "reading")
@@ -52,7 +53,8 @@ def test_says_what_it_is(effect: type[Effect]) -> None:
     assert effect.kind
     assert any(effect.has(hook) for hook in HOOKS)
     assert not (effect.has("adapt") and sum(effect.has(hook) for hook in HOOKS) > 1)
-    assert set(effect.model_fields) == set(effect.priors()), "a parameter without a prior"
+    numbers = {key for key, info in effect.model_fields.items() if info.annotation is not bool}
+    assert numbers == set(effect.priors()), "a parameter without a prior"
     for key, prior in effect.priors().items():
         assert prior.source
         assert prior.spread > 0
@@ -90,7 +92,8 @@ def test_two_cycles_without_a_failed_step(effect: type[Effect], base: Result) ->
     assert found.column("cycle").max() == 2
     # one load step for each reading: none was cut
     assert found.column("load_steps").max() == 1
-    # it does something
+    if effect is NoSelfContact:  # tested where there is contact to leave out
+        return
     changes = [
         np.abs(found.column(name) - base.column(name)).max() / np.abs(base.column(name)).max()
         for name in READINGS

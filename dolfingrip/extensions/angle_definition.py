@@ -1,0 +1,37 @@
+"""Another definition of the finger's angle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Prior
+
+
+class AngleDefinition(Effect):
+    """An angle that is not the tip face's.
+
+    α_displayed = (1 − s) α_face + s α_chord, the chord being the line from the clamp's centre to
+    the tip's. s = 1 is the chord's angle, as from two markers; what lies between is a marker line
+    that begins somewhere along the finger.
+
+    Prior: s = 0.3 ± 0.3 (engineering guess); data in the measured-data format mean the face's.
+    Fingerprint: for an evenly bent finger the chord turns by half the face's angle: the angle by
+    one factor, 1 − s/2, at all pressures; force untouched.
+    Confused with: the angle's gain, nearly the same.
+    """
+
+    kind: ClassVar = "measurement"
+    neutral: ClassVar = {"chord_share": 0.0}
+
+    chord_share: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
+        0.3, ge=0, le=1, description="0 tip face, 1 line from clamp to tip"
+    )
+
+    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
+        if "angle_deg" not in true:
+            return {}
+        face, chord = true["angle_deg"], true["chord_angle_deg"]
+        return {"angle_deg": (1 - self.chord_share) * face + self.chord_share * chord}

@@ -1,0 +1,34 @@
+"""A force sensor whose zero wanders."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Prior
+
+
+class ForceDrift(Effect):
+    """A force sensor whose zero wanders.
+
+    F_displayed = F + rate · t since the start.
+
+    Prior: 0 ± 1e-4 N/s, a load cell of some 10 N that warms up (engineering guess).
+    Fingerprint: a force that grows with time alone, at no pressure, too; angle untouched.
+    Confused with: viscoelasticity during a wait (which moves the angle as well), drift of the
+    modulus.
+    """
+
+    kind: ClassVar = "measurement"
+    neutral: ClassVar = {"rate_N_per_s": 0.0}
+
+    rate_N_per_s: Annotated[float, Prior(0.0, 1e-4, "engineering guess")] = Field(
+        1e-4, ge=-1000, le=1000, description="change of the displayed force with time"
+    )
+
+    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
+        if "force_N" not in true:
+            return {}
+        return {"force_N": true["force_N"] + self.rate_N_per_s * true["time_s"]}

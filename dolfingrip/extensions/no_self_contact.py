@@ -1,0 +1,32 @@
+"""Bellows that pass through one another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+
+
+class NoSelfContact(Effect):
+    """A model without contact between bellows.
+
+    Π_contact = 0 (``contact.self_contact = false``).
+
+    Prior: none; a choice of the model and no property of the finger.
+    Fingerprint: nothing up to the pressure at which the bellows touch; beyond, a force that does
+    not turn steeper and an angle that goes on as before.
+    Confused with: Mooney–Rivlin (an angle that rises), Yeoh's and Gent's energies left out.
+    """
+
+    kind: ClassVar = "numerical"
+    neutral: ClassVar = {"left_out": False}
+
+    left_out: bool = Field(True, description="no contact between bellows")
+
+    def adapt(self, config: Config) -> Config:
+        return config.changed(contact={"self_contact": False}) if self.left_out else config

@@ -1,0 +1,36 @@
+"""A force sensor mounted farther away than intended."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Prior
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+
+
+class PlateGap(Effect):
+    """A force sensor farther from the finger than intended.
+
+    gap = ``plate.gap_mm`` + offset; it cannot be below 0, since an unpressurised finger that is
+    pressed already is another experiment.
+
+    Prior: 0.3 ± 0.3 mm (engineering guess).
+    Fingerprint: no force up to the pressure at which the tip arrives, then a curve that is
+    lower by nearly the same amount at all pressures. Free bending is untouched.
+    Confused with: the force's offset (there at no pressure, too), permanent set, a clamp or
+    sensor that gives way.
+    """
+
+    kind: ClassVar = "set-up"
+    neutral: ClassVar = {"offset_mm": 0.0}
+
+    offset_mm: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
+        0.3, ge=-1000, le=1000, description="added to plate.gap_mm"
+    )
+
+    def adapt(self, config: Config) -> Config:
+        return config.changed(plate={"gap_mm": config.plate.gap_mm + self.offset_mm})

@@ -1,0 +1,34 @@
+"""A force sensor that is not mounted square."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Prior
+
+if TYPE_CHECKING:
+    from dolfingrip.config import Config
+
+
+class PlateTilt(Effect):
+    """A force sensor tilted about y.
+
+    tilt = ``plate.tilt_deg`` + offset; the force is the one normal to the tilted plate.
+
+    Prior: 0 ± 2° (engineering guess).
+    Fingerprint: the force by a small factor that grows with pressure, as the tip slides along
+    the plate. Free bending is untouched.
+    Confused with: the force's gain, friction on the plate.
+    """
+
+    kind: ClassVar = "set-up"
+    neutral: ClassVar = {"offset_deg": 0.0}
+
+    offset_deg: Annotated[float, Prior(0.0, 2.0, "engineering guess")] = Field(
+        2.0, ge=-160, le=160, description="added to plate.tilt_deg"
+    )
+
+    def adapt(self, config: Config) -> Config:
+        return config.changed(plate={"tilt_deg": config.plate.tilt_deg + self.offset_deg})

@@ -1,0 +1,32 @@
+"""A regulator whose zero is off."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from dolfingrip.extensions.effect import Effect, Flow, Prior
+
+
+class PressureOffset(Effect):
+    """A regulator whose zero is off.
+
+    p_cavity = p_regulator + offset, at all times: the pose that the angle is measured from is
+    the one at the offset.
+
+    Prior: 0 ± 3 kPa, regulators' zeros.
+    Fingerprint: shifts the pressure axis: a force at no pressure; angle and force by the offset
+    times their slope. As the angle is 0 at first in any case, its offset shows in its slope only.
+    Confused with: the force's offset, the plate's gap.
+    """
+
+    kind: ClassVar = "loading"
+    neutral: ClassVar = {"offset_kPa": 0.0}
+
+    offset_kPa: Annotated[float, Prior(0.0, 3.0, "regulators, ±3 kPa")] = Field(
+        1.0, ge=-100, le=100, description="cavity pressure at a regulator pressure of 0"
+    )
+
+    def outlet_kPa(self, flow: Flow) -> float:
+        return flow.inlet_kPa + self.offset_kPa
