@@ -167,6 +167,40 @@ def coupon(
 
 
 @app.command()
+def fake(
+    out: Annotated[Path, typer.Option(help="Folder for the data set.")] = Path("out/fake"),
+    experiments: Annotated[
+        str, typer.Option(help="Which, as in bending,blocked_force.")
+    ] = "bending,blocked_force",
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+    hide: Annotated[
+        list[str] | None,
+        typer.Option("--hide", metavar="KEY=VALUE", help="As --set, but not told; repeatable."),
+    ] = None,
+    nuisance: Annotated[
+        list[str] | None,
+        typer.Option("--nuisance", metavar="EFFECT", help="On, drawn from its prior; repeatable."),
+    ] = None,
+    noise: Annotated[
+        list[str] | None,
+        typer.Option("--noise", metavar="COLUMN=VALUE", help="Standard deviation; repeatable."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of nuisances and noise.")] = 0,
+    protocol: ProtocolOption = None,
+) -> None:
+    """Synthetic measurement: hidden effects, nuisances and noise, in the measured-data format."""
+    from dolfingrip.commands import fake_measurement
+
+    told = _poses(experiments.partition(",")[0], config, overrides, out, protocol)
+    for folder, resolved in told:
+        truth = resolved.overridden(hide or ())
+        fake_measurement(
+            experiments, resolved, truth, nuisance or (), noise or (), seed, folder, console()
+        )
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/demo"),
     config: ConfigFile = None,

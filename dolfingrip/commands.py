@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import cast, get_args
@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import coupon, landings, landings_kPa, run
+from dolfingrip.experiments import coupon, landings, landings_kPa, run, synthetic
 from dolfingrip.experiments.run import Kind, Result, Row
 from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.domain import on_root
@@ -76,6 +76,48 @@ def run_coupon(config: Config, out: Path, console: Console) -> Result:
         _print_remarks(result, console)
         console.print(f"results: {out}", soft_wrap=True)
     return result
+
+
+def fake_measurement(
+    experiments: str,
+    config: Config,
+    truth: Config,
+    nuisances: Sequence[str],
+    noise: Sequence[str],
+    seed: int,
+    out: Path,
+    console: Console,
+) -> None:
+    """Simulate, disturb and write a data set."""
+    kinds: list[synthetic.Kind] = []
+    for name in experiments.split(","):
+        known = [kind for kind in synthetic.KINDS if kind == name]
+        if not known:
+            allowed = ", ".join(synthetic.KINDS)
+            raise ConfigError(f"--experiments {name}: allowed: {allowed}, joined by commas")
+        kinds += known
+    channels = synthetic.noise_from(noise)
+    check_writable(out)
+    readings = {kind: coupon.readings if kind == "coupon" else landings for kind in kinds}
+    total = sum(len(of(config)) for of in readings.values())
+    with _bar("Synthetic measurement", total, console) as advance:
+        found = synthetic.measure(
+            kinds,
+            config,
+            hidden=truth,
+            nuisances=nuisances,
+            noise=channels,
+            seed=seed,
+            progress=advance,
+        )
+    synthetic.write(found, out)
+    for failure in found.failures:
+        console.print(f"[red]{failure.sentence()}[/red]", soft_wrap=True)
+    console.print(
+        f"{len(found.rows)} readings: {out / 'measured.csv'} and .toml; "
+        f"what is behind them: {out / 'truth.toml'}",
+        soft_wrap=True,
+    )
 
 
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:

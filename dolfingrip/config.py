@@ -409,6 +409,17 @@ class Config(Section):
             data[section] = {**data[section], **values}
         return checked(type(self), data)
 
+    def overridden(self, assignments: Sequence[str]) -> Self:
+        """A checked copy with ``section.key=value`` strings applied in order.
+
+        Raises:
+            ConfigError: one line naming the key, its value and the allowed range.
+        """
+        data = self.model_dump(exclude_none=True)
+        for assignment in assignments:
+            tables.override(data, assignment)
+        return checked(type(self), data)
+
     def adapted(self) -> Self:
         """The configuration that is meshed and solved: with extensions of geometry applied."""
         done = self

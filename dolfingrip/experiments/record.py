@@ -65,6 +65,11 @@ def write(path: Path, config: Config, facts: dict[str, Any]) -> None:
 
 def describe(path: Path, config: Config, experiment: str) -> None:
     """Write the set-up beside ``result.csv``, as a measurement's is: the result is a data set."""
+    path.write_text(tomlkit.dumps(described(config, experiment)), encoding="utf-8")
+
+
+def described(config: Config, experiment: str) -> dict[str, Any]:
+    """The set-up as in a measurement's TOML file."""
     data: dict[str, Any] = {"experiment": experiment}
     if experiment == "coupon":
         data |= {
@@ -81,5 +86,4 @@ def describe(path: Path, config: Config, experiment: str) -> None:
         data["plate"] = config.plate.model_dump(include={"gap_mm", "tilt_deg"})
     if config.protocol.time_s:  # its time stamps say it
         data = {key: value for key, value in data.items() if not key.startswith("rate_")}
-    text = tomlkit.dumps({key: value for key, value in data.items() if value != {}})
-    path.write_text(text, encoding="utf-8")
+    return {key: value for key, value in data.items() if value != {}}

@@ -1,0 +1,209 @@
+"""A synthetic measurement: a simulation with hidden effects, nuisances and noise."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+import tomlkit
+from mpi4py import MPI
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments import coupon, record
+from dolfingrip.experiments.keeper import COLUMNS, Row
+from dolfingrip.experiments.run import run
+from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.mechanics.domain import on_root
+from dolfingrip.mechanics.failure import Failure
+
+Kind = Literal["bending", "blocked_force", "coupon"]
+
+MEASURED = COLUMNS[: COLUMNS.index("tip_z_mm") + 1]
+"""The columns of the measured-data format; a measurement has no others."""
+
+NOISE: Mapping[str, float] = {
+    "pressure_kPa": 0.5,
+    "angle_deg": 0.3,
+    "force_N": 0.02,
+    "displacement_mm": 0.005,
+    "tip_x_mm": 0.1,
+    "tip_z_mm": 0.1,
+}
+"""Standard deviation by column: an ordinary camera, load cell and regulator (engineering guess);
+the crosshead's is that of the NinjaFlex coupons."""
+
+TRIES = 1000
+"""Draws from a prior until one is an allowed value."""
+
+
+@dataclass(slots=True)
+class Measurement:
+    """What was measured, and what was hidden in it.
+
+    Attributes:
+        kinds: experiments in it.
+        config: the set-up as the laboratory believes it to be.
+        truth: what was simulated, effects and drawn nuisances included.
+        rows: readings with noise, by column.
+        noise: standard deviation by column that is read.
+        failures: of experiments that ended early.
+    """
+
+    kinds: Sequence[Kind]
+    config: Config
+    truth: Config
+    rows: list[Row]
+    noise: Mapping[str, float]
+    failures: list[Failure]
+
+
+def noise_from(assignments: Iterable[str]) -> dict[str, float]:
+    """Noise by column: :data:`NOISE` with ``column=value`` in its place.
+
+    Raises:
+        ConfigError: one line naming the column, the value and what is allowed.
+    """
+    found = dict(NOISE)
+    for assignment in assignments:
+        name, _, text = assignment.partition("=")
+        if name not in found:
+            raise ConfigError(f"--noise {assignment}: allowed: {', '.join(found)}")
+        try:
+            found[name] = float(text)
+        except ValueError:
+            found[name] = math.nan
+        if not 0 <= found[name] < math.inf:
+            raise ConfigError(f"--noise {assignment}: allowed: a number from 0 on")
+    return found
+
+
+def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Config:
+    """``config`` with the effects ``names`` on, their parameters drawn from their priors.
+
+    Raises:
+        ConfigError: one line, where there is no such effect.
+    """
+    by_name = {effect.name(): effect for effect in EFFECTS}
+    names = set(names)
+    unknown = sorted(names - set(by_name))
+    if unknown:
+        raise ConfigError(f"--nuisance {unknown[0]}: no effect; allowed: {', '.join(by_name)}")
+    for name, effect in by_name.items():  # in the index' order, lest a draw depend on the asked one
+        if name in names:
+            config = config.changed(extensions={name: _values(effect, rng)})
+    return config
+
+
+def _values(effect: type[Effect], rng: np.random.Generator) -> dict[str, Any]:
+    """Parameters of ``effect`` from their priors, drawn anew until they are allowed."""
+    for _ in range(TRIES):
+        values: dict[str, Any] = {}
+        for key, prior in effect.priors().items():
+            value = draw(prior, rng)
+            is_list = isinstance(effect.model_fields[key].default, tuple)
+            values[key] = [value] if is_list else value
+        try:
+            configuration.checked(effect, values)
+        except ConfigError:
+            continue
+        return values
+    raise ConfigError(f"--nuisance {effect.name()}: its priors allow no values")
+
+
+def draw(prior: Prior, rng: np.random.Generator) -> float:
+    """A value of the prior's mean and standard deviation, normal or log-normal."""
+    if not prior.positive:
+        return float(rng.normal(prior.mean, prior.spread))
+    variance = math.log1p((prior.spread / prior.mean) ** 2)
+    return float(rng.lognormal(math.log(prior.mean) - variance / 2, math.sqrt(variance)))
+
+
+def measure(
+    kinds: Sequence[Kind],
+    config: Config,
+    *,
+    hidden: Config | None = None,
+    nuisances: Iterable[str] = (),
+    noise: Mapping[str, float] = NOISE,
+    seed: int = 0,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    progress: Callable[[Row], None] = lambda row: None,
+) -> Measurement:
+    """Simulate ``kinds`` and read them as instruments do.
+
+    Args:
+        kinds: experiments, in the order of the table.
+        config: the set-up as the laboratory believes it to be.
+        hidden: what is true instead; default: the same.
+        nuisances: effects that are also on, with parameters drawn from their priors.
+        noise: standard deviation of each column's readings, in its unit.
+        seed: of nuisances and noise.
+        comm: ranks to run on.
+        progress: called with each new row, before the noise.
+    """
+    rng = np.random.default_rng(seed)
+    truth = drawn(hidden or config, nuisances, rng)
+    rows: list[Row] = []
+    failures = []
+    for kind in kinds:
+        if kind == "coupon":
+            result = coupon.run(truth, comm=comm, progress=progress)
+        else:
+            result = run(kind, truth, comm=comm, progress=progress)
+        if result.failure is not None:
+            failures.append(result.failure)
+        for row in result.rows:
+            read = {name: row[name] for name in MEASURED if name in row}
+            read["specimen"] = "synthetic"
+            for name, spread in noise.items():
+                if name in read:
+                    read[name] += rng.normal(0.0, spread)
+            rows.append(read)
+    present = {name: noise[name] for name in noise if any(name in row for row in rows)}
+    return Measurement(tuple(kinds), config, truth, rows, present, failures)
+
+
+def write(measurement: Measurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
+    """Write ``measured.csv`` and ``.toml`` for whom it is to fool, and ``truth.toml`` apart.
+
+    Raises:
+        ConfigError: on every rank, where the folder cannot be written.
+    """
+
+    def work() -> None:
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            with (out / "measured.csv").open("w", encoding="utf-8", newline="") as file:
+                names = [name for name in MEASURED if any(name in row for row in measurement.rows)]
+                table = csv.DictWriter(file, names, lineterminator="\n")
+                table.writeheader()
+                for row in measurement.rows:
+                    table.writerow({k: f"{v:.6g}" if isinstance(v, float) else v
+                                    for k, v in row.items()})  # fmt: skip
+            (out / "measured.toml").write_text(_described(measurement), encoding="utf-8")
+            truth = configuration.dumps(measurement.truth)
+            (out / "truth.toml").write_text(truth, encoding="utf-8")
+        except OSError as error:
+            raise ConfigError(f"--out {out}: {error.strerror}") from None
+
+    on_root(comm, work)
+
+
+def _described(measurement: Measurement) -> str:
+    data: dict[str, Any] = {"experiment": "", "note": "synthetic, by dolfingrip fake"}
+    for kind in measurement.kinds:
+        data |= record.described(measurement.config, kind)
+    if len(measurement.kinds) > 1:
+        data["experiment"] = list(measurement.kinds)
+    data["noise"] = dict(measurement.noise)
+    return tomlkit.dumps(data)
+
+
+KINDS: tuple[Kind, ...] = get_args(Kind)

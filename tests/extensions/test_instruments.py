@@ -1,0 +1,58 @@
+"""From the sensor to the table, and moduli that drift."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from extensions import bars
+from extensions.test_supply import led
+
+from dolfingrip import config
+from dolfingrip.experiments.display import displayed
+from dolfingrip.extensions.line_lag import LineLag
+from dolfingrip.extensions.pressure_offset import PressureOffset
+
+ROW = {"time_s": 30.0, "angle_deg": 40.0, "chord_angle_deg": 21.0, "force_N": 2.0}
+
+
+def shown(*overrides: str) -> dict[str, float]:
+    """The row as the instruments display it."""
+    settings = config.load(None, [f"extensions.{override}" for override in overrides])
+    return displayed(settings, ROW)
+
+
+def test_force() -> None:
+    found = shown("force_drift.rate_N_per_s=0.01", "force_offset.offset_N=0.1", "force_gain.gain=2")
+    # the gain comes first: what is added is added to the displayed force
+    assert found["force_N"] == pytest.approx(2 * 2.0 + 0.1 + 0.01 * 30)
+    assert found["angle_deg"] == 40.0
+
+
+def test_angle() -> None:
+    found = shown(
+        "angle_offset.offset_deg=1", "angle_gain.gain=1.5", "angle_definition.chord_share=0.25"
+    )
+    assert found["angle_deg"] == pytest.approx(1.5 * (0.75 * 40 + 0.25 * 21) + 1)
+    assert found["force_N"] == 2.0
+
+
+def test_pressure_offset_is_there_from_the_start() -> None:
+    """A line behind it is filled at first."""
+    times = np.array([1.0, 2.0])
+    stages = (PressureOffset(offset_kPa=3.0), LineLag(tau_s=0.7))
+    np.testing.assert_allclose(led(times, np.zeros(2), *stages), 3.0)
+
+
+def test_moduli_drift_with_temperature() -> None:
+    """σ(t) = (1 + c ΔT (1 − exp(−t/τ))) σ(0) of a bar held at a stretch."""
+    slope, warming, tau = -0.01, 4.0, 20.0
+    names = {"modulus_per_degC": slope, "warming_degC": warming, "tau_s": tau}
+    times = np.array([0.0, 5.0, 20.0, 100.0])
+    result = bars.pull(
+        *(f"extensions.temperature_drift.{key}={value}" for key, value in names.items()),
+        *bars.protocol(times, np.full(4, 10.0)),
+    )
+    found = result.column("nominal_stress_MPa")
+    assert found[0] > 1
+    factor = 1 + slope * warming * (1 - np.exp(-times / tau))
+    np.testing.assert_allclose(found / found[0], factor, rtol=1e-7)
