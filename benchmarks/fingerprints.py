@@ -1,0 +1,185 @@
+"""What each effect does to angle and force: a page of small plots and a table.
+
+    scripts/run python -m benchmarks.fingerprints [--only prony,mullins] [--out FOLDER]
+
+Each effect at its default values against the base model, loading and unloading, effects with a
+clock at two rates. A finger that is there already is not computed again, so that the script can be
+stopped and started; what is there is drawn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+from dolfingrip import config
+from dolfingrip.experiments.run import Kind, run
+from dolfingrip.extensions.index import NAMES
+from dolfingrip.report import theme
+
+OVERRIDES = (
+    "mesh.size_mm=4.5",
+    "mesh.edge_size_mm=4.5",
+    "experiment.max_pressure_kPa=200",
+    "experiment.unload=true",
+    "gravity.acceleration_m_s2=0",
+)
+"""A coarse finger: right in kind; figures are 5 % off."""
+
+RATES = {"fast": 100.0, "slow": 2.0}
+"""kPa/s."""
+CLOCKS = ("prony", "temperature_drift", "line_lag", "force_drift")
+BASE = "base"
+COLUMNS = {"bending": "angle_deg", "blocked_force": "force_N"}
+LABELS = {"bending": "Δ angle (°)", "blocked_force": "Δ force (N)"}
+COLOURS = {"fast": theme.BLUE, "slow": theme.ORANGE}
+ACROSS = 3
+"""Effects side by side."""
+
+
+def settings(name: str, rate: str) -> list[str]:
+    """Overrides of one run."""
+    on = [] if name == BASE else [f"extensions.{name}={{}}"]
+    return [*OVERRIDES, f"experiment.rate_kPa_per_s={RATES[rate]}", *on]
+
+
+def computed(name: str, rate: str, folder: Path) -> dict[str, Any]:
+    """Curves of an effect at one rate, from the folder where they are there."""
+    file = folder / f"{name}-{rate}.json"
+    asked = config.load(None, settings(name, rate)).model_dump(mode="json", exclude_none=True)
+    if file.exists():
+        found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        if found["config"] == asked:
+            return found
+    found = {"config": asked}
+    for kind in COLUMNS:
+        print(f"{name}, {rate}: {kind}", flush=True)
+        found[kind] = curve(kind, settings(name, rate))
+    folder.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(found), encoding="utf-8")
+    return found
+
+
+def curve(kind: str, overrides: Sequence[str]) -> dict[str, Any]:
+    """Pressure, branch and reading of one run."""
+    experiment: Kind = "bending" if kind == "bending" else "blocked_force"
+    result = run(experiment, config.load(None, overrides))
+    return {
+        "pressure_kPa": result.column("pressure_kPa").tolist(),
+        "reading": result.column(COLUMNS[kind]).tolist(),
+        "branch": [row["branch"] for row in result.rows],
+        "failure": result.failure and result.failure.sentence(),
+    }
+
+
+def change(found: dict[str, Any], base: dict[str, Any], kind: str) -> np.ndarray:
+    """(n, 2) pressure and difference from the base model, as far as both went."""
+    count = min(len(found[kind]["reading"]), len(base[kind]["reading"]))
+    difference = np.subtract(found[kind]["reading"][:count], base[kind]["reading"][:count])
+    return np.stack([found[kind]["pressure_kPa"][:count], difference], axis=1)
+
+
+def rates(name: str) -> list[str]:
+    """The rates that an effect is run at."""
+    return list(RATES) if name in CLOCKS else ["fast"]
+
+
+def draw(names: Sequence[str], folder: Path) -> Path:
+    """Draw the page of all that is there."""
+    base = computed(BASE, "fast", folder)
+    down = -(-len(names) // ACROSS)
+    with theme.figure_theme():
+        figure, panels = plt.subplots(
+            down, 2 * ACROSS, figsize=(2.1 * 2 * ACROSS, 1.75 * down), layout="constrained",
+            squeeze=False,
+        )  # fmt: skip
+        for axes in panels.flat[2 * len(names) :]:
+            axes.set_axis_off()
+        for place, name in enumerate(names):
+            pair = panels.flat[2 * place : 2 * place + 2]
+            for axes, kind in zip(pair, COLUMNS, strict=True):
+                for rate in rates(name):
+                    _line(axes, change(computed(name, rate, folder), base, kind), rate)
+                axes.axhline(0, color=theme.GREY, lw=0.8)
+                axes.set_title(f"{name}: {LABELS[kind]}", fontsize=7.5)
+                axes.tick_params(labelsize=7)
+                if place >= len(names) - ACROSS:
+                    axes.set_xlabel("pressure (kPa)", fontsize=7.5)
+        handles = [
+            plt.Line2D([], [], color=COLOURS[rate], ls=style, label=f"{words}{branch}")
+            for rate, words in (("fast", f"{RATES['fast']:g} kPa/s or any rate, "),
+                                ("slow", f"{RATES['slow']:g} kPa/s, "))
+            for style, branch in (("-", "loading"), ("--", "unloading"))
+        ]  # fmt: skip
+        figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=7.5)
+        path = folder / "fingerprints.png"
+        figure.savefig(path)
+        plt.close(figure)
+    return path
+
+
+def _line(axes: Axes, points: np.ndarray, rate: str) -> None:
+    turn = int(np.argmax(points[:, 0]))
+    colour = COLOURS[rate]
+    axes.plot(*points[: turn + 1].T, "-", color=colour, lw=1.3)
+    axes.plot(*points[turn:].T, "--", color=colour, lw=1.3)
+    # what is round-off is not to fill its panel
+    low, high = axes.get_ylim()
+    if high - low < 1e-3:
+        axes.set_ylim(-1e-2, 1e-2)
+
+
+def table(names: Sequence[str], folder: Path) -> str:
+    """Markdown: change at the highest pressure, and after venting, by effect."""
+    base = computed(BASE, "fast", folder)
+    top = int(np.argmax(base["bending"]["pressure_kPa"]))
+    lines = [
+        f"Base model at {base['bending']['pressure_kPa'][top]:g} kPa: "
+        f"{base['bending']['reading'][top]:.2f}°, {base['blocked_force']['reading'][top]:.3f} N.",
+        "",
+        "| effect | rate (kPa/s) | Δ angle (°) | vented (°) | Δ force (N) | vented (N) |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name in names:
+        for rate in rates(name):
+            found = computed(name, rate, folder)
+            cells = []
+            for kind in COLUMNS:
+                points = change(found, base, kind)
+                whole = len(points) == len(base[kind]["reading"])
+                cells.append(f"{points[top, 1]:+.3f}" if len(points) > top else "–")
+                cells.append(f"{points[-1, 1]:+.3f}" if whole else "–")
+            shown = f"{RATES[rate]:g}" if name in CLOCKS else "any"
+            lines.append(f"| {name} | {shown} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Compute what is not there, draw all that is."""
+    parser = argparse.ArgumentParser(description="Fingerprints of the model extensions.")
+    parser.add_argument("--only", help="effects, joined by commas; default: all")
+    parser.add_argument("--out", type=Path, default=Path("out/fingerprints"))
+    asked = parser.parse_args()
+    names = asked.only.split(",") if asked.only else list(NAMES)
+    unknown = [name for name in names if name not in NAMES]
+    if unknown:
+        parser.error(f"--only {unknown[0]}: allowed: {', '.join(NAMES)}")
+    computed(BASE, "fast", asked.out)
+    for name in names:
+        for rate in rates(name):
+            computed(name, rate, asked.out)
+    text = table(names, asked.out)
+    (asked.out / "fingerprints.md").write_text(text, encoding="utf-8")
+    print(text)
+    print(draw(names, asked.out))
+
+
+if __name__ == "__main__":
+    main()
