@@ -15,6 +15,10 @@ from dolfingrip.extensions.no_self_contact import NoSelfContact
 ORDINARY = {"J_m", "alpha", "beta", "chord_share", "factor", "g", "gain", "mu", "r", "yield_strain"}
 """Parameters without a unit."""
 
+SMOOTH = {"permanent_set": {"yield_strain": 0.005}}
+"""All points yield: remainders across the kink where one begins to are of second order, but not
+evenly so."""
+
 HOOKS = ("adapt", "strain_energy", "terms", "outlet_kPa", "reading")
 
 TWO_CYCLES = (
@@ -66,7 +70,8 @@ def test_says_what_it_is(effect: type[Effect]) -> None:
 
 @pytest.mark.parametrize("effect", ENERGIES, ids=[effect.name() for effect in ENERGIES])
 def test_derivatives(effect: type[Effect]) -> None:
-    finger = trial.stirred(trial.configured({effect: {}}, "plate.gap_mm=30", *TWO_CYCLES))
+    on = {effect: SMOOTH.get(effect.name(), {})}
+    finger = trial.stirred(trial.configured(on, "plate.gap_mm=30", *TWO_CYCLES))
     assert f"extensions.{effect.name()}" in " ".join(finger.parameters)
     energy, residual = trial.orders(finger)
     assert energy > 1.9

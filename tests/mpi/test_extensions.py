@@ -30,8 +30,10 @@ def _compare(alone: Result, together: Result, *names: str) -> None:
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * scale, err_msg=name)
 
 
-def test_a_finger_with_all_effects_at_once() -> None:
-    settings = trial.configured({effect: {} for effect in EFFECTS}, *trial.STRICT, *CYCLES)
+@pytest.mark.parametrize("elastic", [True, False], ids=["elastic", "all others"])
+def test_a_finger_with_many_effects_at_once(elastic: bool) -> None:
+    on = {effect: {} for effect in EFFECTS if (effect.kind == "elastic") == elastic}
+    settings = trial.configured(on, *trial.STRICT, *CYCLES)
     alone, together = (run("blocked_force", settings, comm=comm) for comm in (trial.SELF, WORLD))
     _compare(alone, together, "angle_deg", "force_N", "tip_x_mm", "cavity_pressure_kPa")
 

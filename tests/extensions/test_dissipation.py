@@ -1,0 +1,51 @@
+"""Work that the air does on a finger in a closed cycle: what the dissipative effects take of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from extensions import trial
+
+from dolfingrip.experiments import run
+from dolfingrip.extensions.effect import Effect
+from dolfingrip.extensions.index import EFFECTS
+
+CYCLES = (
+    "contact.self_contact=false",
+    "experiment.max_pressure_kPa=20",
+    "experiment.step_kPa=5",
+    "experiment.cycles=2",
+)
+DISSIPATIVE = [effect for effect in EFFECTS if effect.kind == "dissipative"]
+ONCE = ("mullins",)
+"""What is softened does not soften again up to the same pressure."""
+
+
+def work(on: dict[type[Effect], dict[str, float]]) -> np.ndarray:
+    """∮ p dV of both cycles, by the product of the ranges of p and V.
+
+    By the trapezoidal rule: nothing for an elastic finger, which returns through the same points.
+    """
+    result = run("blocked_force", trial.configured(on, *CYCLES), comm=trial.SELF)
+    assert result.failure is None
+    pressure, volume = result.column("pressure_kPa"), result.column("cavity_volume_mm3")
+    cycle = result.column("cycle")
+    second = int(np.argmax(cycle == 2))
+    parts = (slice(0, second), slice(second - 1, None))  # the second starts where the first ends
+    found = [np.trapezoid(pressure[part], volume[part]) for part in parts]
+    return np.array(found) / (np.ptp(pressure) * np.ptp(volume))
+
+
+def test_an_elastic_cycle_takes_nothing() -> None:
+    assert np.abs(work({})).max() < 1e-7
+
+
+@pytest.mark.parametrize("effect", DISSIPATIVE, ids=[each.name() for each in DISSIPATIVE])
+def test_a_cycle_takes_work(effect: type[Effect]) -> None:
+    first, second = work({effect: {}})
+    print(f"{effect.name()}: {first:.2e} of p V in the first cycle, {second:.2e} in the second")
+    assert first > 1e-5
+    if effect.name() in ONCE:
+        assert abs(second) < 1e-7
+    else:
+        assert second > 1e-5
