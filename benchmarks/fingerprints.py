@@ -29,7 +29,6 @@ OVERRIDES = (
     "mesh.edge_size_mm=4.5",
     "experiment.max_pressure_kPa=200",
     "experiment.unload=true",
-    "gravity.acceleration_m_s2=0",
 )
 """A coarse finger: right in kind; figures are 5 % off."""
 

@@ -37,11 +37,11 @@ def extensions(
 
 
 def tabulate(effects: Sequence[type[Effect]] = EFFECTS, *, source: bool = False) -> Table:
-    """A row for each parameter of ``effects``: unit, default, prior and, if asked, its source."""
+    """A row for each parameter of ``effects``: prior and, if asked, default and source."""
     table = Table(box=SIMPLE_HEAD)
-    headings = ["effect", "kind", "parameter", "unit", "default", "prior"]
-    for heading in [*headings, "source"] if source else headings:
-        table.add_column(heading)
+    headings = ["effect", "kind", "parameter", "prior"]
+    for heading in [*headings, "default", "source"] if source else headings:
+        table.add_column(heading, no_wrap=heading not in ("prior", "source"))
     for effect in effects:
         lead = [effect.name(), effect.kind]
         priors = effect.priors()
@@ -50,8 +50,8 @@ def tabulate(effects: Sequence[type[Effect]] = EFFECTS, *, source: bool = False)
             default = info.default
             if isinstance(default, tuple):
                 default = list(default)
-            known = f"{prior.mean:g} ± {prior.spread:g}" if prior else "–"
-            cells = [*lead, key, unit(key) or "–", str(default), known]
-            table.add_row(*cells, *([prior.source if prior else ""] if source else []))
+            known = f"{prior.mean:g} ± {prior.spread:g} {unit(key)}" if prior else "–"
+            more = [str(default), prior.source if prior else ""] if source else []
+            table.add_row(*lead, key, known, *more)
             lead = ["", ""]
     return table

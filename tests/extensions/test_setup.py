@@ -24,6 +24,8 @@ ONE_STEP = (
     "experiment.max_pressure_kPa=20",
     "experiment.step_kPa=20",
 )
+CLOSE = ("solver.rtol=1e-10", "solver.atol_N=1e-9")
+"""Closer the stiff tie's round-off does not let the residual come."""
 SOFT = {"compliance_mm_per_N": 0.5, "compliance_rad_per_Nmm": 0.0}
 
 
@@ -46,12 +48,12 @@ def test_clamp_in_series() -> None:
     Without friction the plate, whose normal is x, shifts the base along x alone.
     """
     on = {ClampCompliance: SOFT}
-    found = run("blocked_force", trial.configured(on, *trial.STRICT, *ONE_STEP), comm=trial.SELF)
+    found = run("blocked_force", trial.configured(on, *CLOSE, *ONE_STEP), comm=trial.SELF)
     assert found.failure is None
     force = found.column("force_N")[-1]
     assert force > 0.2
     gap = SOFT["compliance_mm_per_N"] * force
-    settings = trial.configured({}, *trial.STRICT, *ONE_STEP, f"plate.gap_mm={gap}")
+    settings = trial.configured({}, *CLOSE, *ONE_STEP, f"plate.gap_mm={gap}")
     rigid = run("blocked_force", settings, comm=trial.SELF)
     assert force == pytest.approx(rigid.column("force_N")[-1], rel=2e-5)
     shift = found.column("tip_x_mm")[-1] - rigid.column("tip_x_mm")[-1]
@@ -75,11 +77,13 @@ def test_a_base_turns_by_the_moment() -> None:
 
 def test_friction_is_coulombs_where_the_slip_is_long() -> None:
     slip, width, pressure, mu = np.array([0.3, -0.4, 0.0]), 1e-3, 0.7, 0.6
-    s = ufl.variable(ufl.as_vector(slip.tolist()))
-    traction = ufl.diff(friction.energy(s, pressure, mu, width), s)
-    found = [float(traction[i](())) for i in range(3)]
-    np.testing.assert_allclose(found, mu * pressure * slip / 0.5, rtol=1e-5)
-    assert friction.energy(ufl.as_vector([0.0, 0.0, 0.0]), pressure, mu, width)(()) == 0
+
+    def energy(s: np.ndarray) -> float:
+        return float(friction.energy(ufl.as_vector(s.tolist()), pressure, mu, width))
+
+    traction = [(energy(slip + d) - energy(slip - d)) / 2e-5 for d in 1e-5 * np.eye(3)]
+    np.testing.assert_allclose(traction, mu * pressure * slip / 0.5, rtol=1e-5, atol=1e-9)
+    assert energy(np.zeros(3)) == 0
 
 
 def test_derivatives_of_friction_in_contact() -> None:
@@ -94,7 +98,7 @@ def test_derivatives_of_friction_in_contact() -> None:
     assert plate.force_N() > 0.1
     finger.model.accept_step()
     plate.offset.value = float(plate.offset.value) - 30
-    strain = 0.03 * rng.uniform(-1, 1, (3, 3))
+    strain = 0.1 * rng.uniform(-1, 1, (3, 3))
     finger.model.u.x.array[:] += (nodes @ strain).ravel()
     assert min(trial.orders(finger)) > 1.9
 
