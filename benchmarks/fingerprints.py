@@ -106,7 +106,7 @@ def draw(names: Sequence[str], folder: Path) -> Path:
             for axes, kind in zip(pair, COLUMNS, strict=True):
                 for rate in rates(name):
                     _line(axes, change(computed(name, rate, folder), base, kind), rate)
-                axes.axhline(0, color=theme.GREY, lw=0.8)
+                axes.axhline(0, color=theme.GREY, lw=0.8, zorder=1)
                 axes.set_title(f"{name}: {LABELS[kind]}", fontsize=7.5)
                 axes.tick_params(labelsize=7)
                 if place >= len(names) - ACROSS:
@@ -136,15 +136,16 @@ def _line(axes: Axes, points: np.ndarray, rate: str) -> None:
 
 
 def table(names: Sequence[str], folder: Path) -> str:
-    """Markdown: change at the highest pressure, and after venting, by effect."""
+    """Markdown: change at the highest pressure, half-way back and after venting, by effect."""
     base = computed(BASE, "fast", folder)
     top = int(np.argmax(base["bending"]["pressure_kPa"]))
     lines = [
         f"Base model at {base['bending']['pressure_kPa'][top]:g} kPa: "
         f"{base['bending']['reading'][top]:.2f}°, {base['blocked_force']['reading'][top]:.3f} N.",
         "",
-        "| effect | rate (kPa/s) | Δ angle (°) | vented (°) | Δ force (N) | vented (N) |",
-        "|---|---|---|---|---|---|",
+        "| effect | rate (kPa/s) | Δ angle (°) | half-way back | vented "
+        "| Δ force (N) | half-way back | vented |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for name in names:
         for rate in rates(name):
@@ -152,9 +153,9 @@ def table(names: Sequence[str], folder: Path) -> str:
             cells = []
             for kind in COLUMNS:
                 points = change(found, base, kind)
-                whole = len(points) == len(base[kind]["reading"])
-                cells.append(f"{points[top, 1]:+.3f}" if len(points) > top else "–")
-                cells.append(f"{points[-1, 1]:+.3f}" if whole else "–")
+                for place in (top, top + top // 2, 2 * top):
+                    there = place < len(points)  # else the run ended before
+                    cells.append(f"{points[place, 1]:+.3f}" if there else "–")
             shown = f"{RATES[rate]:g}" if name in CLOCKS else "any"
             lines.append(f"| {name} | {shown} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
