@@ -2,7 +2,7 @@
 
     scripts/run python -m benchmarks.step_cost [--repeats 3]
 
-Two cycles of a finger of some thousand elements without contact between bellows; forms are
+Two cycles of the reference finger without contact between bellows; forms are
 compiled before the clock starts. Medians; one process, so run it on an idle core.
 """
 
@@ -16,8 +16,6 @@ from dolfingrip import config
 from dolfingrip.experiments.run import Kind, run
 
 OVERRIDES = (
-    "mesh.size_mm=3.5",
-    "mesh.edge_size_mm=3.5",
     "contact.self_contact=false",
     "experiment.max_pressure_kPa=100",
     "experiment.cycles=2",

@@ -19,7 +19,7 @@ class Ogden(Effect):
 
     ψ += 2μ/α² (λ̄₁ᵅ + λ̄₂ᵅ + λ̄₃ᵅ − 3) − μ/2 (Ī₁ − 3): the neo-Hookean term is replaced by
     Ogden's of the same initial modulus (Ogden, Proc. R. Soc. A 326, 1972). The stretches' powers
-    come from :mod:`dolfingrip.forms.powers`, to 1e-3 of the energy at a stretch of 2.
+    come from :mod:`dolfingrip.forms.powers`, the stress to 1e-3 at a stretch of 1.5.
 
     Prior: α = 1 ± 0.4, an engineering guess; α = 2 is neo-Hooke. The softening of printed
     NinjaFlex asks for the lowest exponents (see mooney_rivlin, whose one parameter fits it better).
@@ -32,7 +32,7 @@ class Ogden(Effect):
     neutral: ClassVar = {"alpha": 2.0}
 
     alpha: Annotated[float, Prior(1.0, 0.4, "engineering guess", positive=True)] = Field(
-        1.0, ge=0.5, le=3, description="exponent of the stretches"
+        1.0, ge=0.5, le=2.5, description="exponent of the stretches"
     )
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
