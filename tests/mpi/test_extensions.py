@@ -10,6 +10,7 @@ from mpi4py import MPI
 from dolfingrip import config
 from dolfingrip.experiments import Result, coupon, run
 from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.extensions.mooney_rivlin import MooneyRivlin
 
 WORLD = MPI.COMM_WORLD
 CYCLES = (
@@ -30,10 +31,10 @@ def _compare(alone: Result, together: Result, *names: str) -> None:
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * scale, err_msg=name)
 
 
-@pytest.mark.parametrize("elastic", [True, False], ids=["elastic", "all others"])
-def test_a_finger_with_many_effects_at_once(elastic: bool) -> None:
-    on = {effect: {} for effect in EFFECTS if (effect.kind == "elastic") == elastic}
-    settings = trial.configured(on, *trial.STRICT, *CYCLES)
+def test_a_finger_with_all_other_than_elastic_effects_at_once() -> None:
+    """An energy of the strain alone knows of no ranks; one of them is the base of the others."""
+    on = [effect for effect in EFFECTS if effect.kind != "elastic" or effect is MooneyRivlin]
+    settings = trial.configured(dict.fromkeys(on, {}), *trial.STRICT, *CYCLES)
     alone, together = (run("blocked_force", settings, comm=comm) for comm in (trial.SELF, WORLD))
     _compare(alone, together, "angle_deg", "force_N", "tip_x_mm", "cavity_pressure_kPa")
 
