@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import sys
 import tomllib
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from dolfingrip import config
+from dolfingrip import cli, config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import synthetic
 from dolfingrip.experiments.synthetic import Measurement
@@ -91,6 +92,20 @@ def test_any_effect_can_be_drawn() -> None:
     for name in NAMES:
         found = synthetic.drawn(config.Config(), [name], rng)
         assert len(found.extensions.active()) == 1
+
+
+def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def call(*arguments: str) -> int:
+        monkeypatch.setattr(sys, "argv", ["dolfingrip", "fake", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        return int(ended.value.code or 0)
+
+    asked = ["--experiments", "coupon", "--out", str(tmp_path / "fake")]
+    assert call(*asked, "--hide", "extensions.mullins.r=2", "--set", "coupon.max_strain=0.1") == 0
+    assert config.load(tmp_path / "fake" / "truth.toml").extensions.mullins.r == 2.0
+    assert call("--experiments", "coupon,tension") == 2
+    assert call(*asked, "--noise", "angle=1") == 2
 
 
 def test_bad_input_is_said_in_one_line() -> None:
