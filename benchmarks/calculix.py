@@ -28,7 +28,7 @@ def write_deck(
         residual: largest residual force over the average force; 5e-3 is CalculiX' default.
     """
     bulk = config.material.lmbda_MPa + 2 / 3 * config.material.mu_MPa
-    cells = mesh.tetrahedra if mesh.order == 1 else mesh.tetrahedra[:, EXCHANGED]
+    cells = mesh.cells if mesh.order == 1 else mesh.cells[:, EXCHANGED]
     kind = "C3D4" if mesh.order == 1 else "C3D10"
     lines = [
         "*NODE, NSET=all",
@@ -64,7 +64,7 @@ def write_deck(
 
 def loaded_faces(mesh: SolidMesh) -> tuple[np.ndarray, np.ndarray]:
     """Numbers, from 1, of the elements on the cavity and of their faces there."""
-    element, face = np.divmod(match(mesh.facets[CAVITY], mesh.tetrahedra), 4)
+    element, face = np.divmod(match(mesh.facets[CAVITY], mesh.cells), 4)
     return element + 1, face + 1
 
 

@@ -29,10 +29,10 @@ class CavityRegion(felupe.Region):
     """
 
     def __init__(self, mesh: felupe.Mesh, solid: SolidMesh) -> None:
-        rows = match(solid.facets[CAVITY], solid.tetrahedra)
+        rows = match(solid.facets[CAVITY], solid.cells)
         cells, face = np.divmod(rows, 4)
-        outward = np.take_along_axis(solid.tetrahedra[cells], FACES[face, :3], axis=1)
-        opposite = solid.tetrahedra[cells].sum(axis=1) - outward.sum(axis=1)
+        outward = np.take_along_axis(solid.cells[cells], FACES[face, :3], axis=1)
+        opposite = solid.cells[cells].sum(axis=1) - outward.sum(axis=1)
         # seen from the fourth corner the first three turn left: a positive element
         turned = np.column_stack([outward[:, [0, 2, 1]], opposite])
         bounded = mesh.copy()
@@ -65,7 +65,7 @@ def bend(config: Config, steps: int, ordering: str) -> dict[str, Any]:
     start = time.perf_counter()
     mesh = solid(config)
     meshed = time.perf_counter()
-    grid = felupe.Mesh(mesh.points, mesh.tetrahedra, "tetra")
+    grid = felupe.Mesh(mesh.points, mesh.cells, "tetra")
     field = felupe.FieldContainer([felupe.Field(felupe.RegionTetra(grid), dim=3)])
     body = felupe.SolidBody(
         felupe.NeoHookeCompressible(config.material.mu_MPa, config.material.lmbda_MPa), field
@@ -95,7 +95,7 @@ def bend(config: Config, steps: int, ordering: str) -> dict[str, Any]:
     moved = mean_displacement(mesh, field[0].values)
     return {
         "dofs": int(3 * len(mesh.points)),
-        "elements": len(mesh.tetrahedra),
+        "elements": len(mesh.cells),
         "mesh_s": meshed - start,
         "setup_s": built - meshed,
         "solve_s": solved - built,

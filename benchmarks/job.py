@@ -74,7 +74,7 @@ def deck(spec: dict[str, Any]) -> dict[str, Any]:
     settings = config.load(None, spec["overrides"])
     mesh = solid(settings)
     write_deck(Path(spec["deck"]), mesh, settings, **spec.get("controls", {}))
-    return {"dofs": 3 * len(mesh.points), "elements": len(mesh.tetrahedra)}
+    return {"dofs": 3 * len(mesh.points), "elements": len(mesh.cells)}
 
 
 def tip(spec: dict[str, Any]) -> dict[str, Any]:

@@ -113,15 +113,15 @@ def write(path: Path, mesh: SolidMesh) -> None:
     OSError
         Where it cannot be written.
     """
-    cells = ("tetra", mesh.tetrahedra)
+    cells = ("tetra", mesh.cells)
     if mesh.order == 2:
-        cells = ("tetra10", mesh.tetrahedra[:, EXCHANGED])
+        cells = ("tetra10", mesh.cells[:, EXCHANGED])
     meshio.write(
         path,
         meshio.Mesh(
             mesh.points,
             [cells],
-            cell_sets={groups.SOLID: [np.arange(len(mesh.tetrahedra))]},
+            cell_sets={groups.SOLID: [np.arange(len(mesh.cells))]},
             point_sets={name: np.unique(facets) for name, facets in mesh.facets.items()},
         ),
         file_format="abaqus",
@@ -134,7 +134,7 @@ def write(path: Path, mesh: SolidMesh) -> None:
     with path.open("a", encoding="utf-8") as deck:  # meshio knows no surfaces
         for name, facets in mesh.facets.items():
             deck.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
-            for element, face in zip(*np.divmod(match(facets, mesh.tetrahedra), 4), strict=True):
+            for element, face in zip(*np.divmod(match(facets, mesh.cells), 4), strict=True):
                 deck.write(f"{element + 1}, S{face + 1}\n")
 
 

@@ -128,10 +128,10 @@ def _write_msh(path: Path, mesh: SolidMesh) -> None:
 
 def _write_vtk(path: Path, mesh: SolidMesh) -> None:
     solid, facet = ("tetra", "triangle") if mesh.order == 1 else ("tetra10", "triangle6")
-    tags = [np.full(len(mesh.tetrahedra), groups.SOLID_TAG, dtype=np.int32)]
+    tags = [np.full(len(mesh.cells), groups.SOLID_TAG, dtype=np.int32)]
     tags += [
         np.full(len(f), groups.SURFACE_TAGS[n], dtype=np.int32) for n, f in mesh.facets.items()
     ]
-    tetrahedra = mesh.tetrahedra if mesh.order == 1 else mesh.tetrahedra[:, EXCHANGED]
+    tetrahedra = mesh.cells if mesh.order == 1 else mesh.cells[:, EXCHANGED]
     cells = [(solid, tetrahedra), *((facet, facets) for facets in mesh.facets.values())]
     meshio.write(path, meshio.Mesh(mesh.points, cells, cell_data={"group": tags}))

@@ -110,7 +110,7 @@ def insert(mesh: SolidMesh) -> None:
         gmsh.model.addDiscreteEntity(2, surface)
     gmsh.model.addDiscreteEntity(3, groups.SOLID_TAG, surfaces)
     gmsh.model.mesh.addNodes(3, groups.SOLID_TAG, tags, mesh.points.ravel())
-    tetrahedra = (mesh.tetrahedra + 1).ravel()
+    tetrahedra = (mesh.cells + 1).ravel()
     gmsh.model.mesh.addElementsByType(groups.SOLID_TAG, 11 if second else 4, [], tetrahedra)
     gmsh.model.addPhysicalGroup(3, [groups.SOLID_TAG], groups.SOLID_TAG, groups.SOLID)
     for (name, facets), surface in zip(mesh.facets.items(), surfaces, strict=True):

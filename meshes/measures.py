@@ -28,10 +28,10 @@ def jacobians(mesh: SolidMesh) -> Floats:
     That of a first-order element is constant, that of a second-order one a cubic, given at
     the 20 points that determine it.
     """
-    corners = mesh.points[mesh.tetrahedra[:, :4]]
+    corners = mesh.points[mesh.cells[:, :4]]
     if mesh.order == 1:
         return np.linalg.det(corners[:, 1:] - corners[:, :1])[:, None]
-    nodes = mesh.points[mesh.tetrahedra]
+    nodes = mesh.points[mesh.cells]
     columns = [np.linalg.det(np.einsum("nk,mni->mki", g, nodes)) for g in _gradients(_LATTICE)]
     return np.stack(columns, axis=1)
 
@@ -74,7 +74,7 @@ def enclosed_volume(points: Floats, facets: Ints) -> float:
 
 def scaled_jacobians(mesh: SolidMesh) -> Floats:
     """Jacobian over the largest product of three edges that meet in a corner, times √2, (m,)."""
-    corners = mesh.points[mesh.tetrahedra[:, :4]]
+    corners = mesh.points[mesh.cells[:, :4]]
     volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
     length = edge_lengths(mesh)
     # edges 01 12 02 03 23 13 meet in the corners 0, 1, 2, 3 like this
@@ -85,7 +85,7 @@ def scaled_jacobians(mesh: SolidMesh) -> Floats:
 
 def dihedral_angles(mesh: SolidMesh) -> Floats:
     """Angles between the faces of each tetrahedron, shape (m, 6), rad."""
-    triangles = mesh.points[faces(mesh.tetrahedra[:, :4])].reshape(-1, 4, 3, 3)
+    triangles = mesh.points[faces(mesh.cells[:, :4])].reshape(-1, 4, 3, 3)
     normals = np.cross(
         triangles[:, :, 1] - triangles[:, :, 0], triangles[:, :, 2] - triangles[:, :, 0]
     )
@@ -97,7 +97,7 @@ def dihedral_angles(mesh: SolidMesh) -> Floats:
 
 def edge_lengths(mesh: SolidMesh) -> Floats:
     """Lengths of the edges 01, 12, 02, 03, 23, 13 of each tetrahedron, shape (m, 6), mm."""
-    ends = mesh.points[mesh.tetrahedra[:, EDGES]]
+    ends = mesh.points[mesh.cells[:, EDGES]]
     lengths: Floats = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
     return lengths
 
@@ -107,7 +107,7 @@ def centroid(mesh: SolidMesh) -> Floats:
 
     Second-order elements are integrated exactly where their edges are straight.
     """
-    corners = mesh.points[mesh.tetrahedra[:, :4]]
+    corners = mesh.points[mesh.cells[:, :4]]
     volumes = np.linalg.det(corners[:, 1:] - corners[:, :1])
     centre: Floats = volumes @ corners.mean(axis=1) / volumes.sum()
     return centre

@@ -129,7 +129,7 @@ def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
     """
     if morph.is_identity:
         return mesh
-    new = replace(mesh, points=morph.points(mesh.points, second_order_edges(mesh.tetrahedra)))
+    new = replace(mesh, points=morph.points(mesh.points, second_order_edges(mesh.cells)))
     least = jacobians(new).min(axis=1)
     if least.min() <= 0:
         raise inverted(morph, int((least <= 0).sum()), len(least), float(least.min()))

@@ -90,7 +90,7 @@ def check(mesh: SolidMesh) -> Quality:
     return Quality(
         order=mesh.order,
         points=len(mesh.points),
-        tetrahedra=len(mesh.tetrahedra),
+        tetrahedra=len(mesh.cells),
         volume_mm3=sum(enclosed_volume(mesh.points, f) for f in mesh.facets.values()),
         cavity_mm3=cavity,
         scaled_jacobian_min=float(scaled.min()),
@@ -102,8 +102,8 @@ def check(mesh: SolidMesh) -> Quality:
 
 def _check_groups(mesh: SolidMesh) -> None:
     """Every boundary facet, seen from outside, is in one group; no other facet is in any."""
-    every = faces(mesh.tetrahedra)
-    outer = every[boundary(mesh.tetrahedra)]
+    every = faces(mesh.cells)
+    outer = every[boundary(mesh.cells)]
     grouped = np.concatenate(list(mesh.facets.values()))
     label = labels(np.concatenate([outer, grouped]))
     times = np.bincount(label[len(outer) :], minlength=label.max() + 1)

@@ -43,7 +43,7 @@ def test_deck_has_the_mesh_and_the_loads(mesh: SolidMesh, tmp_path: Path) -> Non
     calculix.write_deck(tmp_path / "finger.inp", mesh, SMALL)
     deck = blocks((tmp_path / "finger.inp").read_text())
     assert len(deck["*NODE, NSET=all"]) == len(mesh.points)
-    assert len(deck["*ELEMENT, TYPE=C3D10, ELSET=solid"]) == len(mesh.tetrahedra)
+    assert len(deck["*ELEMENT, TYPE=C3D10, ELSET=solid"]) == len(mesh.cells)
     assert len(deck["*DLOAD"]) == len(mesh.facets["cavity"])
     assert all(line.endswith(", 0.08") for line in deck["*DLOAD"])
     longest = max(len(w.strip()) for line in deck["*NODE, NSET=all"] for w in line.split(","))
@@ -57,7 +57,7 @@ def test_loaded_faces_are_the_cavity(mesh: SolidMesh) -> None:
     corners = {1: (0, 1, 2), 2: (0, 3, 1), 3: (1, 3, 2), 4: (2, 3, 0)}  # Abaqus' manual
     element, face = calculix.loaded_faces(mesh)
     loaded = {
-        frozenset(mesh.tetrahedra[e - 1, list(corners[f])])
+        frozenset(mesh.cells[e - 1, list(corners[f])])
         for e, f in zip(element, face, strict=True)
     }
     assert loaded == {frozenset(facet) for facet in mesh.facets["cavity"][:, :3]}

@@ -112,14 +112,14 @@ def distribute(comm: MPI.Comm, solid: SolidMesh | None) -> Domain:
     facts = None
     if comm.rank == 0:
         assert solid is not None
-        facts = (solid.order, tuple(solid.facets), len(solid.tetrahedra))
+        facts = (solid.order, tuple(solid.facets), len(solid.cells))
     order, names, number = comm.bcast(facts)
     if number < comm.size:
         raise ConfigError(f"mesh: {number} elements on {comm.size} ranks; allowed: as many or more")
     nodes, facet_nodes = {1: (4, 3), 2: (10, 6)}[order]
     if solid is not None:
         points = np.ascontiguousarray(solid.points, dtype=np.float64)
-        cells = np.asarray(solid.tetrahedra, dtype=np.int64)
+        cells = np.asarray(solid.cells, dtype=np.int64)
         facets = np.concatenate([np.asarray(f, dtype=np.int64) for f in solid.facets.values()])
         values = np.concatenate(
             [np.full(len(f), SURFACE_TAGS[n], np.int32) for n, f in solid.facets.items()]

@@ -29,7 +29,7 @@ def mesh(request: pytest.FixtureRequest) -> SolidMesh:
 
 def same(mesh: SolidMesh, other: SolidMesh) -> None:
     assert np.abs(mesh.points - other.points).max() < 1e-12
-    assert np.array_equal(mesh.tetrahedra, other.tetrahedra)
+    assert np.array_equal(mesh.cells, other.cells)
     assert set(mesh.facets) == set(other.facets)
     for name, facets in mesh.facets.items():
         assert {tuple(f) for f in facets.tolist()} == {
@@ -52,9 +52,9 @@ def test_others_read_what_is_written(mesh: SolidMesh, suffix: str, tmp_path: Pat
     solid, facet = ("tetra", "triangle") if mesh.order == 1 else ("tetra10", "triangle6")
     tetrahedra = other.cells_dict[solid]
     assert np.abs(other.points - mesh.points).max() < 1e-12
-    assert np.array_equal(np.sort(tetrahedra), np.sort(mesh.tetrahedra))
+    assert np.array_equal(np.sort(tetrahedra), np.sort(mesh.cells))
     if mesh.order == 2:
-        assert np.array_equal(tetrahedra, mesh.tetrahedra[:, EXCHANGED])
+        assert np.array_equal(tetrahedra, mesh.cells[:, EXCHANGED])
     if suffix in (".vtk", ".vtu"):
         data = other.cell_data_dict["group"]
         assert (data[solid] == SOLID_TAG).all()
@@ -70,7 +70,7 @@ def test_others_read_what_is_written(mesh: SolidMesh, suffix: str, tmp_path: Pat
 
 def test_second_order_nodes_are_midpoints(half_second_order: SolidMesh) -> None:
     x = half_second_order.points
-    tetrahedra = half_second_order.tetrahedra
+    tetrahedra = half_second_order.cells
     middles = x[tetrahedra[:, EDGES]].mean(axis=2)
     assert np.abs(x[tetrahedra[:, 4:]] - middles).max() < 1e-9
     for facets in half_second_order.facets.values():
@@ -116,15 +116,15 @@ def test_deck_in_the_manner_of_abaqus(half: SolidMesh, tmp_path: Path) -> None:
         for n, (x, y, z) in zip(number, half.points.tolist(), strict=True)
     ]
     lines.append("*Element, type=C3D4H, elset=BODY")
-    for i, nodes in enumerate(number[half.tetrahedra].tolist(), 1):
+    for i, nodes in enumerate(number[half.cells].tolist(), 1):
         a, b, c, d = nodes
         lines += [f"{i}, {a}, {b},", f" {c}, {d}"]
     lines += ["*End Part", "*Nset, nset=ODD, generate", "100, 140, 20"]
     for name, facets in half.facets.items():
         groups: dict[str, list[str]] = {}
         for facet in facets:
-            element = np.flatnonzero(np.isin(half.tetrahedra, facet).sum(axis=1) == 3)[0]
-            away = int(np.flatnonzero(~np.isin(half.tetrahedra[element], facet))[0])
+            element = np.flatnonzero(np.isin(half.cells, facet).sum(axis=1) == 3)[0]
+            away = int(np.flatnonzero(~np.isin(half.cells[element], facet))[0])
             groups.setdefault({3: "S1", 2: "S2", 0: "S3", 1: "S4"}[away], []).append(
                 str(element + 1)
             )

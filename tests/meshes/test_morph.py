@@ -72,7 +72,7 @@ def test_inverse_restores_the_original(
 def curved(mesh: SolidMesh) -> SolidMesh:
     """A second-order mesh with bent edges."""
     points = mesh.points.copy()
-    middles = np.unique(mesh.tetrahedra[:, 4:])
+    middles = np.unique(mesh.cells[:, 4:])
     seed = 5
     print(f"seed {seed}")
     points[middles] += np.random.default_rng(seed).uniform(-0.01, 0.01, (len(middles), 3))
@@ -81,8 +81,8 @@ def curved(mesh: SolidMesh) -> SolidMesh:
 
 def test_straight_edges_stay_straight(half_second_order: SolidMesh) -> None:
     moved = morphed(half_second_order, Morph(1.0, -0.5, D))
-    ends = moved.points[moved.tetrahedra[:, EDGES]].mean(axis=2)
-    assert np.abs(ends - moved.points[moved.tetrahedra[:, 4:]]).max() < 1e-13
+    ends = moved.points[moved.cells[:, EDGES]].mean(axis=2)
+    assert np.abs(ends - moved.points[moved.cells[:, 4:]]).max() < 1e-13
     assert jacobians(moved).min() > 0
 
 
@@ -139,7 +139,7 @@ def test_vtk_is_read_back(
     files.write(tmp_path / f"finger{suffix}", mesh)
     found = files.read(tmp_path / f"finger{suffix}")
     np.testing.assert_allclose(found.points, mesh.points)
-    np.testing.assert_array_equal(found.tetrahedra, mesh.tetrahedra)
+    np.testing.assert_array_equal(found.cells, mesh.cells)
     assert {name: len(f) for name, f in found.facets.items()} == {
         name: len(f) for name, f in mesh.facets.items()
     }

@@ -21,9 +21,9 @@ def regular() -> SolidMesh:
 
 
 def swap_corners(mesh: SolidMesh) -> SolidMesh:
-    tetrahedra = mesh.tetrahedra.copy()
+    tetrahedra = mesh.cells.copy()
     tetrahedra[7, [0, 1]] = tetrahedra[7, [1, 0]]
-    return replace(mesh, tetrahedra=tetrahedra)
+    return replace(mesh, cells=tetrahedra)
 
 
 def drop_group(mesh: SolidMesh) -> SolidMesh:
@@ -42,7 +42,7 @@ def share_facet(mesh: SolidMesh) -> SolidMesh:
 def inner_facet(mesh: SolidMesh) -> SolidMesh:
     inner = next(
         face
-        for face in mesh.tetrahedra[:, :3]
+        for face in mesh.cells[:, :3]
         if not any(np.isin(f, face).all(axis=1).any() for f in mesh.facets.values())
     )
     skin = np.concatenate([mesh.facets["skin"], [inner]])
@@ -100,7 +100,7 @@ def test_defects_are_named(
 
 def test_curved_element_folded_over(half_second_order: SolidMesh) -> None:
     points = half_second_order.points.copy()
-    element = half_second_order.tetrahedra[20]
+    element = half_second_order.cells[20]
     points[element[4]] = points[element[3]]
     with pytest.raises(MeshError, match="Jacobian of tetrahedron"):
         check(replace(half_second_order, points=points))
@@ -142,5 +142,5 @@ def test_volume_of_the_cavity_does_not_depend_on_x_and_z(half: SolidMesh) -> Non
 def test_summary_is_one_line_with_units(whole: SolidMesh) -> None:
     summary = check(whole).summary()
     assert "\n" not in summary
-    assert f"{len(whole.tetrahedra)} tetrahedra of order 1" in summary
+    assert f"{len(whole.cells)} tetrahedra of order 1" in summary
     assert "solid 19016.4 mm³, cavity 7095.6 mm³" in summary
