@@ -175,7 +175,7 @@ class Material(Section):
 
 
 class Mesh(Section):
-    """Resolution of the Gmsh mesh, or a mesh file of one's own."""
+    """Resolution of the mesh, or a mesh file of one's own."""
 
     file: Path | None = Field(
         None,
@@ -184,9 +184,21 @@ class Mesh(Section):
     )
     half: bool = Field(True, description="half finger with the symmetry plane y = 0")
     order: Literal[1, 2] = Field(1, description="order of the elements written to files")
-    size_mm: float = Field(2.8, gt=0, le=100, description="element size away from edges")
+    size_mm: float | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="largest element; default: 7 for hexahedra, 2.8 for tetrahedra",
+    )
     edge_size_mm: float | None = Field(
-        None, gt=0, le=100, description="element size at concave edges; default: size_mm"
+        None,
+        gt=0,
+        le=100,
+        description="element size at concave edges; default: 3/16 of the wall for hexahedra, "
+        "size_mm for tetrahedra",
+    )
+    refine: int = Field(
+        1, ge=1, le=16, description="hexahedra alone: each is divided so often along each axis"
     )
     target_elements: int | None = Field(
         None, ge=100, le=5_000_000, description="scale both sizes to this number of tetrahedra"
@@ -194,7 +206,9 @@ class Mesh(Section):
 
     @model_validator(mode="after")
     def _sizes(self) -> Mesh:
-        if self.edge_size_mm is not None and self.edge_size_mm > self.size_mm:
+        if self.edge_size_mm is None or self.size_mm is None:
+            return self
+        if self.edge_size_mm > self.size_mm:
             raise _outside(
                 "edge_size_mm",
                 self.edge_size_mm,
@@ -220,7 +234,11 @@ class Cog(Section):
 class Solver(Section):
     """Discretisation and Newton's method."""
 
-    element: Literal["P1", "P2"] = Field("P2", description="displacement element")
+    element: Literal["P1", "P2", "S2"] | None = Field(
+        None,
+        description="displacement element: P1 or P2 on tetrahedra, S2 on hexahedra (20 nodes, "
+        "8 integration points); default: S2, or P2 with a file or number of tetrahedra",
+    )
     rtol: float = Field(1e-8, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")
@@ -329,11 +347,24 @@ class Config(Section):
                 self.plate.contact_length_mm,
                 f"allowed: above 0 and up to finger.length_mm = {self.finger.length_mm:g} mm",
             )
+        if self.solver.element == "S2" and self.mesh.target_elements is not None:
+            raise _outside(
+                "mesh.target_elements",
+                self.mesh.target_elements,
+                'a number of tetrahedra; allowed: with solver.element = "P1" or "P2"',
+            )
         if self.mesh.half and self.mesh.file is None:
             sideways = self.sideways()
             if sideways is not None:
                 raise _outside(*sideways, "allowed: no y-part with mesh.half = true")
         return self
+
+    @property
+    def hexahedra(self) -> bool:
+        """Whether the finger is to be meshed in hexahedra, where no mesh file is given."""
+        if self.solver.element is None:
+            return self.mesh.target_elements is None
+        return self.solver.element == "S2"
 
     def sideways(self) -> tuple[str, object] | None:
         """The key and value of a load that a half finger cannot bear, where there is one."""

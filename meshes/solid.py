@@ -14,6 +14,9 @@ from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
+MOST_ELEMENTS: Final = 10_000_000
+"""Meshes of more would not fit into memory."""
+
 EXCHANGED: Final = np.array([0, 1, 2, 3, 4, 5, 6, 7, 9, 8])
 """Nodes of a second-order tetrahedron in the order of VTK, Abaqus and meshio, and back."""
 

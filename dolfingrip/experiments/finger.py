@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import basix.ufl
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -15,13 +14,13 @@ from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
 from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
+from dolfingrip.mechanics.element import CELL, displacement_element
 from dolfingrip.mechanics.model import Control, Model
 from dolfingrip.mechanics.plate import RigidPlate
 from dolfingrip.mechanics.potential import Potential
 from dolfingrip.mechanics.surface import Surface
 from dolfingrip.mechanics.volume_control import VolumeControl
 
-DEGREE = {"P1": 1, "P2": 2}
 KG_M3_M_S2 = 1e-9
 """N/mm³ per kg/m³ · m/s²."""
 
@@ -41,10 +40,9 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     if plate:
         domain = _facing_plate(config, domain)
     mesh = domain.mesh
-    degree = DEGREE[config.solver.element]
-    space = fem.functionspace(
-        mesh, basix.ufl.element("Lagrange", "tetrahedron", degree, shape=(3,))
-    )
+    name = _element(config, domain)
+    space = fem.functionspace(mesh, displacement_element(name))
+    degree = space.ufl_element().degree
     u = fem.Function(space, name="displacement_mm")
     mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
     lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
@@ -86,6 +84,21 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         volume = VolumeControl(model, by_pressure, density * cavity)
         model.controls["cavity_volume_mm3"] = volume
     return FingerModel(config, model, sensor, volume)
+
+
+def _element(config: Config, domain: Domain) -> str:
+    """Name of the displacement element, by the mesh's cells where the configuration has none."""
+    cell = domain.mesh.ufl_cell().cellname()
+    if config.solver.element is None:
+        return "S2" if cell == "hexahedron" else "P2"
+    needed = CELL[config.solver.element]
+    if cell != needed:
+        allowed = " or ".join(f'"{name}"' for name, other in CELL.items() if other == cell)
+        raise ConfigError(
+            f'solver.element = "{config.solver.element}": the mesh has other cells, '
+            f"{cell}s; allowed: {allowed}"
+        )
+    return config.solver.element
 
 
 def _weight(config: Config) -> np.ndarray:

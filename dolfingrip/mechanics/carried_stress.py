@@ -26,10 +26,11 @@ class CarriedStress:
 
     def __init__(self, u: fem.Function, stress: Expr, degree: int) -> None:
         mesh = u.function_space.mesh
-        element = basix.ufl.quadrature_element("tetrahedron", value_shape=(3, 3), degree=degree)
+        cell = mesh.basix_cell()
+        element = basix.ufl.quadrature_element(cell, value_shape=(3, 3), degree=degree)
         self.stress = fem.Function(fem.functionspace(mesh, element), name="carried_stress_MPa")
         self._step = fem.Function(u.function_space)
-        points = basix.make_quadrature(basix.CellType.tetrahedron, degree)[0]
+        points = basix.make_quadrature(cell, degree)[0]
         predicted = stress + ufl.derivative(stress, u, self._step)
         self._now = fem.Expression(stress, points, jit_options=jit.options())
         self._after = fem.Expression(predicted, points, jit_options=jit.options())

@@ -60,7 +60,8 @@ class RigidPlate:
         self.offset = fem.Constant(mesh, PETSc.ScalarType(nearest - gap_mm - width_mm))
 
         n = fem.Constant(mesh, self.normal)
-        ds = domain.surface(region, **form.nodal_rule(space.ufl_element().degree))
+        facet = mesh.ufl_cell().facet_types()[0].cellname()
+        ds = domain.surface(region, **form.nodal_rule(facet, space.ufl_element().degree))
         position = ufl.variable(self.offset)
         gap = form.distance(u, mesh, n, position)
         width = fem.Constant(mesh, PETSc.ScalarType(width_mm))

@@ -18,13 +18,10 @@ from dolfingrip.forms.kinematics import (
 )
 from dolfingrip.mechanics import jit
 from dolfingrip.mechanics.carried_stress import CarriedStress
+from dolfingrip.mechanics.element import integration_degree
 
 StrainEnergy = Callable[[Expr], Expr]
 """Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
-
-QUADRATURE_DEGREE = {1: 1, 2: 2}
-"""The rule of each displacement order. Four points are rank-sufficient for a quadratic
-tetrahedron (24 strains for 24 deformation modes) and what C3D10 elements use."""
 
 
 class Potential:
@@ -35,7 +32,7 @@ class Potential:
     Numer. Methods Eng. 109, 2017), else from the displacement.
 
     Args:
-        u: displacement (mm), vector-valued Lagrange of order 1 or 2.
+        u: displacement (mm), vector-valued, see :mod:`dolfingrip.mechanics.element`.
         strain_energies: densities that depend on u through E alone.
         terms: other potentials (mJ), as UFL forms in ``u``.
         carried: use the carried stress in the tangent.
@@ -50,7 +47,7 @@ class Potential:
         carried: bool = True,
     ) -> None:
         space = u.function_space
-        degree = QUADRATURE_DEGREE[space.ufl_element().degree]
+        degree = integration_degree(space)
         dx = ufl.Measure("dx", space.mesh, metadata={"quadrature_degree": degree})
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
 
@@ -76,7 +73,7 @@ class Potential:
         )
         self._jacobian = fem.Expression(
             ufl.det(deformation_gradient(u)),
-            basix.make_quadrature(basix.CellType.tetrahedron, degree)[0],
+            basix.make_quadrature(space.mesh.basix_cell(), degree)[0],
             jit_options=jit.options(),
         )
         self._u = u

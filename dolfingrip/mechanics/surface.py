@@ -7,10 +7,14 @@ from dolfinx import fem
 
 from dolfingrip.mechanics.domain import Domain
 
-# A quadratic facet's nodes are its corners, then the midpoints opposite to them.
+# A quadratic triangle's nodes are its corners, then the midpoints opposite to them; those of a
+# quadrilateral its corners 0, 1, 2, 3 as in a tensor product, then the midpoints of its edges
+# 01, 02, 13, 23.
 SPLIT = {
     3: np.array([[0, 1, 2]]),
+    4: np.array([[0, 1, 2], [1, 3, 2]]),
     6: np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2], [3, 4, 5]]),
+    8: np.array([[0, 4, 5], [1, 6, 4], [3, 7, 6], [2, 5, 7], [4, 6, 5], [6, 7, 5]]),
 }
 
 
