@@ -6,16 +6,19 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.mechanics.domain import Domain
+from dolfingrip.mechanics.merged import merge
 
 # A quadratic triangle's nodes are its corners, then the midpoints opposite to them; those of a
-# quadrilateral its corners 0, 1, 2, 3 as in a tensor product, then the midpoints of its edges
-# 01, 02, 13, 23.
+# quadrilateral its corners in turn, then the midpoints from each to the next.
 SPLIT = {
     3: np.array([[0, 1, 2]]),
-    4: np.array([[0, 1, 2], [1, 3, 2]]),
+    4: np.array([[0, 1, 2], [0, 2, 3]]),
     6: np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2], [3, 4, 5]]),
-    8: np.array([[0, 4, 5], [1, 6, 4], [3, 7, 6], [2, 5, 7], [4, 6, 5], [6, 7, 5]]),
+    8: np.array([[0, 4, 7], [1, 5, 4], [2, 6, 5], [3, 7, 6], [4, 5, 7], [5, 6, 7]]),
 }
+
+IN_TURN = {4: [0, 1, 3, 2], 8: [0, 1, 3, 2, 4, 6, 7, 5]}
+"""From a tensor product's order, with edges 01, 02, 13 and 23, to that of going round."""
 
 
 class Surface:
@@ -31,29 +34,46 @@ class Surface:
         owned: vertex numbers of the nodes this rank owns.
     """
 
-    def __init__(self, space: fem.FunctionSpace, domain: Domain, facets: np.ndarray) -> None:
+    def __init__(
+        self,
+        space: fem.FunctionSpace,
+        domain: Domain,
+        facets: np.ndarray,
+        spacing_mm: float = 0.0,
+    ) -> None:
         self._comm = space.mesh.comm
         index_map = space.dofmap.index_map
+        self._range = index_map.local_range
         local = _facet_nodes(space, domain, facets)
         global_nodes = index_map.local_to_global(local.ravel().astype(np.int32))
         gathered = self._comm.allgather(global_nodes.reshape(local.shape))
         width = max(block.shape[1] for block in gathered)
-        faces = np.concatenate([b.reshape(-1, width) for b in gathered])
-        nodes, renumbered = np.unique(faces, return_inverse=True)
-        first = index_map.local_range[0]
-        mine = (nodes >= first) & (nodes < index_map.local_range[1])
-        self.nodes, self.owned = nodes, np.flatnonzero(mine)
-        self._owned_local = (nodes[mine] - first).astype(np.int32)
+        nodes, faces = np.unique(
+            np.concatenate([b.reshape(-1, width) for b in gathered]), return_inverse=True
+        )
+        self._number(nodes)
         rest = self._gather(space.tabulate_dof_coordinates()[self._owned_local])
         # ipctk's collision sets depend on the order of vertices and triangles, which must not
         # depend on the ranks': sort by position, not by owner
         order = _by_position(rest)
         rank_of = np.empty_like(order)
         rank_of[order] = np.arange(len(order))
-        self.nodes, self.rest = nodes[order], rest[order]
-        self.owned = rank_of[self.owned]
-        renumbered = _canonical(rank_of[renumbered].reshape(faces.shape))
-        self.triangles = renumbered[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
+        nodes, rest = nodes[order], rest[order]
+        faces = _canonical(rank_of[faces].reshape(-1, width))
+        if width == 8:
+            used, merged = np.unique(merge(faces, rest, spacing_mm), return_inverse=True)
+            nodes, rest = nodes[used], rest[used]
+            faces = _canonical(merged.reshape(-1, width))
+        self._number(nodes)
+        self.rest = rest
+        self.triangles = faces[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
+
+    def _number(self, nodes: np.ndarray) -> None:
+        """Take global displacement nodes as the vertices."""
+        first, end = self._range
+        self.nodes = nodes
+        self.owned = np.flatnonzero((nodes >= first) & (nodes < end))
+        self._owned_local = (nodes[self.owned] - first).astype(np.int32)
 
     def _gather(self, owned_values: np.ndarray) -> np.ndarray:
         """(n, 3) values at all vertices from each rank's owned ones."""
@@ -88,17 +108,29 @@ def _by_position(points: np.ndarray) -> np.ndarray:
 
 
 def _canonical(facets: np.ndarray) -> np.ndarray:
-    """Facets with their corners in ascending order, their midpoints likewise, and sorted."""
-    turn = np.argsort(facets[:, :3], axis=1)
-    parts = [
-        np.take_along_axis(facets[:, i : i + 3], turn, axis=1) for i in range(0, facets.shape[1], 3)
-    ]
-    facets = np.concatenate(parts, axis=1)
-    return facets[np.lexsort(facets[:, 2::-1].T)]
+    """Facets that start at their smallest corner and run on to its smaller neighbour, sorted."""
+    corners = 3 if facets.shape[1] in (3, 6) else 4
+    facets = _turned(facets, corners)
+    return facets[np.lexsort(facets[:, corners - 1 :: -1].T)]
+
+
+def _turned(facets: np.ndarray, corners: int) -> np.ndarray:
+    if corners == 3:  # its midpoints are opposite to the corners, so they move with them
+        turn = np.argsort(facets[:, :3], axis=1)
+        parts = [facets[:, i : i + 3] for i in range(0, facets.shape[1], 3)]
+        return np.concatenate([np.take_along_axis(p, turn, axis=1) for p in parts], axis=1)
+    around = facets
+    turn = (around[:, :4].argmin(axis=1)[:, None] + np.arange(4)) % 4
+    parts = [np.take_along_axis(around[:, i : i + 4], turn, axis=1) for i in range(0, around.shape[1], 4)]
+    back = parts[0][:, 3] < parts[0][:, 1]
+    parts[0][back] = parts[0][back][:, [0, 3, 2, 1]]
+    for middles in parts[1:]:
+        middles[back] = middles[back][:, ::-1]
+    return np.concatenate(parts, axis=1)
 
 
 def _facet_nodes(space: fem.FunctionSpace, domain: Domain, facets: np.ndarray) -> np.ndarray:
-    """(n, 3 | 6) local displacement nodes of each facet: corners, then midpoints."""
+    """(n, nodes) local displacement nodes of each facet: corners, then midpoints."""
     topology = domain.mesh.topology
     to_cell = topology.connectivity(2, 3)
     topology.create_connectivity(3, 2)
@@ -109,4 +141,4 @@ def _facet_nodes(space: fem.FunctionSpace, domain: Domain, facets: np.ndarray) -
         cell = to_cell.links(facet)[0]
         which = int(np.flatnonzero(to_facet.links(cell) == facet)[0])
         nodes[row] = space.dofmap.cell_dofs(cell)[closure[which]]
-    return nodes
+    return nodes[:, IN_TURN[nodes.shape[1]]] if nodes.shape[1] in IN_TURN else nodes
