@@ -57,8 +57,7 @@ def test_loaded_faces_are_the_cavity(mesh: SolidMesh) -> None:
     corners = {1: (0, 1, 2), 2: (0, 3, 1), 3: (1, 3, 2), 4: (2, 3, 0)}  # Abaqus' manual
     element, face = calculix.loaded_faces(mesh)
     loaded = {
-        frozenset(mesh.cells[e - 1, list(corners[f])])
-        for e, f in zip(element, face, strict=True)
+        frozenset(mesh.cells[e - 1, list(corners[f])]) for e, f in zip(element, face, strict=True)
     }
     assert loaded == {frozenset(facet) for facet in mesh.facets["cavity"][:, :3]}
 

@@ -11,11 +11,12 @@ import pytest
 
 from dolfingrip.config import Finger
 from dolfingrip.meshes import finger as geometry
+from dolfingrip.meshes.cells import TETRAHEDRON
 from dolfingrip.meshes.files import read, write
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.groups import SOLID_TAG, SURFACE_TAGS
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import EDGES, EXCHANGED, MeshError, SolidMesh
+from dolfingrip.meshes.solid import MeshError, SolidMesh
 
 MESHES = ["half", "half_second_order", "whole"]
 
@@ -54,7 +55,7 @@ def test_others_read_what_is_written(mesh: SolidMesh, suffix: str, tmp_path: Pat
     assert np.abs(other.points - mesh.points).max() < 1e-12
     assert np.array_equal(np.sort(tetrahedra), np.sort(mesh.cells))
     if mesh.order == 2:
-        assert np.array_equal(tetrahedra, mesh.cells[:, EXCHANGED])
+        assert np.array_equal(tetrahedra, mesh.cells[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]])
     if suffix in (".vtk", ".vtu"):
         data = other.cell_data_dict["group"]
         assert (data[solid] == SOLID_TAG).all()
@@ -71,7 +72,7 @@ def test_others_read_what_is_written(mesh: SolidMesh, suffix: str, tmp_path: Pat
 def test_second_order_nodes_are_midpoints(half_second_order: SolidMesh) -> None:
     x = half_second_order.points
     tetrahedra = half_second_order.cells
-    middles = x[tetrahedra[:, EDGES]].mean(axis=2)
+    middles = x[tetrahedra[:, TETRAHEDRON.edges]].mean(axis=2)
     assert np.abs(x[tetrahedra[:, 4:]] - middles).max() < 1e-9
     for facets in half_second_order.facets.values():
         middles = x[facets[:, [[0, 1], [1, 2], [2, 0]]]].mean(axis=2)
@@ -159,8 +160,8 @@ def test_missing_groups(half: SolidMesh, suffix: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "old", "new", "complaint"),
     [
-        ("a.inp", "TYPE=C3D4", "TYPE=C3D8", "element type C3D8; allowed: C3D4, C3D10"),
-        ("a.inp", "TYPE=C3D4", "TYPE=T3D2", "no tetrahedra; allowed element types"),
+        ("a.inp", "TYPE=C3D4", "TYPE=C3D6", "element type C3D6; allowed: C3D4, C3D10, C3D8"),
+        ("a.inp", "TYPE=C3D4", "TYPE=T3D2", "no solid elements; allowed types"),
         ("a.inp", "*NODE", "*INCLUDE, INPUT=x", "line 4: \\*INCLUDE: not supported"),
         ("a.inp", "*NODE\n", "*NODE\n1, zero, 0, 0\n", "line 4: \\*NODE: not understood"),
         ("a.inp", "*NODE\n", "*NODE\n1, 0, 0, 0\n", "node 1 twice; allowed: one part"),

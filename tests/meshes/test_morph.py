@@ -10,10 +10,11 @@ import pytest
 
 from dolfingrip.config import Config
 from dolfingrip.meshes import files
+from dolfingrip.meshes.cells import TETRAHEDRON
 from dolfingrip.meshes.finger import gap_intervals
 from dolfingrip.meshes.measures import centroid, enclosed_volume, jacobians
 from dolfingrip.meshes.morph import Morph, morphed
-from dolfingrip.meshes.solid import EDGES, MeshError, SolidMesh
+from dolfingrip.meshes.solid import MeshError, SolidMesh
 
 CORNERS = [(-0.2, -0.5), (-0.2, 1.0), (1.0, -0.5), (1.0, 1.0), (0.306, -0.298)]
 D = 9.5
@@ -81,7 +82,7 @@ def curved(mesh: SolidMesh) -> SolidMesh:
 
 def test_straight_edges_stay_straight(half_second_order: SolidMesh) -> None:
     moved = morphed(half_second_order, Morph(1.0, -0.5, D))
-    ends = moved.points[moved.cells[:, EDGES]].mean(axis=2)
+    ends = moved.points[moved.cells[:, TETRAHEDRON.edges]].mean(axis=2)
     assert np.abs(ends - moved.points[moved.cells[:, 4:]]).max() < 1e-13
     assert jacobians(moved).min() > 0
 

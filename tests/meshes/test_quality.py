@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from dolfingrip.meshes import measures
+from dolfingrip.meshes.cells import TETRAHEDRON
 from dolfingrip.meshes.measures import enclosed_volume
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import EDGES, MeshError, SolidMesh
+from dolfingrip.meshes.solid import MeshError, SolidMesh
 
 
 def regular() -> SolidMesh:
@@ -115,7 +116,7 @@ def test_figures_of_the_regular_tetrahedron() -> None:
 
 def test_jacobians_of_a_curved_element() -> None:
     straight = regular()
-    points = np.concatenate([straight.points, straight.points[EDGES].mean(axis=1)])
+    points = np.concatenate([straight.points, straight.points[TETRAHEDRON.edges].mean(axis=1)])
     element = np.arange(10)[None]
     assert measures.jacobians(SolidMesh(points, element, {})) == pytest.approx(16)
     # x' = x + x²/10 maps a quadratic element exactly: J' = J (1 + x/5)
