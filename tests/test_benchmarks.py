@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import hollow_box
 import numpy as np
 import pytest
 import ufl
@@ -60,6 +61,28 @@ def test_loaded_faces_are_the_cavity(mesh: SolidMesh) -> None:
         frozenset(mesh.cells[e - 1, list(corners[f])]) for e, f in zip(element, face, strict=True)
     }
     assert loaded == {frozenset(facet) for facet in mesh.facets["cavity"][:, :3]}
+
+
+@pytest.mark.parametrize(("order", "kind", "nodes"), [(1, "C3D8", 8), (2, "C3D20R", 20)])
+def test_deck_of_hexahedra(order: int, kind: str, nodes: int, tmp_path: Path) -> None:
+    """Elements of CalculiX' types, no more than 16 numbers to a line, and faces 1 to 6."""
+    box = hollow_box.mesh(order)
+    calculix.write_deck(tmp_path / "box.inp", box, SMALL)
+    deck = blocks((tmp_path / "box.inp").read_text())
+    lines = deck[f"*ELEMENT, TYPE={kind}, ELSET=solid"]
+    assert max(line.rstrip(",").count(",") for line in lines) < 16
+    numbers = np.array(" ".join(lines).replace(",", " ").split(), dtype=int)
+    cells = numbers.reshape(-1, nodes + 1)
+    assert np.array_equal(cells[:, 0], 1 + np.arange(len(box.cells)))
+    assert np.array_equal(np.sort(cells[:, 1:] - 1), np.sort(box.cells))
+    # Abaqus' manual
+    corners = {1: "1234", 2: "5876", 3: "1562", 4: "2673", 5: "3784", 6: "4851"}
+    loaded = set()
+    for line in deck["*DLOAD"]:
+        element, face, _ = line.split(", ")
+        of_face = [int(corner) for corner in corners[int(face.removeprefix("P"))]]
+        loaded.add(frozenset(cells[int(element) - 1, of_face] - 1))
+    assert loaded == {frozenset(facet) for facet in box.facets["cavity"][:, :4]}
 
 
 def test_output_is_read(mesh: SolidMesh, tmp_path: Path) -> None:

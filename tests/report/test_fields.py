@@ -56,7 +56,7 @@ def test_quadratic_hexahedra_of_others_are_read() -> None:
     mesh = read_mesh(cell)
     assert mesh.cells.shape == (1, 20)
     x = mesh.points[mesh.cells[0]]
-    np.testing.assert_allclose(x[8:], x[HEXAHEDRON.edges].mean(axis=1), atol=0.1)
+    np.testing.assert_allclose(x[8:], x[HEXAHEDRON.edges].mean(axis=1), atol=1e-12)
 
 
 def test_pieces_and_ghosts_are_joined_without_a_seam(quadratic_run: Path, tmp_path: Path) -> None:
