@@ -36,7 +36,7 @@ The Jacobian is a polynomial of degree 0 and 3 in a tetrahedron, and of degree 2
 coordinate in a hexahedron.
 """
 
-_FACET_QUADRATURE: Final = {
+FACET_QUADRATURE: Final = {
     3: (
         np.array(
             [[a, a] for a in (0.445948490915965, 0.091576213509771)]
@@ -93,7 +93,7 @@ def enclosed_volume(points: Floats, facets: Ints) -> float:
     """
     x = points[facets]
     nodes = facets.shape[1]
-    at, weights = _FACET_QUADRATURE[FACET_CORNERS[nodes]]
+    at, weights = FACET_QUADRATURE[FACET_CORNERS[nodes]]
     functions = shape_functions.of_facet(nodes)
     total = 0.0
     for value, gradient, weight in zip(

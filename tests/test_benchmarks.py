@@ -106,6 +106,17 @@ def test_mean_of_a_linear_field(mesh: SolidMesh) -> None:
     assert 0 < centre[0] <= finger.depth_mm
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_mean_on_quadrilaterals(order: int) -> None:
+    """Of x and, on second order, of x² and xz over the box's end: 4 and 64/3 mm², at z = 15 mm."""
+    box = hollow_box.mesh(order)
+    x = box.points
+    assert tip.mean_displacement(box, x) == pytest.approx([4.0, 2.25, 15.0], rel=1e-12)
+    if order == 2:
+        field = np.column_stack([x[:, 0] ** 2, x[:, 0] * x[:, 2], x[:, 0] * x[:, 1]])
+        assert tip.mean_displacement(box, field) == pytest.approx([64 / 3, 60, 9], rel=1e-12)
+
+
 def split(stretch: np.ndarray) -> float:
     """Split energy of a diagonal deformation gradient."""
     strain = ((stretch**2 - 1) / 2) * np.eye(3)
