@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dolfingrip.config import ConfigError
-from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape
-
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
+from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, Ints
 
 MOST_ELEMENTS: Final = 10_000_000
 """Meshes of more would not fit into memory."""
-
-EXCHANGED: Final = np.array([0, 1, 2, 3, 4, 5, 6, 7, 9, 8])
-"""Nodes of a second-order tetrahedron in the order of VTK, Abaqus and meshio, and back."""
 
 
 class MeshError(ConfigError):
@@ -36,8 +30,8 @@ class SolidMesh:
     cells
         Node indices: of tetrahedra, shape (m, 4) or (m, 10), or of hexahedra, shape (m, 8)
         or (m, 20); corners first, then the midpoints of the edges, in Gmsh's order (see
-        :class:`~dolfingrip.meshes.cells.CellShape`). In tetrahedra of second order VTK,
-        Abaqus and meshio exchange the last two, see :data:`EXCHANGED`.
+        :class:`~dolfingrip.meshes.cells.CellShape`); VTK, Abaqus and meshio have the
+        midpoints in another, see :func:`~dolfingrip.meshes.cells.to_vtk`.
     facets
         Node indices of each surface group's triangles, shape (k, 3) or (k, 6), or
         quadrilaterals, shape (k, 4) or (k, 8): corners counter-clockwise seen from outside
@@ -124,6 +118,42 @@ def match(facets: Ints, cells: Ints) -> Ints:
     return row_of[label[len(rows) :]]
 
 
+def joined(name: str, parts: Sequence[Ints], cells: Ints) -> Ints:
+    """Corners of a group's facets, shape (k, corners).
+
+    Parameters
+    ----------
+    name
+        Of the group.
+    parts
+        Node indices of facets of any order, shape (·, nodes).
+    cells
+        As in :class:`SolidMesh`.
+
+    Raises
+    ------
+    MeshError
+        Where facets have not the shape of the elements' faces.
+    """
+    shape = BY_NODES[cells.shape[1]]
+    for part in parts:
+        if len(part) and FACET_CORNERS[part.shape[1]] != shape.facet_corners:
+            raise MeshError(
+                f"group {name}: facets of {FACET_CORNERS[part.shape[1]]} corners on "
+                f"{shape.plural}; allowed: {shape.facet_name}s"
+            )
+    found = [part[:, : shape.facet_corners] for part in parts if len(part)]
+    return np.concatenate([np.empty((0, shape.facet_corners), dtype=np.int64), *found])
+
+
+def _rows(name: str, facets: Ints, cells: Ints) -> Ints:
+    """Rows of :func:`faces` of a group's facets, all of which have to have one."""
+    rows = match(facets, cells)
+    if (rows < 0).any():
+        raise MeshError(f"group {name}: {(rows < 0).sum()} facets not on the solid's surface")
+    return rows
+
+
 def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
     """A mesh from facets in any orientation, without the points that no element has.
 
@@ -149,8 +179,27 @@ def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
     corners = BY_NODES[cells.shape[1]].facet_corners
     groups = {}
     for name, found in facets.items():
-        rows = match(new[found[:, :corners]], compact)
-        if (rows < 0).any():
-            raise MeshError(f"group {name}: {(rows < 0).sum()} facets not on the solid's surface")
-        groups[name] = every[np.unique(rows)]
+        groups[name] = every[np.unique(_rows(name, new[found[:, :corners]], compact))]
     return SolidMesh(np.ascontiguousarray(points[used]), compact, groups)
+
+
+def second_order(mesh: SolidMesh) -> SolidMesh:
+    """A first-order mesh with a node in the middle of each straight edge.
+
+    The points there were come first and keep their numbers, elements and facets their order.
+
+    Raises
+    ------
+    MeshError
+        Where the mesh is of second order, or a facet is no face on the boundary of the solid.
+    """
+    if mesh.order != 1:
+        raise MeshError(f"mesh: {mesh.shape.plural} of order {mesh.order}; allowed: order 1")
+    ends = np.sort(mesh.cells[:, mesh.shape.edges], axis=2).reshape(-1, 2)
+    edges, row = np.unique(ends, axis=0, return_inverse=True)
+    middles = len(mesh.points) + row.reshape(len(mesh.cells), -1)
+    cells = np.hstack([mesh.cells, middles])
+    every = faces(cells)
+    groups = {name: every[_rows(name, facets, cells)] for name, facets in mesh.facets.items()}
+    points = np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)])
+    return SolidMesh(points, cells, groups)

@@ -19,7 +19,7 @@ from dolfingrip.experiments import Result, run
 from dolfingrip.mechanics.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
-from dolfingrip.report.fields import list_steps, read_grid, read_tetrahedra
+from dolfingrip.report.fields import list_steps, read_grid, read_mesh
 
 WORLD = MPI.COMM_WORLD
 READINGS = (
@@ -65,7 +65,7 @@ def test_free_finger_without_contact(shared: Path) -> None:
     if WORLD.rank == 0:
         steps = list_steps(shared / "fields.pvd")
         assert len(steps) == len(together.rows)
-        assert len(read_tetrahedra(read_grid(steps[-1])).cells) == alone.facts["mesh"]["elements"]
+        assert len(read_mesh(read_grid(steps[-1])).cells) == alone.facts["mesh"]["elements"]
         assert len((shared / "result.csv").read_text().splitlines()) == 1 + len(together.rows)
 
 
