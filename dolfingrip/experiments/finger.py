@@ -21,8 +21,6 @@ from dolfingrip.mechanics.potential import Potential
 from dolfingrip.mechanics.surface import Surface
 from dolfingrip.mechanics.volume_control import VolumeControl
 
-WIDE = 10.0
-"""Contact facets should be so many times as wide as the barrier."""
 KG_M3_M_S2 = 1e-9
 """N/mm³ per kg/m³ · m/s²."""
 
@@ -62,8 +60,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
 
     contact = None
     if config.contact.self_contact:
-        spacing = WIDE * config.contact.barrier_mm
-        surface = Surface(space, domain, domain.facets("skin", "tip"), spacing)
+        surface = Surface(space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm)
         contact = BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
     by_pressure = Control(pressure, KPA)
     model = Model(

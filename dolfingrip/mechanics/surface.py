@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
 from dolfinx import fem
 
 from dolfingrip.mechanics.domain import Domain
-from dolfingrip.mechanics.merged import merge
+from dolfingrip.mechanics.resampled import resample
 
 # A quadratic triangle's nodes are its corners, then the midpoints opposite to them; those of a
 # quadrilateral its corners in turn, then the midpoints from each to the next.
@@ -22,24 +23,29 @@ IN_TURN = {4: [0, 1, 3, 2], 8: [0, 1, 3, 2, 4, 6, 7, 5]}
 
 
 class Surface:
-    """Triangulated surface of a body, its vertices being displacement nodes.
+    """Triangulated surface of a body, whose vertices move with the displacement nodes.
 
-    Each quadratic facet becomes four triangles. All ranks hold the same arrays, so that contact
-    is found alike on each; a rank contributes the rows of the nodes it owns.
+    On tetrahedra the vertices are the nodes, and each quadratic facet becomes four triangles; on
+    hexahedra in the planes of a grid they are spread evenly (:mod:`.resampled`). All ranks hold
+    the same arrays, so that contact is found alike on each; a rank contributes the rows of the
+    nodes it owns.
+
+    Args:
+        space: of the displacement.
+        domain: reference configuration.
+        facets: this rank's facets of the surface.
+        spacing_mm: largest distance of neighbouring vertices where they are spread.
 
     Attributes:
-        rest: (n, 3) reference positions (mm).
+        rest: (v, 3) reference positions of the vertices (mm).
         triangles: (m, 3) vertex numbers.
-        nodes: (n,) global displacement nodes (block index) of the vertices.
-        owned: vertex numbers of the nodes this rank owns.
+        nodes: (n,) global displacement nodes (block index) that the vertices move with.
+        owned: places in ``nodes`` of those this rank owns.
+        weights: (v, n) of the nodes in each vertex; rows sum to 1.
     """
 
     def __init__(
-        self,
-        space: fem.FunctionSpace,
-        domain: Domain,
-        facets: np.ndarray,
-        spacing_mm: float = 0.0,
+        self, space: fem.FunctionSpace, domain: Domain, facets: np.ndarray, spacing_mm: float
     ) -> None:
         self._comm = space.mesh.comm
         index_map = space.dofmap.index_map
@@ -52,43 +58,45 @@ class Surface:
             np.concatenate([b.reshape(-1, width) for b in gathered]), return_inverse=True
         )
         self._number(nodes)
-        rest = self._gather(space.tabulate_dof_coordinates()[self._owned_local])
+        rest = self.at_nodes(space.tabulate_dof_coordinates()[: self._end - self._first])
         # ipctk's collision sets depend on the order of vertices and triangles, which must not
         # depend on the ranks': sort by position, not by owner
         order = _by_position(rest)
         rank_of = np.empty_like(order)
         rank_of[order] = np.arange(len(order))
-        nodes, rest = nodes[order], rest[order]
+        rest = rest[order]
+        self._number(nodes[order])
         faces = _canonical(rank_of[faces].reshape(-1, width))
-        if width == 8:
-            used, merged = np.unique(merge(faces, rest, spacing_mm), return_inverse=True)
-            nodes, rest = nodes[used], rest[used]
-            faces = _canonical(merged.reshape(-1, width))
-        self._number(nodes)
-        self.rest = rest
-        self.triangles = faces[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
+        spread = resample(faces, rest, spacing_mm) if width == 8 else None
+        if spread is None:
+            self.weights = sp.eye_array(len(rest), format="csr")
+            self.triangles = faces[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
+        else:
+            self.weights = spread[0]
+            self.triangles = spread[1].astype(np.int32)
+        self.rest = self.weights @ rest
 
     def _number(self, nodes: np.ndarray) -> None:
-        """Take global displacement nodes as the vertices."""
-        first, end = self._range
+        """Take global displacement nodes as those of the surface."""
+        self._first, self._end = self._range
         self.nodes = nodes
-        self.owned = np.flatnonzero((nodes >= first) & (nodes < end))
-        self._owned_local = (nodes[self.owned] - first).astype(np.int32)
+        self.owned = np.flatnonzero((nodes >= self._first) & (nodes < self._end))
+        self._owned_local = (nodes[self.owned] - self._first).astype(np.int32)
 
-    def _gather(self, owned_values: np.ndarray) -> np.ndarray:
-        """(n, 3) values at all vertices from each rank's owned ones."""
+    def at_nodes(self, local_values: np.ndarray) -> np.ndarray:
+        """(n, 3) values at the nodes from a local array of three at each."""
         whole = np.zeros((len(self.nodes), 3))
-        parts = self._comm.allgather((self.owned, owned_values))
-        for vertices, values in parts:
-            whole[vertices] = values
+        owned = local_values.reshape(-1, 3)[self._owned_local]
+        for places, values in self._comm.allgather((self.owned, owned)):
+            whole[places] = values
         return whole
 
     def displacement(self, local_dofs: np.ndarray) -> np.ndarray:
-        """(n, 3) displacement (mm) of the vertices from a local dof array."""
-        return self._gather(local_dofs.reshape(-1, 3)[self._owned_local])
+        """(v, 3) displacement (mm) of the vertices from a local dof array."""
+        return np.asarray(self.weights @ self.at_nodes(local_dofs))
 
     def positions(self, local_dofs: np.ndarray) -> np.ndarray:
-        """(n, 3) deformed positions (mm), in the column order that ipctk wants."""
+        """(v, 3) deformed positions (mm), in the column order that ipctk wants."""
         return np.asfortranarray(self.rest + self.displacement(local_dofs))
 
     @property

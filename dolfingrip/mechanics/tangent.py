@@ -104,14 +104,14 @@ class Tangent:
     # -- contact -------------------------------------------------------------------------------
 
     def _free_components(self) -> np.ndarray:
-        """(3n,) 1 for free components of the contact surface's vertices, 0 for supported ones."""
+        """(3n,) 1 for free components of the contact surface's nodes, 0 for supported ones."""
         contact = self._model.contact
         if contact is None:
             return np.empty(0)
         free = np.ones_like(self._model.u.x.array)
         for bc in self._model.supports:
             free[bc.dof_indices()[0]] = 0.0
-        return contact.surface.displacement(free).ravel()
+        return contact.surface.at_nodes(free).ravel()
 
     def _scaled(self, extra: sp.coo_matrix) -> sp.bsr_matrix:
         """The contact Hessian by blocks, zero in supported rows and columns."""
