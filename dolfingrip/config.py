@@ -264,7 +264,7 @@ class Contact(Section):
 
     self_contact: bool = Field(True, description="bellows cannot pass through one another")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
-    stiffness_MPa: float = Field(1.0, gt=0, description="of the barrier")
+    stiffness_MPa: float = Field(0.3, gt=0, description="of the barrier")
     spacing_mm: float = Field(
         1.5, gt=0, le=100, description="hexahedra: largest distance of contact points"
     )
@@ -278,7 +278,7 @@ class Plate(Section):
     normal: Vector = Field((1.0, 0.0, 0.0), description="of the untilted plate, towards the finger")
     contact_length_mm: float = Field(10.0, gt=0, description="length of finger facing it, from tip")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
-    stiffness_MPa: float = Field(1.0, gt=0, description="of the barrier")
+    stiffness_MPa: float = Field(0.3, gt=0, description="of the barrier")
 
     @model_validator(mode="after")
     def _direction(self) -> Plate:

@@ -56,7 +56,9 @@ def boxes(finger: Finger) -> tuple[Box, list[Box], list[Box]]:
     across = (-finger.width_mm / 2, finger.width_mm / 2)
     chamber = (-finger.chamber_width_mm / 2, finger.chamber_width_mm / 2)
     channel = (-finger.channel_width / 2, finger.channel_width / 2)
-    cavity = [((floor, depth - wall), chamber, (start + wall, end - wall)) for start, end in bellows]
+    cavity = [
+        ((floor, depth - wall), chamber, (start + wall, end - wall)) for start, end in bellows
+    ]
     return (
         ((0.0, depth), across, (0.0, finger.length_mm)),
         [((floor, roof), channel, ends), *cavity],

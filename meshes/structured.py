@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -17,7 +18,7 @@ from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.cells import Ints
 from dolfingrip.meshes.finger import THINNEST_MM, Box, boxes, refuse_slivers
-from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh, faces
+from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh, faces, second_order
 
 SIZE_MM: Final = 7.0
 """Largest cell where ``mesh.size_mm`` is not given."""
@@ -64,7 +65,7 @@ def structured_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
     Returns
     -------
     SolidMesh
-        Hexahedra of first order (straight edges), points in mm.
+        Hexahedra with straight edges, points in mm.
 
     Raises
     ------
@@ -72,7 +73,8 @@ def structured_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
         Where a part of the finger is too thin, or the mesh would not fit into memory.
     """
     refuse_slivers(finger)
-    return _cells(grid(finger, mesh), mesh.half)
+    solid = _cells(grid(finger, mesh), mesh.half)
+    return second_order(solid) if mesh.order == 2 else solid
 
 
 def grid(finger: Finger, mesh: Mesh) -> Grid:
@@ -139,7 +141,7 @@ def _planes(
         return any(abs(value - other) < THINNEST_MM / 10 for other in marked)
 
     lengths: list[float] = []
-    for start, end in zip(walls[:-1], walls[1:], strict=True):
+    for start, end in pairwise(walls):
         lengths += _divide(
             float(end - start), size, edge, among(start, rising), among(end, falling)
         )
@@ -187,7 +189,7 @@ def _cells(grid: Grid, half: bool) -> SolidMesh:
     number = np.arange(np.prod(shape + 1)).reshape(shape + 1)
     where = np.argwhere(grid.kind == SOLID)
     corner = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    corner = np.concatenate([corner, corner + [0, 0, 1]])
+    corner = np.concatenate([corner, corner + np.array([0, 0, 1])])
     at = where[:, None] + corner
     cells = number[at[..., 0], at[..., 1], at[..., 2]]
     used, inverse = np.unique(cells, return_inverse=True)

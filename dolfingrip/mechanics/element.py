@@ -9,7 +9,6 @@ import basix.ufl
 import numpy as np
 from dolfinx import fem
 
-
 CELL: Final = {"P1": "tetrahedron", "P2": "tetrahedron", "S2": "hexahedron"}
 """Shape of the cells of each element, as basix names it."""
 
@@ -56,9 +55,7 @@ def _serendipity(shape: tuple[int, ...]) -> Any:
     cell = basix.CellType.hexahedron
     points, weights = basix.make_quadrature(cell, 8)
     basis = basix.tabulate_polynomials(basix.PolynomialType.legendre, cell, 2, points)
-    exponents = [
-        e for e in np.ndindex(3, 3, 3) if sum(degree for degree in e if degree > 1) <= 2
-    ]
+    exponents = [e for e in np.ndindex(3, 3, 3) if sum(degree for degree in e if degree > 1) <= 2]
     monomials = np.array([np.prod(points ** np.array(e), axis=1) for e in exponents])
     span = np.ascontiguousarray((monomials * weights) @ basis.T)
     corners, entities = basix.geometry(cell), basix.topology(cell)

@@ -8,6 +8,7 @@ zones ask for: a point in the middle of a facet moves with the facet's shape fun
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
@@ -42,7 +43,9 @@ def resample(
     if not (flat.sum(axis=1) == 1).all() or not aligned.all():
         return None
     normal = flat.argmax(axis=1)
-    lines = [_lines(low[normal == axis, axis], rest[:, axis], spacing_mm, near) for axis in range(3)]
+    lines = [
+        _lines(low[normal == axis, axis], rest[:, axis], spacing_mm, near) for axis in range(3)
+    ]
     points, rectangles = _rectangles(low, high, normal, lines, near)
     weights = _weights(points, facets, rest, low, high, near)
     # diagonals alternate, so that no direction is preferred
@@ -53,10 +56,7 @@ def _lines(walls: np.ndarray, all_values: np.ndarray, spacing: float, near: floa
     """Coordinates of the samples along one axis: on each wall and evenly between."""
     fixed = np.sort(np.concatenate([walls, [all_values.min(), all_values.max()]]))
     fixed = fixed[np.concatenate([[True], np.diff(fixed) > near])]
-    parts = [
-        np.linspace(a, b, math.ceil((b - a) / spacing) + 1)[:-1]
-        for a, b in zip(fixed[:-1], fixed[1:], strict=True)
-    ]
+    parts = [np.linspace(a, b, math.ceil((b - a) / spacing) + 1)[:-1] for a, b in pairwise(fixed)]
     return np.concatenate([*parts, fixed[-1:]])
 
 

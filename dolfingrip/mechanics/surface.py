@@ -129,7 +129,9 @@ def _turned(facets: np.ndarray, corners: int) -> np.ndarray:
         return np.concatenate([np.take_along_axis(p, turn, axis=1) for p in parts], axis=1)
     around = facets
     turn = (around[:, :4].argmin(axis=1)[:, None] + np.arange(4)) % 4
-    parts = [np.take_along_axis(around[:, i : i + 4], turn, axis=1) for i in range(0, around.shape[1], 4)]
+    parts = [
+        np.take_along_axis(around[:, i : i + 4], turn, axis=1) for i in range(0, around.shape[1], 4)
+    ]
     back = parts[0][:, 3] < parts[0][:, 1]
     parts[0][back] = parts[0][back][:, [0, 3, 2, 1]]
     for middles in parts[1:]:
