@@ -220,7 +220,9 @@ class Cog(Section):
 class Solver(Section):
     """Discretisation and Newton's method."""
 
-    element: Literal["P1", "P2"] = Field("P2", description="displacement element")
+    element: Literal["P1", "P2", "P2-P1"] = Field(
+        "P2", description="displacement; P2-P1: with a linear pressure, for nu near 0.5"
+    )
     rtol: float = Field(1e-8, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")

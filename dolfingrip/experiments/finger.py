@@ -10,9 +10,10 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
+from ufl.core.expr import Expr
 
 from dolfingrip.config import KPA, Config, ConfigError
-from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
+from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
 from dolfingrip.mechanics.model import Control, Model
@@ -21,7 +22,9 @@ from dolfingrip.mechanics.potential import Potential
 from dolfingrip.mechanics.surface import Surface
 from dolfingrip.mechanics.volume_control import VolumeControl
 
-DEGREE = {"P1": 1, "P2": 2}
+DEGREE = {"P1": 1, "P2": 2, "P2-P1": 2}
+"""Of the displacement, by element; "P2-P1" is Taylor & Hood's with a linear pressure."""
+
 KG_M3_M_S2 = 1e-9
 """N/mm³ per kg/m³ · m/s²."""
 
@@ -50,6 +53,15 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
     pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
 
+    p = None
+    if config.solver.element == "P2-P1":
+        p = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
+
+    def strain_energy(strain: Expr) -> Expr:
+        if p is None:
+            return neo_hookean.energy(strain, mu, lmbda)
+        return mixed_neo_hookean.energy(strain, p, mu, lmbda)
+
     cavity = domain.surface("cavity", quadrature_degree=2 * degree)
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
     weight = _weight(config)
@@ -70,14 +82,16 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         u,
         Potential(
             u,
-            [lambda strain: neo_hookean.energy(strain, mu, lmbda)],
+            [strain_energy],
             terms,
             carried=config.solver.mixed_integration_point,
+            p=p,
         ),
         _supports(space, domain),
         {"pressure_kPa": by_pressure},
         contact,
         [sensor] if sensor is not None else [],
+        p=p,
     )
     volume = None
     if config.experiment.control == "volume":
