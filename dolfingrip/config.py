@@ -170,8 +170,15 @@ class Material(Section):
         """First Lamé parameter."""
         if self.bulk_MPa is not None:
             return self.bulk_MPa - 2 / 3 * self.mu_MPa
-        nu = 0.45 if self.nu is None else self.nu
-        return 2 * self.mu_MPa * nu / (1 - 2 * nu)
+        return 2 * self.mu_MPa * self.poisson / (1 - 2 * self.poisson)
+
+    @property
+    def poisson(self) -> float:
+        """Poisson's ratio."""
+        if self.bulk_MPa is not None:
+            three, two = 3 * self.bulk_MPa, 2 * self.mu_MPa
+            return (three - two) / (2 * three + two)
+        return 0.45 if self.nu is None else self.nu
 
 
 class Mesh(Section):

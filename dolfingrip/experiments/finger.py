@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import basix.ufl
+import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -53,15 +54,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
     pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
 
-    p = None
-    if config.solver.element == "P2-P1":
-        p = fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
-
-    def strain_energy(strain: Expr) -> Expr:
-        if p is None:
-            return neo_hookean.energy(strain, mu, lmbda)
-        return mixed_neo_hookean.energy(strain, p, mu, lmbda)
-
+    p = pressure_field(config.solver.element, mesh)
     cavity = domain.surface("cavity", quadrature_degree=2 * degree)
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
     weight = _weight(config)
@@ -82,7 +75,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         u,
         Potential(
             u,
-            [strain_energy],
+            [lambda strain: strain_energy(strain, p, mu, lmbda)],
             terms,
             carried=config.solver.mixed_integration_point,
             p=p,
@@ -100,6 +93,20 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         volume = VolumeControl(model, by_pressure, density * cavity)
         model.controls["cavity_volume_mm3"] = volume
     return FingerModel(config, model, sensor, volume)
+
+
+def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None:
+    """Pressure (MPa) of a mixed element, None of another."""
+    if element != "P2-P1":
+        return None
+    return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
+
+
+def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -> Expr:
+    """Energy per reference volume (mJ/mm³) of the printed material, mixed where there is a p."""
+    if p is None:
+        return neo_hookean.energy(strain, mu, lmbda)
+    return mixed_neo_hookean.energy(strain, p, mu, lmbda)
 
 
 def _weight(config: Config) -> np.ndarray:
