@@ -146,7 +146,7 @@ def _incompressible(found: Found) -> Iterator[str]:
     yield ""
     yield (
         f"Cook's membrane at finite strain, ν = {COOK_NU} (`benchmarks/cook.py`; literature: the "
-        f"corner rises by 6.9 mm), and the free finger at 50 kPa, ν = {FINGER_NU}. Errors are "
+        f"corner rises by 6.9 mm), and the free finger at 25 kPa, ν = {FINGER_NU}. Errors are "
         "against the mixed element's finest mesh, the last line of each."
     )
     yield ""
