@@ -170,8 +170,15 @@ class Material(Section):
         """First Lamé parameter."""
         if self.bulk_MPa is not None:
             return self.bulk_MPa - 2 / 3 * self.mu_MPa
-        nu = 0.45 if self.nu is None else self.nu
-        return 2 * self.mu_MPa * nu / (1 - 2 * nu)
+        return 2 * self.mu_MPa * self.poisson / (1 - 2 * self.poisson)
+
+    @property
+    def poisson(self) -> float:
+        """Poisson's ratio."""
+        if self.bulk_MPa is not None:
+            three, two = 3 * self.bulk_MPa, 2 * self.mu_MPa
+            return (three - two) / (2 * three + two)
+        return 0.45 if self.nu is None else self.nu
 
 
 class Mesh(Section):
@@ -234,10 +241,11 @@ class Cog(Section):
 class Solver(Section):
     """Discretisation and Newton's method."""
 
-    element: Literal["P1", "P2", "S2"] | None = Field(
+    element: Literal["P1", "P2", "P2-P1", "S2"] | None = Field(
         None,
-        description="displacement element: P1 or P2 on tetrahedra, S2 on hexahedra (20 nodes, "
-        "8 integration points); default: S2, or P2 with a file or number of tetrahedra",
+        description="displacement: P1 or P2 on tetrahedra, P2-P1 with a linear pressure for nu "
+        "near 0.5, S2 on hexahedra (20 nodes, 8 integration points); default: S2, or P2 on "
+        "tetrahedra of a file or by number",
     )
     rtol: float = Field(1e-8, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")

@@ -46,7 +46,7 @@ REFUSED = {
     "finger.bellows=2.5": "finger.bellows = 2.5: not an integer; allowed: at least 1",
     "mesh.half=1": "mesh.half = 1: allowed: true, false",
     "mesh.file=3": "mesh.file = 3: allowed: a file's path",
-    "solver.element=P3": 'solver.element = "P3": allowed: P1, P2',
+    "solver.element=P3": 'solver.element = "P3": allowed: P1, P2, P2-P1',
     "plate.normal=[1, 0]": "plate.normal = [1, 0]: allowed: three finite numbers",
     "plate.normal=[1, 0, 'a']": 'plate.normal = [1, 0, "a"]: allowed: three finite numbers',
     "plate.normal=[0, 0, 0]": "plate.normal = [0.0, 0.0, 0.0]: allowed: any vector but zero",

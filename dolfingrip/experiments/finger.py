@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
+from ufl.core.expr import Expr
 
 from dolfingrip.config import KPA, Config, ConfigError
-from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
+from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
 from dolfingrip.mechanics.element import CELL, displacement_element
@@ -48,6 +50,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
     pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
 
+    p = pressure_field(name, mesh)
     cavity = domain.surface("cavity", quadrature_degree=2 * degree)
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
     weight = _weight(config)
@@ -68,14 +71,16 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         u,
         Potential(
             u,
-            [lambda strain: neo_hookean.energy(strain, mu, lmbda)],
+            [lambda strain: strain_energy(strain, p, mu, lmbda)],
             terms,
             carried=config.solver.mixed_integration_point,
+            p=p,
         ),
         _supports(space, domain),
         {"pressure_kPa": by_pressure},
         contact,
         [sensor] if sensor is not None else [],
+        p=p,
     )
     volume = None
     if config.experiment.control == "volume":
@@ -99,6 +104,20 @@ def _element(config: Config, domain: Domain) -> str:
             f"{cell}s; allowed: {allowed}"
         )
     return config.solver.element
+
+
+def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None:
+    """Pressure (MPa) of a mixed element, None of another."""
+    if element != "P2-P1":
+        return None
+    return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
+
+
+def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -> Expr:
+    """Energy per reference volume (mJ/mm³) of the printed material, mixed where there is a p."""
+    if p is None:
+        return neo_hookean.energy(strain, mu, lmbda)
+    return mixed_neo_hookean.energy(strain, p, mu, lmbda)
 
 
 def _weight(config: Config) -> np.ndarray:

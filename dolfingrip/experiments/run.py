@@ -17,6 +17,7 @@ from dolfingrip.experiments import turning_point
 from dolfingrip.experiments.finger import FingerModel, build
 from dolfingrip.experiments.keeper import COLUMNS, Keeper, Row
 from dolfingrip.experiments.landings import Landing, landings
+from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.turning_point import TurningPoint
 from dolfingrip.experiments.undeformed import load_domain
@@ -202,6 +203,7 @@ def _facts(
             "last_good": result.failure.last_good,
             "sentence": result.failure.sentence(),
         },
+        "notes": notes(result.config),
         "turning_point": None if result.turning is None else asdict(result.turning),
         "ranks": model.comm.size,
         "wall_s": round(wall_s, 3),

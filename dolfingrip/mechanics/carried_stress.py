@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import basix
 import basix.ufl
 import numpy as np
@@ -22,16 +24,23 @@ class CarriedStress:
 
     Attributes:
         stress: (3, 3) at each integration point.
+
+    Args:
+        fields: what the stress depends on: displacement, and the pressure of a mixed model.
+        stress: S in UFL.
+        degree: of the integration rule.
     """
 
-    def __init__(self, u: fem.Function, stress: Expr, degree: int) -> None:
-        mesh = u.function_space.mesh
+    def __init__(self, fields: Sequence[fem.Function], stress: Expr, degree: int) -> None:
+        mesh = fields[0].function_space.mesh
         cell = mesh.basix_cell()
         element = basix.ufl.quadrature_element(cell, value_shape=(3, 3), degree=degree)
         self.stress = fem.Function(fem.functionspace(mesh, element), name="carried_stress_MPa")
-        self._step = fem.Function(u.function_space)
+        self._steps = [fem.Function(field.function_space) for field in fields]
         points = basix.make_quadrature(cell, degree)[0]
-        predicted = stress + ufl.derivative(stress, u, self._step)
+        predicted = stress
+        for field, step in zip(fields, self._steps, strict=True):
+            predicted = predicted + ufl.derivative(stress, field, step)
         self._now = fem.Expression(stress, points, jit_options=jit.options())
         self._after = fem.Expression(predicted, points, jit_options=jit.options())
         cells = mesh.topology.index_map(3).size_local
@@ -41,9 +50,10 @@ class CarriedStress:
         """Set to S(E(u))."""
         self._evaluate(self._now)
 
-    def follow(self, step: np.ndarray) -> None:
-        """Set to the linear prediction for ``step`` (local dofs, mm) from the present u."""
-        self._step.x.array[:] = step
+    def follow(self, *steps: np.ndarray) -> None:
+        """Set to the linear prediction for ``steps`` (local dofs of each field) from here."""
+        for holder, step in zip(self._steps, steps, strict=True):
+            holder.x.array[:] = step
         self._evaluate(self._after)
 
     def _evaluate(self, expression: fem.Expression) -> None:

@@ -58,7 +58,7 @@ class BarrierContact:
         return self._found[1]
 
     def near_pairs(self, dofs: np.ndarray) -> np.ndarray:
-        """(k, 2) nodes (places in the surface's) that share a pair of parts close enough to touch soon.
+        """(k, 2) nodes (places in the surface's) of pairs of parts near enough to touch soon.
 
         All vertices of a vertex–face or edge–edge pair count, also where only some of them are
         felt at present, so that sliding along a face needs no new pairs.

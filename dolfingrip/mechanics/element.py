@@ -9,7 +9,12 @@ import basix.ufl
 import numpy as np
 from dolfinx import fem
 
-CELL: Final = {"P1": "tetrahedron", "P2": "tetrahedron", "S2": "hexahedron"}
+CELL: Final = {
+    "P1": "tetrahedron",
+    "P2": "tetrahedron",
+    "P2-P1": "tetrahedron",
+    "S2": "hexahedron",
+}
 """Shape of the cells of each element, as basix names it."""
 
 RULE: Final = {
@@ -30,8 +35,8 @@ def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
     """A displacement element for UFL.
 
     Args:
-        name: P1 or P2, Lagrange on tetrahedra; S2, the serendipity element of 20 nodes, on
-            hexahedra.
+        name: P1 or P2, Lagrange on tetrahedra (P2-P1: with a pressure of its own); S2, the
+            serendipity element of 20 nodes, on hexahedra.
         shape: of its values.
     """
     if name == "S2":

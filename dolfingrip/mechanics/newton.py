@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-import numpy as np
-from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.globalisation import Globalisation, Verdict
+from dolfingrip.mechanics.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.model import Model
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.tangent import Tangent
@@ -84,16 +83,14 @@ class Newton:
         self.model = model
         self.settings = settings
         self.profile = profile or Profile()
-        self.tangent = Tangent(model)
+        self.tangent = Tangent(model) if model.p is None else MixedTangent(model)
         self.iterations = 0
         self.factorisations = 0
         self._volume = volume
-        self._residual = fem_petsc.create_vector(model.potential.residual)
+        self._residual = model.unknowns.create_vector()
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
-        self._owned = self._x.getLocalSize()
-        self._step = np.zeros_like(model.u.x.array)
         self._retired: list[PETSc.Mat] = []
         self._globalisation = Globalisation(model, settings, self._residual_norm)
         self._snes = self._make_snes()
@@ -124,19 +121,17 @@ class Newton:
     # -- callbacks -----------------------------------------------------------------------------
 
     def _take(self, x: PETSc.Vec) -> None:
-        """Copy SNES' iterate into the displacement, ghosts included."""
-        u = self.model.u.x
-        u.array[: self._owned] = x.array_r
-        u.scatter_forward()
+        """Copy SNES' iterate into the unknowns, ghosts included."""
+        self.model.unknowns.set_owned(x.array_r)
 
     def _residual_norm(self) -> float:
-        self.model.assemble_residual(self._trial)
+        self.model.assemble_equations(self._trial)
         return float(self._trial.norm())
 
     def _form_residual(self, _snes: Any, x: PETSc.Vec, residual: PETSc.Vec) -> None:
         with self.profile.phase("residual"):
             self._take(x)
-            self.model.assemble_residual(residual)
+            self.model.assemble_equations(residual)
 
     def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
         if self._globalisation.keep_factors:
@@ -156,26 +151,15 @@ class Newton:
             self._take(x)
             if self._volume is not None:
                 self._volume.correct(y, self._snes.getKSP())
-            step = self._step
-            step[: self._owned] = -y.array_r
-            self._forward(step)
+            step = self.model.unknowns.to_local(-y.array_r)
             fraction = self._globalisation.fraction(step)
             step *= fraction
             if self.model.potential.carried is not None:
-                self.model.potential.carried.follow(step)
+                self.model.potential.carried.follow(*self.model.unknowns.parts(step))
             if self._volume is not None:
                 self._volume.advance(fraction)
             y.scale(fraction)
         return fraction < 1.0 or self._volume is not None
-
-    def _forward(self, local: np.ndarray) -> None:
-        """Fill the ghosts of a local dof array from their owners."""
-        holder = self.model.u.x
-        kept = holder.array.copy()
-        holder.array[:] = local
-        holder.scatter_forward()
-        local[:] = holder.array
-        holder.array[:] = kept
 
     def _converged(
         self, _snes: Any, iteration: int, norms: tuple[float, float, float], *_: Any
@@ -195,7 +179,7 @@ class Newton:
         self._globalisation.start()
         if model.potential.carried is not None:
             model.potential.carried.reset()
-        self._x.array[:] = model.u.x.array[: self._owned]
+        self._x.array[:] = model.unknowns.owned()
         with self.profile.phase("linear solve"):
             self._snes.solve(None, self._x)
         self._take(self._x)
@@ -210,9 +194,13 @@ class Newton:
         )
 
     def negative_pivots(self) -> int:
-        """Negative pivots of the last factorisation (its inertia)."""
+        """Negative pivots of the last factorisation (its inertia).
+
+        Those of a mixed model's pressure are not counted: eliminating it leaves the others.
+        """
         factor = self._snes.getKSP().getPC().getFactorMatrix()
-        return int(self.model.comm.allreduce(factor.getMumpsInfog(12), MPI.MAX))
+        found = int(self.model.comm.allreduce(factor.getMumpsInfog(12), MPI.MAX))
+        return found - self.model.unknowns.multipliers
 
     def _ending(self, reason: int) -> Ending:
         reasons = PETSc.SNES.ConvergedReason

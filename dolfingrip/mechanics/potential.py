@@ -36,6 +36,12 @@ class Potential:
         strain_energies: densities that depend on u through E alone.
         terms: other potentials (mJ), as UFL forms in ``u``.
         carried: use the carried stress in the tangent.
+        p: pressure field of a mixed model (MPa), which the densities contain.
+
+    Attributes:
+        value, residual, tangent: Π and its derivatives with respect to u.
+        constraint: derivative of Π with respect to p; None without p.
+        coupling: blocks (u, p), (p, u) and (p, p) of the tangent; empty without p.
     """
 
     def __init__(
@@ -45,6 +51,7 @@ class Potential:
         terms: Sequence[ufl.Form] = (),
         *,
         carried: bool = True,
+        p: fem.Function | None = None,
     ) -> None:
         space = u.function_space
         degree = integration_degree(space)
@@ -54,7 +61,8 @@ class Potential:
         strain = ufl.variable(green_lagrange(u))
         density = sum((energy(strain) for energy in strain_energies), start=0 * strain[0, 0])
         stress = ufl.diff(density, strain)
-        self.carried = CarriedStress(u, stress, degree) if carried else None
+        fields = [u] if p is None else [u, p]
+        self.carried = CarriedStress(fields, stress, degree) if carried else None
         geometric = self.carried.stress if self.carried else stress
 
         rest = sum(terms[1:], start=terms[0]) if terms else None
@@ -68,9 +76,18 @@ class Potential:
             value += rest
             residual += ufl.derivative(rest, u, v)
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
-        self.value, self.residual, self.tangent = (
-            fem.form(form, jit_options=jit.options()) for form in (value, residual, tangent)
-        )
+        self.value, self.residual, self.tangent = map(_compiled, (value, residual, tangent))
+        self.constraint: fem.Form | None = None
+        self.coupling: tuple[fem.Form, ...] = ()
+        if p is not None:
+            q, r = (
+                argument(p.function_space) for argument in (ufl.TestFunction, ufl.TrialFunction)
+            )
+            constraint = ufl.derivative(density * dx, p, q)
+            across = ufl.inner(ufl.derivative(stress, p, r), strain_variation(u, v)) * dx
+            blocks = (across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r))
+            self.constraint = _compiled(constraint)
+            self.coupling = tuple(map(_compiled, blocks))
         self._jacobian = fem.Expression(
             ufl.det(deformation_gradient(u)),
             basix.make_quadrature(space.mesh.basix_cell(), degree)[0],
@@ -84,3 +101,7 @@ class Potential:
         """Smallest det F over this rank's integration points."""
         values = self._jacobian.eval(self._u.function_space.mesh, self._cells)
         return float(values.min(initial=np.inf))
+
+
+def _compiled(form: ufl.Form) -> fem.Form:
+    return fem.form(form, jit_options=jit.options())

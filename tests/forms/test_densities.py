@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import ufl
 
-from dolfingrip.forms import neo_hookean, plate
+from dolfingrip.forms import mixed_neo_hookean, neo_hookean, plate
 
 SEED = 23
 MU, LMBDA = 2.93, 26.37
@@ -44,6 +44,20 @@ def test_no_energy_at_rest() -> None:
     strain = random_strain(1e-3)
     assert psi(strain) > 0.0
     assert psi(-strain) > 0.0
+
+
+def test_mixed_energy_is_stationary_where_it_is_the_same() -> None:
+    """At p = λ ln J it has the value of the energy without p, and is greatest there."""
+    strain = random_strain(0.2)
+    best = LMBDA * np.log(np.linalg.det(2 * strain + np.eye(3))) / 2
+
+    def mixed(p: float) -> float:
+        return float(mixed_neo_hookean.energy(ufl.as_matrix(strain.tolist()), p, MU, LMBDA)(()))
+
+    assert mixed(best) == pytest.approx(psi(strain), rel=1e-12)
+    for away in (-0.5, 0.5):
+        drop = away**2 / (2 * LMBDA)
+        assert mixed(best) - mixed(best + away) == pytest.approx(drop, rel=1e-9)
 
 
 def test_small_strain_is_hooke() -> None:

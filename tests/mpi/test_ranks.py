@@ -77,6 +77,18 @@ def test_whole_finger_of_linear_elements_with_a_tilted_plate() -> None:
     _compare(run("blocked_force", settings, comm=MPI.COMM_SELF), run("blocked_force", settings))
 
 
+def test_mixed_element_with_contact_led_by_volume() -> None:
+    settings = small.short(
+        *STRICT, "solver.element=P2-P1", "material.nu=0.4999", "finger.gap_mm=0.4",
+        "experiment.control=volume", "experiment.max_volume_ratio=1.5",
+        "experiment.step_volume_ratio=0.25",
+    )  # fmt: skip
+    alone = run("blocked_force", settings, comm=MPI.COMM_SELF)
+    assert alone.column("contact_gap_mm")[-1] < settings.contact.barrier_mm
+    assert alone.column("pressure_kPa")[-1] > 10
+    _compare(alone, run("blocked_force", settings, comm=WORLD))
+
+
 def test_ranks_without_skin_take_part() -> None:
     """On a few elements some ranks own none of what the plate or contact looks at."""
     settings = small.short(
