@@ -111,3 +111,25 @@ def centroid(mesh: SolidMesh) -> Floats:
     volumes = np.linalg.det(corners[:, 1:] - corners[:, :1])
     centre: Floats = volumes @ corners.mean(axis=1) / volumes.sum()
     return centre
+
+
+def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
+    """How fast :func:`centroid` moves as the points do, shape (3,).
+
+    Parameters
+    ----------
+    mesh
+        n points.
+    velocity
+        Of the points, shape (n, 3); that of an edge's middle does not count.
+    """
+    corners, moving = (each[mesh.tetrahedra[:, :4]] for each in (mesh.points, velocity))
+    edges, changes = corners[:, 1:] - corners[:, :1], moving[:, 1:] - moving[:, :1]
+    volumes = np.linalg.det(edges)
+    # Jacobi's formula
+    growth = volumes * np.trace(np.linalg.solve(edges, changes), axis1=1, axis2=2)
+    centre = centroid(mesh)
+    rate: Floats = (
+        growth @ (corners.mean(axis=1) - centre) + volumes @ moving.mean(axis=1)
+    ) / volumes.sum()
+    return rate

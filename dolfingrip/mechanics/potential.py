@@ -39,6 +39,10 @@ class Potential:
         strain_energies: densities that depend on u through E alone.
         terms: other potentials (mJ), as UFL forms in ``u``.
         carried: use the carried stress in the tangent.
+
+    Attributes:
+        gradient: ∂Π/∂u as a UFL form, linear in its test function.
+        value, residual, tangent: Π and its derivatives, compiled.
     """
 
     def __init__(
@@ -71,6 +75,7 @@ class Potential:
             value += rest
             residual += ufl.derivative(rest, u, v)
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
+        self.gradient = residual
         self.value, self.residual, self.tangent = (
             fem.form(form, jit_options=jit.options()) for form in (value, residual, tangent)
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from dolfinx import fem
 
@@ -58,6 +60,12 @@ class Surface:
         for vertices, values in parts:
             whole[vertices] = values
         return whole
+
+    def moved(self, change_mm: np.ndarray) -> Surface:
+        """The same surface at other reference positions; ``change_mm`` is (n, 3)."""
+        other = copy(self)
+        other.rest = np.asfortranarray(self.rest + change_mm)
+        return other
 
     def displacement(self, local_dofs: np.ndarray) -> np.ndarray:
         """(n, 3) displacement (mm) of the vertices from a local dof array."""
