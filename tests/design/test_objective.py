@@ -62,6 +62,7 @@ def test_bellows_are_told_apart_on_a_morphed_finger() -> None:
     [
         ("finger.wall_mm=3.9999999", "geometry", "leaves 2e-07 mm between two faces"),
         ("solver.max_iterations=1", "iteration limit", "stopped at 0 kPa"),
+        ("solver.time_limit_s=1e-6", "time limit", "stopped at 0 kPa (time limit): solver.time"),
     ],
 )
 def test_failures_have_class_and_sentence(override: str, kind: str, said: str) -> None:
