@@ -85,7 +85,11 @@ def compute(config: dict[str, Any], quantities: tuple[str, ...], comm: MPI.Comm)
 def _curve(result: Result, quantity: str) -> dict[str, list[float]]:
     """Readings at each landed pressure."""
     prefix = "blocked" if result.kind == "blocked_force" else "free"
-    columns = {f"{prefix}_pressure_kPa": "pressure_kPa", quantity: quantity}
+    columns = {
+        f"{prefix}_pressure_kPa": "pressure_kPa",
+        quantity: quantity,
+        f"{prefix}_contact_gap_mm": "contact_gap_mm",
+    }
     return {name: list(map(float, result.column(source))) for name, source in columns.items()}
 
 
