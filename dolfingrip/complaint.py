@@ -17,6 +17,7 @@ UNITS = {
     "MPa": "MPa",
     "kPa": "kPa",
     "N": "N",
+    "s": "s",
     "deg": "deg",
     "kg_m3": "kg/m³",
     "m_s2": "m/s²",

@@ -252,6 +252,9 @@ class Solver(Section):
     max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")
     max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")
     min_step_kPa: float = Field(0.1, gt=0, description="smallest step before a failure is called")
+    time_limit_s: float | None = Field(
+        None, gt=0, description="of a load path, which then ends at its last good pressure"
+    )
     mixed_integration_point: bool = Field(
         True, description="carry the stress as an independent field (fewer iterations)"
     )

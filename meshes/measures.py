@@ -162,3 +162,33 @@ def centroid(mesh: SolidMesh) -> Floats:
         moment += part @ np.einsum("n,mni->mi", value, x)
         volume += float(part.sum())
     return np.asarray(moment / volume, dtype=float)
+
+
+def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
+    """How fast :func:`centroid` moves as the points do, shape (3,).
+
+    Parameters
+    ----------
+    mesh
+        n points.
+    velocity
+        Of the points, shape (n, 3); that of an edge's middle does not count.
+    """
+    at, weights = _CELL_QUADRATURE[mesh.shape]
+    functions = shape_functions.of_cell(mesh.shape.corners)
+    corners = mesh.cells[:, : mesh.shape.corners]
+    x, moving = mesh.points[corners], velocity[corners]
+    centre = centroid(mesh)
+    moment: Floats = np.zeros(3)
+    volume = 0.0
+    for value, gradient, weight in zip(
+        functions.values(at), functions.gradients(at), weights, strict=True
+    ):
+        part = weight * _determinants(x, gradient)
+        jacobian, change = (np.einsum("nk,mni->mik", gradient, each) for each in (x, moving))
+        # Jacobi's formula
+        growth = part * np.trace(np.linalg.solve(jacobian, change), axis1=1, axis2=2)
+        moment += growth @ (np.einsum("n,mni->mi", value, x) - centre)
+        moment += part @ np.einsum("n,mni->mi", value, moving)
+        volume += float(part.sum())
+    return np.asarray(moment / volume, dtype=float)

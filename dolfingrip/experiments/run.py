@@ -76,6 +76,7 @@ def run(
     out: Path | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
+    visit: Callable[[FingerModel, Row], None] = lambda finger, row: None,
 ) -> Result:
     """Pressurise the finger, free or against the plate.
 
@@ -86,6 +87,7 @@ def run(
             where None.
         comm: ranks to run on.
         progress: called with each new row, on every rank.
+        visit: likewise, with the finger as it then is; it must leave the finger so.
 
     Raises:
         ConfigError: bad mesh or geometry, in one line.
@@ -134,6 +136,7 @@ def run(
             if keep is not None:
                 keep.append(row)
             progress(row)
+            visit(finger, row)
         if kind == "blocked_force":
             result.turning = _turning(result, gaps, config)
         result.facts = _facts(result, finger, newton, profile, time.perf_counter() - start)

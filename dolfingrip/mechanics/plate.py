@@ -31,6 +31,7 @@ class RigidPlate:
 
     Attributes:
         energy: the UFL form of its potential.
+        reaction: that of the normal force on the meshed part, dΠ/d(offset).
         offset: the plane's position along n (mm), a constant of the form.
     """
 
@@ -68,10 +69,11 @@ class RigidPlate:
         stiffness = fem.Constant(mesh, PETSc.ScalarType(stiffness_MPa))
         density = form.energy(gap, width, stiffness)
         self.energy = density * ds
-        self._reaction = fem.form(ufl.diff(density, position) * ds, jit_options=jit.options())
+        self.reaction = ufl.diff(density, position) * ds
+        self._reaction = fem.form(self.reaction, jit_options=jit.options())
 
     def force_N(self) -> float:
-        """Normal force on the whole finger's plate: dΠ/d(offset)."""
+        """Normal force on the whole finger's plate."""
         local = fem.assemble_scalar(self._reaction)
         return float(self._copies * self._u.function_space.mesh.comm.allreduce(local))
 
@@ -80,6 +82,15 @@ class RigidPlate:
         gaps = self._distance(self._u.x.array)
         smallest = gaps.min(initial=np.inf)
         return float(self._u.function_space.mesh.comm.allreduce(smallest, MPI.MIN))
+
+    def offset_rate(self, velocity: fem.Function) -> float:
+        """How fast the plane follows the nearest point as the reference points move (mm)."""
+        moving = fem.Function(self._u.function_space)
+        moving.interpolate(velocity)
+        rates = moving.x.array.reshape(-1, 3)[self._nodes] @ self.normal
+        first = int(self._rest.argmin()) if len(self._rest) else None
+        own = (np.inf, 0.0) if first is None else (self._rest[first], rates[first])
+        return float(min(self._u.function_space.mesh.comm.allgather(own))[1])
 
     def _distance(self, dofs: np.ndarray) -> np.ndarray:
         moved = dofs.reshape(-1, 3)[self._nodes] @ self.normal

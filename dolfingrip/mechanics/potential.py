@@ -39,6 +39,7 @@ class Potential:
         p: pressure field of a mixed model (MPa), which the densities contain.
 
     Attributes:
+        gradient: ∂Π/∂u as a UFL form, linear in its test function.
         value, residual, tangent: Π and its derivatives with respect to u.
         constraint: derivative of Π with respect to p; None without p.
         coupling: blocks (u, p), (p, u) and (p, p) of the tangent; empty without p.
@@ -76,6 +77,7 @@ class Potential:
             value += rest
             residual += ufl.derivative(rest, u, v)
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
+        self.gradient = residual
         self.value, self.residual, self.tangent = map(_compiled, (value, residual, tangent))
         self.constraint: fem.Form | None = None
         self.coupling: tuple[fem.Form, ...] = ()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
@@ -90,6 +92,12 @@ class Surface:
         for places, values in self._comm.allgather((self.owned, owned)):
             whole[places] = values
         return whole
+
+    def moved(self, change_mm: np.ndarray) -> Surface:
+        """The same surface at other reference positions; ``change_mm`` is (v, 3)."""
+        other = copy(self)
+        other.rest = np.asfortranarray(self.rest + change_mm)
+        return other
 
     def displacement(self, local_dofs: np.ndarray) -> np.ndarray:
         """(v, 3) displacement (mm) of the vertices from a local dof array."""

@@ -15,7 +15,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments import Result, run
+from dolfingrip.experiments import Result, gradients, run
 from dolfingrip.mechanics.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
@@ -54,6 +54,18 @@ def test_blocked_finger_with_bellows_in_contact() -> None:
     assert gap[0] > BLOCKED.contact.barrier_mm > gap[-1]  # or there would be no contact to test
     assert alone.column("force_N")[-1] > 0.1
     _compare(alone, run("blocked_force", BLOCKED, comm=WORLD))
+
+
+def test_gradient_of_the_blocked_force() -> None:
+    tilted = config.from_dict({**BLOCKED.model_dump(mode="json"), "plate": {"tilt_deg": 10.0}})
+    found: list[dict[str, float]] = [{}, {}]
+    for comm, slopes in zip((MPI.COMM_SELF, WORLD), found, strict=True):
+        run("blocked_force", tilted, comm=comm, visit=gradients.at_highest(slopes))
+    alone, together = found
+    assert set(alone) == set(gradients.XI)
+    for name in gradients.XI:
+        assert abs(alone[name]) > 0.1
+        assert together[name] == pytest.approx(alone[name], rel=1e-7)
 
 
 def test_free_finger_without_contact(shared: Path) -> None:
