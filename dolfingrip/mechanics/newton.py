@@ -25,6 +25,10 @@ REASON = {
     Verdict.HOPELESS: PETSc.SNES.ConvergedReason.DIVERGED_DTOL,
 }
 
+ORDERING = {"tetrahedron": 7, "hexahedron": 6}
+"""MUMPS' ICNTL(7) by the mesh's cells: its own choice; approximate minimum degree with detection
+of quasi-dense rows, which on structured meshes leaves half the operations of PORD."""
+
 
 class Ending(StrEnum):
     """How a solve ended."""
@@ -115,6 +119,7 @@ class Newton:
         options["snes_divergence_tolerance"] = -1
         options["mat_mumps_icntl_13"] = 1  # counts negative pivots in parallel, too
         options["mat_mumps_icntl_24"] = 0
+        options["mat_mumps_icntl_7"] = ORDERING[self.model.domain.mesh.ufl_cell().cellname()]
         snes.setFromOptions()
         return snes
 

@@ -115,13 +115,21 @@ def test_barrier_is_smooth_at_its_width() -> None:
         assert energy == pytest.approx(2.0 * 0.1 * closeness**3, rel=closeness)
 
 
-@pytest.mark.parametrize("degree", [1, 2])
-def test_nodal_rule(degree: int) -> None:
-    """The weights are positive and integrate 1, x and y over the triangle exactly."""
-    rule = plate.nodal_rule(degree)
+@pytest.mark.parametrize(
+    ("facet", "degree", "nodes", "integrals"),
+    [
+        ("triangle", 1, 3, [1 / 2, 1 / 6, 1 / 6]),
+        ("triangle", 2, 6, [1 / 2, 1 / 6, 1 / 6]),
+        ("quadrilateral", 1, 4, [1, 1 / 2, 1 / 2]),
+        ("quadrilateral", 2, 8, [1, 1 / 2, 1 / 2]),
+    ],
+)
+def test_nodal_rule(facet: str, degree: int, nodes: int, integrals: list[float]) -> None:
+    """The weights are positive and integrate 1, x and y over the reference facet exactly."""
+    rule = plate.nodal_rule(facet, degree)
     points, weights = np.array(rule["quadrature_points"]), np.array(rule["quadrature_weights"])
-    assert points.shape == ({1: 3, 2: 6}[degree], 2)
+    assert points.shape == (nodes, 2)
     assert (weights > 0).all()
     np.testing.assert_allclose(
-        weights @ np.column_stack([np.ones(len(points)), points]), [1 / 2, 1 / 6, 1 / 6], rtol=1e-14
+        weights @ np.column_stack([np.ones(len(points)), points]), integrals, rtol=1e-14
     )
