@@ -87,7 +87,7 @@ def centroid_mm(finger: Finger, morph: Morph) -> float:
         ends = morph.moved(np.array(cuts))
         volume += area * (ends[-1] - ends[0])
         moment += area * (ends[-1] ** 2 - ends[0] ** 2) / 2
-    return moment / volume
+    return float(moment / volume)
 
 
 @dataclass(frozen=True)
@@ -208,10 +208,10 @@ def _slope(row: dict[str, Any]) -> float:
 
 
 def show(table: list[dict[str, Any]], console: Console) -> None:
-    """The ten best, a column each."""
+    """The six best, a column each."""
     shown = Table(title="Candidates, best first")
-    shown.add_column("")
-    best = table[:10]
+    shown.add_column("", no_wrap=True)
+    best = table[:6]
     for number in range(len(best)):
         shown.add_column(str(number + 1), justify="right")
     names = dict.fromkeys(name for row in best for name in row)
