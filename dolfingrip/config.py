@@ -277,7 +277,7 @@ class Contact(Section):
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
     stiffness_MPa: float = Field(0.3, gt=0, description="of the barrier")
     spacing_mm: float = Field(
-        1.5, gt=0, le=100, description="hexahedra: largest distance of contact points"
+        1.2, gt=0, le=100, description="hexahedra: largest distance of contact points"
     )
 
 

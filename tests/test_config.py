@@ -16,6 +16,7 @@ DIMENSIONLESS = {
     "finger.bellows",
     "material.nu",
     "mesh.order",
+    "mesh.refine",
     "mesh.target_elements",
     "morph.xi1",
     "morph.xi2",
@@ -75,7 +76,7 @@ REFUSED = {
     "finger.depth_mm=3": "finger.wall_mm = 1.6: thicker than half a bellows",
     # keys that exclude one another
     "material.bulk_MPa=1": "material.bulk_MPa = 1.0: allowed: above 2/3 mu_MPa",
-    "mesh.edge_size_mm=5": "mesh.edge_size_mm = 5.0: allowed: above 0 and up to size_mm = ",
+    "mesh.edge_size_mm=5": "mesh.edge_size_mm = 5.0: allowed: above 0 and up to s",
     "solver.min_step_kPa=30": "solver.min_step_kPa = 30.0: allowed: above 0 and up to max_step_kPa",
     "experiment.step_kPa=300": "experiment.step_kPa = 300.0: allowed: above 0 and up to max_pressu",
     "plate.contact_length_mm=91": "plate.contact_length_mm = 91.0: allowed: above 0 and up to fing",

@@ -28,7 +28,7 @@ def resample(
         facets: (m, 8) nodes of quadrilaterals, corners in turn, then the midpoints from each
             to the next.
         rest: (n, 3) reference positions of the nodes (mm).
-        spacing_mm: longest edge of a rectangle, the walls of the body being edges in any case.
+        spacing_mm: longest edge of a rectangle; the shortest is half of it, walls apart.
 
     Returns:
         (v, n) weights of the nodes in each point's position and displacement, and (k, 3) points
@@ -52,12 +52,31 @@ def resample(
     return weights, rectangles[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
 
 
-def _lines(walls: np.ndarray, all_values: np.ndarray, spacing: float, near: float) -> np.ndarray:
-    """Coordinates of the samples along one axis: on each wall and evenly between."""
-    fixed = np.sort(np.concatenate([walls, [all_values.min(), all_values.max()]]))
-    fixed = fixed[np.concatenate([[True], np.diff(fixed) > near])]
-    parts = [np.linspace(a, b, math.ceil((b - a) / spacing) + 1)[:-1] for a, b in pairwise(fixed)]
-    return np.concatenate([*parts, fixed[-1:]])
+def _lines(walls: np.ndarray, planes: np.ndarray, spacing: float, near: float) -> np.ndarray:
+    """Coordinates of the samples along one axis: walls, and points fixed in the cells between.
+
+    A share of its cell is what a sample keeps when the mesh is morphed, so that it stays the same
+    point of the material. Samples that would come nearer than half the spacing are left out.
+    """
+    planes, fixed = _distinct(planes, near), _distinct(walls, near)
+    fixed = _distinct(np.concatenate([fixed, planes[[0, -1]]]), near)
+    candidates = np.concatenate(
+        [np.linspace(a, b, math.ceil((b - a) / spacing) + 1)[:-1] for a, b in pairwise(planes)]
+        + [planes[-1:]]
+    )
+    kept = [candidates[0]]
+    for value in candidates[1:]:
+        following = fixed[fixed > value - near][0]
+        wall = following - value < near
+        if wall or min(value - kept[-1], following - value) > (1 - NEAR) * spacing / 2:
+            kept.append(value)
+    return np.array(kept)
+
+
+def _distinct(values: np.ndarray, near: float) -> np.ndarray:
+    """Sorted values, those nearer than ``near`` as one."""
+    values = np.sort(values)
+    return values[np.concatenate([[True], np.diff(values) > near])]
 
 
 def _rectangles(
