@@ -201,8 +201,7 @@ class Mesh(Section):
         None,
         gt=0,
         le=100,
-        description="element size at concave edges; default: 3/16 of the wall for hexahedra, "
-        "size_mm for tetrahedra",
+        description="element size at concave edges; default: size_mm",
     )
     refine: int = Field(
         1, ge=1, le=16, description="hexahedra alone: each is divided so often along each axis"
@@ -277,7 +276,7 @@ class Contact(Section):
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
     stiffness_MPa: float = Field(0.3, gt=0, description="of the barrier")
     spacing_mm: float = Field(
-        1.2, gt=0, le=100, description="hexahedra: largest distance of contact points"
+        2.5, gt=0, le=100, description="hexahedra: largest distance of contact points"
     )
 
 

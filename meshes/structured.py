@@ -23,9 +23,6 @@ from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh,
 SIZE_MM: Final = 7.0
 """Largest cell where ``mesh.size_mm`` is not given."""
 
-EDGE_OF_WALL: Final = 0.1875
-"""Cell at a concave edge as part of the wall, where ``mesh.edge_size_mm`` is not given."""
-
 GROWTH: Final = 7.0
 """From one cell to the next away from a concave edge. Steep: the stress decays as r^-0.46."""
 
@@ -78,13 +75,13 @@ def structured_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
 
 
 def grid(finger: Finger, mesh: Mesh) -> Grid:
-    """The grid whose planes all faces of the finger lie in, refined towards concave edges.
+    """The grid whose planes all faces of the finger lie in, refined towards concave edges if asked.
 
     Lines of constant x and y serve all bellows; along z each would be repeated for every one
     of them, so there the cells follow ``size_mm`` alone.
     """
     size = SIZE_MM if mesh.size_mm is None else mesh.size_mm
-    edge = mesh.edge_size_mm or min(EDGE_OF_WALL * finger.wall_mm, size)
+    edge = mesh.edge_size_mm or size
     body, cavity, gaps = boxes(finger)
     walls = [_unique(v for box in (body, *cavity, *gaps) for v in box[axis]) for axis in range(3)]
     if mesh.half:

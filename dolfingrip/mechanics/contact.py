@@ -114,7 +114,7 @@ class BarrierContact:
         return sp.coo_matrix(self._spread.T @ at_vertices @ self._spread)
 
     def gradient_rate(self, dofs: np.ndarray, velocity_mm: np.ndarray) -> np.ndarray:
-        """(n, 3) change of the nodes' gradient (N) as the reference points move and displacements stay.
+        """(n, 3) change of the nodes' gradient (N) as reference points move, displacements not.
 
         Args:
             dofs: displacement.

@@ -13,6 +13,7 @@ from dolfingrip.config import Solver
 from dolfingrip.mechanics.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.model import Model
+from dolfingrip.mechanics.ordering import cheapest
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.tangent import Tangent
 from dolfingrip.mechanics.volume_control import VolumeControl
@@ -24,10 +25,6 @@ REASON = {
     Verdict.STUCK: PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH,
     Verdict.HOPELESS: PETSc.SNES.ConvergedReason.DIVERGED_DTOL,
 }
-
-ORDERING = {"tetrahedron": 7, "hexahedron": 6}
-"""MUMPS' ICNTL(7) by the mesh's cells: its own choice; approximate minimum degree with detection
-of quasi-dense rows, which on structured meshes leaves half the operations of PORD."""
 
 
 class Ending(StrEnum):
@@ -119,7 +116,6 @@ class Newton:
         options["snes_divergence_tolerance"] = -1
         options["mat_mumps_icntl_13"] = 1  # counts negative pivots in parallel, too
         options["mat_mumps_icntl_24"] = 0
-        options["mat_mumps_icntl_7"] = ORDERING[self.model.domain.mesh.ufl_cell().cellname()]
         snes.setFromOptions()
         return snes
 
@@ -149,6 +145,9 @@ class Newton:
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
+            if self.factorisations == 1:  # read when SNES factorises for the first time
+                options = PETSc.Options("dolfingrip_")
+                options["mat_mumps_icntl_7"] = cheapest(self.tangent.matrix)
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""

@@ -47,7 +47,7 @@ class Surface:
     """
 
     def __init__(
-        self, space: fem.FunctionSpace, domain: Domain, facets: np.ndarray, spacing_mm: float = 1.5
+        self, space: fem.FunctionSpace, domain: Domain, facets: np.ndarray, spacing_mm: float = 2.5
     ) -> None:
         self._comm = space.mesh.comm
         index_map = space.dofmap.index_map

@@ -15,7 +15,10 @@ from dolfingrip.experiments.notes import notes
         (["material.nu=0.48"], []),
         (["solver.element=P1"], ["linear tetrahedra are too stiff"]),
         (["material.nu=0.499", "solver.element=P2"], ["nu = 0.499 is nearly incompressible"]),
-        (["material.bulk_MPa=14650", "solver.element=P2"], ["nu = 0.4999 is nearly incompressible"]),
+        (
+            ["material.bulk_MPa=14650", "solver.element=P2"],
+            ["nu = 0.4999 is nearly incompressible"],
+        ),
         (["material.nu=0.499", "solver.element=P2-P1"], []),
     ],
 )
