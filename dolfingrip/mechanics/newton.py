@@ -145,7 +145,9 @@ class Newton:
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
-            if self.factorisations == 1:  # read when SNES factorises for the first time
+            # read when SNES factorises for the first time; a saddle point's zero diagonal is left
+            # to MUMPS' own choice, as others fail on three ranks
+            if self.factorisations == 1 and self.model.p is None:
                 options = PETSc.Options("dolfingrip_")
                 options["mat_mumps_icntl_7"] = cheapest(self.tangent.matrix)
 
