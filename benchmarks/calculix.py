@@ -8,8 +8,10 @@ import numpy as np
 
 from benchmarks.tip import mean_displacement
 from dolfingrip.config import KPA, Config
+from dolfingrip.meshes.abaqus import ELEMENT_TYPES
+from dolfingrip.meshes.cells import to_vtk
 from dolfingrip.meshes.groups import CAVITY, CLAMP, SOLID, SYMMETRY, TIP
-from dolfingrip.meshes.solid import EXCHANGED, SolidMesh, match
+from dolfingrip.meshes.solid import SolidMesh, match
 
 
 def write_deck(
@@ -22,20 +24,19 @@ def write_deck(
 
     Args:
         path: of the deck, ``….inp``.
-        mesh: of first or second order (C3D4 or C3D10).
+        mesh: tetrahedra (C3D4 or C3D10) or hexahedra (C3D8 or C3D20R).
         config: moduli and pressure.
         longest: longest increment, a part of the pressure.
         residual: largest residual force over the average force; 5e-3 is CalculiX' default.
     """
     bulk = config.material.lmbda_MPa + 2 / 3 * config.material.mu_MPa
-    cells = mesh.tetrahedra if mesh.order == 1 else mesh.tetrahedra[:, EXCHANGED]
-    kind = "C3D4" if mesh.order == 1 else "C3D10"
+    kind = ELEMENT_TYPES[mesh.cells.shape[1]]
     lines = [
         "*NODE, NSET=all",
         # CalculiX reads at most 20 characters of a number
         *(f"{i}, {x:.12e}, {y:.12e}, {z:.12e}" for i, (x, y, z) in enumerate(mesh.points, 1)),
         f"*ELEMENT, TYPE={kind}, ELSET={SOLID}",
-        *(", ".join(map(str, [i, *nodes])) for i, nodes in enumerate(cells + 1, 1)),
+        *(element_line([i, *nodes]) for i, nodes in enumerate(to_vtk(mesh.cells) + 1, 1)),
     ]
     for group in (name for name in (CLAMP, SYMMETRY, TIP) if name in mesh.facets):
         lines.append(f"*NSET, NSET={group}")
@@ -62,9 +63,15 @@ def write_deck(
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+def element_line(numbers: list[int]) -> str:
+    """An element's number and nodes, at most 16 to a line."""
+    words = [str(number) for number in numbers]
+    return ",\n".join(", ".join(words[i : i + 16]) for i in range(0, len(words), 16))
+
+
 def loaded_faces(mesh: SolidMesh) -> tuple[np.ndarray, np.ndarray]:
     """Numbers, from 1, of the elements on the cavity and of their faces there."""
-    element, face = np.divmod(match(mesh.facets[CAVITY], mesh.tetrahedra), 4)
+    element, face = np.divmod(match(mesh.facets[CAVITY], mesh.cells), len(mesh.shape.faces))
     return element + 1, face + 1
 
 

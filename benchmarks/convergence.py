@@ -69,12 +69,12 @@ def points(outcome: Outcome, kind: str) -> list[Point]:
 
 
 def series(outcome: Outcome, kind: str, name: str) -> list[Point]:
-    """The meshes of ``P2 uniform``, ``P2 graded`` or ``P1 uniform``."""
+    """The meshes of ``P2 uniform``, ``P2 graded``, ``P1 uniform`` or ``P2-P1 uniform``."""
     element, spacing = name.split()
     return [
         point
         for point in points(outcome, kind)
-        if point.mesh.startswith(element) and ("/" in point.mesh) == (spacing == "graded")
+        if point.mesh.split()[0] == element and ("/" in point.mesh) == (spacing == "graded")
     ]
 
 

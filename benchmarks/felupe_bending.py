@@ -14,8 +14,9 @@ from scipy.sparse.linalg import spsolve, use_solver
 from benchmarks.tip import mean_displacement
 from dolfingrip.config import KPA, Config
 from dolfingrip.experiments.undeformed import solid
+from dolfingrip.meshes.cells import TETRAHEDRON
 from dolfingrip.meshes.groups import CAVITY, CLAMP, SYMMETRY
-from dolfingrip.meshes.solid import FACES, SolidMesh, match
+from dolfingrip.meshes.solid import SolidMesh, match
 
 FACE_CENTRE = Scheme(points=np.array([[1 / 3, 1 / 3, 0.0]]), weights=np.array([0.5]))
 """Midpoint of the face of the first three corners: exact, F being constant in an element."""
@@ -29,10 +30,10 @@ class CavityRegion(felupe.Region):
     """
 
     def __init__(self, mesh: felupe.Mesh, solid: SolidMesh) -> None:
-        rows = match(solid.facets[CAVITY], solid.tetrahedra)
+        rows = match(solid.facets[CAVITY], solid.cells)
         cells, face = np.divmod(rows, 4)
-        outward = np.take_along_axis(solid.tetrahedra[cells], FACES[face, :3], axis=1)
-        opposite = solid.tetrahedra[cells].sum(axis=1) - outward.sum(axis=1)
+        outward = np.take_along_axis(solid.cells[cells], TETRAHEDRON.face_corners[face], axis=1)
+        opposite = solid.cells[cells].sum(axis=1) - outward.sum(axis=1)
         # seen from the fourth corner the first three turn left: a positive element
         turned = np.column_stack([outward[:, [0, 2, 1]], opposite])
         bounded = mesh.copy()
@@ -65,7 +66,7 @@ def bend(config: Config, steps: int, ordering: str) -> dict[str, Any]:
     start = time.perf_counter()
     mesh = solid(config)
     meshed = time.perf_counter()
-    grid = felupe.Mesh(mesh.points, mesh.tetrahedra, "tetra")
+    grid = felupe.Mesh(mesh.points, mesh.cells, "tetra")
     field = felupe.FieldContainer([felupe.Field(felupe.RegionTetra(grid), dim=3)])
     body = felupe.SolidBody(
         felupe.NeoHookeCompressible(config.material.mu_MPa, config.material.lmbda_MPa), field
@@ -95,7 +96,7 @@ def bend(config: Config, steps: int, ordering: str) -> dict[str, Any]:
     moved = mean_displacement(mesh, field[0].values)
     return {
         "dofs": int(3 * len(mesh.points)),
-        "elements": len(mesh.tetrahedra),
+        "elements": len(mesh.cells),
         "mesh_s": meshed - start,
         "setup_s": built - meshed,
         "solve_s": solved - built,

@@ -23,12 +23,24 @@ CALCULIX_STEP = 0.04
 """CalculiX' longest increment, a part of 250 kPa. With any tried it gives up at 120 to 130 kPa:
 its residual stagnates, however short the increment."""
 
-UNIFORM_MM = {"P2": (4.0, 2.8, 2.0, 1.5, 1.2), "P1": (2.8, 2.0, 1.5, 1.2, 0.9)}
+UNIFORM_MM = {
+    "P2": (4.0, 2.8, 2.0, 1.5, 1.2),
+    "P1": (2.8, 2.0, 1.5, 1.2, 0.9),
+    "P2-P1": (4.0, 2.8, 2.0, 1.5),
+}
 GRADED_MM = ((4.0, 2.0), (2.8, 1.4), (2.8, 1.0), (2.8, 0.7))
 """Element sizes of the convergence table, and pairs of these and sizes at concave edges."""
 
 GROWTH_MM = {"P2": (6.0, 4.0, 2.8, 2.0, 1.5, 1.2, 0.95), "P1": (2.0, 1.2, 0.9, 0.7, 0.55, 0.46)}
 """Element sizes that give 10,000 to 300,000 dofs."""
+
+
+COOK_CELLS = (4, 8, 16)
+COOK_NU = 0.4999
+FINGER_NU = 0.499
+FINGER_MM = (6.0, 4.0, 2.8)
+FINEST = {"cook": 32, "finger": 2.0}
+"""Meshes of the mixed element by which errors are told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +95,31 @@ def _growth() -> dict[str, Spec]:
         for element, sizes in GROWTH_MM.items()
         for size in sizes
     }
+
+
+def _incompressible() -> dict[str, Spec]:
+    elements = ("P1", "P2", "P2-P1")
+    cook = [(element, cells) for element in elements for cells in COOK_CELLS]
+    finger = [(element, size) for element in elements for size in FINGER_MM]
+    cook.append(("P2-P1", FINEST["cook"]))
+    finger.append(("P2-P1", FINEST["finger"]))
+    return {
+        f"cook {element} {cells}": {
+            "work": "cook", "element": element, "cells": cells, "nu": COOK_NU,
+            "overrides": [f"solver.element={element}"],
+        }
+        for element, cells in cook
+    } | {
+        f"finger {element} {size:g}": _run(
+            "bending",
+            *FREE,
+            f"solver.element={element}",
+            f"mesh.size_mm={size}",
+            f"material.nu={FINGER_NU}",
+            "experiment.max_pressure_kPa=25",
+        )
+        for element, size in finger
+    }  # fmt: skip
 
 
 PARTS: dict[str, Part] = {
@@ -144,6 +181,11 @@ PARTS: dict[str, Part] = {
     ),
     "convergence": Part("angle and force at 250 kPa against mesh size", _convergence(), repeats=1),
     "growth": Part("free bending to 50 kPa against dofs", _growth(), repeats=3),
+    "incompressible": Part(
+        f"Cook's membrane, nu = {COOK_NU}, and free bending to 25 kPa, nu = {FINGER_NU}",
+        _incompressible(),
+        repeats=1,
+    ),
     "ranks": Part(
         "free bending to 50 kPa, P2, 1 and 2 ranks",
         {

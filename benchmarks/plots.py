@@ -18,7 +18,7 @@ MARKERS = {"P2": "o", "P1": "s"}
 
 def growth_points(outcome: Outcome, element: str) -> list[tuple[float, float, float]]:
     """(dofs, seconds of solving, MB) of each mesh, by dofs."""
-    labels = [label for label in outcome.runs if label.startswith(element)]
+    labels = [label for label in outcome.runs if label.split()[0] == element]
     points = [
         tuple(outcome.median(label, key) for key in ("dofs", "solve_s", "peak_MB"))
         for label in labels
@@ -60,6 +60,7 @@ def _draw_precision(outcome: Outcome, path: Path) -> None:
                 ("P2 uniform", theme.BLUE, "o"),
                 ("P2 graded", theme.GREEN, "^"),
                 ("P1 uniform", theme.ORANGE, "s"),
+                ("P2-P1 uniform", theme.PURPLE, "D"),
             ):
                 points = series(outcome, kind, name)
                 if not points or kind not in best:

@@ -8,10 +8,13 @@ from pathlib import Path
 
 from benchmarks.convergence import QUANTITIES, limits, points
 from benchmarks.outcomes import Outcome
-from benchmarks.parts import PARTS
+from benchmarks.parts import COOK_NU, FINEST, FINGER_NU, PARTS
 from benchmarks.plots import growth_points
 
 Found = dict[str, Outcome]
+
+TABLED = ("convergence", "growth", "incompressible")
+"""Parts with a table of their own."""
 
 
 def preamble(found: Found, speed: float) -> str:
@@ -37,6 +40,7 @@ def all_sections(found: Found, folder: Path) -> Iterator[str]:
     yield from _runs(found)
     yield from _convergence(found, folder)
     yield from _growth(found, folder)
+    yield from _incompressible(found)
     yield from _circumstances(found)
 
 
@@ -50,7 +54,7 @@ def _runs(found: Found) -> Iterator[str]:
     yield "| part | run | dofs | mesh s | setup s | solve s | processor s | iterations | GB | n |"
     yield "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|"
     for part, outcome in found.items():
-        if part in ("convergence", "growth"):
+        if part in TABLED:
             continue
         for label, runs in outcome.runs.items():
 
@@ -66,7 +70,7 @@ def _runs(found: Found) -> Iterator[str]:
             ]  # fmt: skip
             yield "| " + " | ".join(cells) + " |"
     yield ""
-    for part in (name for name in found if name not in ("convergence", "growth")):
+    for part in (name for name in found if name not in TABLED):
         yield f"- **{part}**: {PARTS[part].title}"
     yield ""
     yield (
@@ -128,6 +132,48 @@ def _growth(found: Found, folder: Path) -> Iterator[str]:
     if (folder / "time_dofs.png").exists():
         yield "![time against dofs](time_dofs.png)"
         yield ""
+
+
+def _incompressible(found: Found) -> Iterator[str]:
+    if "incompressible" not in found:
+        return
+    outcome = found["incompressible"]
+    best = {
+        "cook": outcome.last(f"cook P2-P1 {FINEST['cook']}").get("rise_mm"),
+        "finger": _angle(outcome, f"finger P2-P1 {FINEST['finger']:g}"),
+    }
+    yield "## Near-incompressible"
+    yield ""
+    yield (
+        f"Cook's membrane at finite strain, ν = {COOK_NU} (`benchmarks/cook.py`; literature: the "
+        f"corner rises by 6.9 mm), and the free finger at 25 kPa, ν = {FINGER_NU}. Errors are "
+        "against the mixed element's finest mesh, the last line of each."
+    )
+    yield ""
+    yield "| problem | element | mesh | dofs | value | error | iterations | solve s |"
+    yield "|---|---|--:|--:|--:|--:|--:|--:|"
+    for label in PARTS["incompressible"].specs:
+        problem, element, size = label.split()
+        run = outcome.last(label)
+        mesh = f"{size} × {size}" if problem == "cook" else f"{size} mm"
+        value = run.get("rise_mm") if problem == "cook" else _angle(outcome, label)
+        if value is None:
+            yield f"| {problem} | {element} | {mesh} | | load not reached | | | |"
+            continue
+        unit = "mm" if problem == "cook" else "°"
+        against = best[problem]
+        error = "" if against is None else f"{value / against - 1:+.1%}"
+        yield (
+            f"| {problem} | {element} | {mesh} | {run['dofs']:,} | {value:.3f} {unit} | {error} "
+            f"| {run['iterations']} | {run['solve_s']:.1f} |"
+        )
+    yield ""
+
+
+def _angle(outcome: Outcome, label: str) -> float | None:
+    """Last angle of a finger's run (°), None where it has not been made."""
+    rows = outcome.last(label).get("rows")
+    return rows[-1]["angle_deg"] if rows else None
 
 
 def _circumstances(found: Found) -> Iterator[str]:

@@ -205,11 +205,19 @@ def demo(
     out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/demo"),
     config: ConfigFile = None,
     overrides: Overrides = None,
+    loop: Annotated[bool, typer.Option(help="With the small design loop.")] = True,
 ) -> None:
-    """Both experiments on the reference finger, a table, plots and renders."""
+    """Both experiments on the reference finger, a table, plots, renders, a small design loop."""
     from dolfingrip.commands import run_demo
 
-    results = run_demo(configuration.load(config, overrides or ()), out, console())
+    resolved = configuration.load(config, overrides or ())
+    results = run_demo(resolved, out, console())
+    if loop and MPI.COMM_WORLD.size > 1:
+        console().print("no design loop under mpirun: it starts processes of its own")
+    elif loop:
+        from dolfingrip.design import small_loop
+
+        small_loop.run(resolved, out / "loop")
     _exit(*results)
 
 

@@ -14,6 +14,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import coupon, landings, landings_kPa, run, synthetic
+from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.run import Kind, Result, Row
 from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.domain import on_root
@@ -56,6 +57,7 @@ def run_experiment(
     wanted = _pressures(renders, config)
     quantity = _quantity(colour_by)
     check_writable(out)
+    _warn(config, console)
     result = _run(kind, config, out, console)
     on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, quantity, console))
     if MPI.COMM_WORLD.rank == 0:
@@ -123,6 +125,7 @@ def fake_measurement(
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
     """Both experiments, one table, plots and renders."""
     check_writable(out)
+    _warn(config, console)
     wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
     results = {kind: _demonstrate(kind, config, out / kind, wanted, console) for kind in KINDS}
     bending, blocked = results["bending"], results["blocked_force"]
@@ -175,6 +178,11 @@ def _pressures(text: str | None, config: Config) -> list[float]:
             allowed = ", ".join(f"{p:g}" for p in dict.fromkeys(known))
             raise ConfigError(f"--render {pressure:g}: allowed: {allowed} (kPa)")
     return wanted
+
+
+def _warn(config: Config, console: Console) -> None:
+    for note in notes(config):
+        console.print(f"[yellow]warning: {note}[/yellow]", soft_wrap=True, highlight=False)
 
 
 def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:

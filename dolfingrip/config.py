@@ -169,12 +169,23 @@ class Material(Section):
         """First Lamé parameter."""
         if self.bulk_MPa is not None:
             return self.bulk_MPa - 2 / 3 * self.mu_MPa
-        nu = 0.45 if self.nu is None else self.nu
-        return 2 * self.mu_MPa * nu / (1 - 2 * nu)
+        return 2 * self.mu_MPa * self.poisson / (1 - 2 * self.poisson)
+
+    @property
+    def poisson(self) -> float:
+        """Poisson's ratio."""
+        if self.bulk_MPa is not None:
+            three, two = 3 * self.bulk_MPa, 2 * self.mu_MPa
+            return (three - two) / (2 * three + two)
+        return 0.45 if self.nu is None else self.nu
+
+
+HEXAHEDRON_MM, TETRAHEDRON_MM = 7.0, 2.8
+"""Largest element where ``mesh.size_mm`` is not given, by the shape of the cells."""
 
 
 class Mesh(Section):
-    """Resolution of the Gmsh mesh, or a mesh file of one's own."""
+    """Resolution of the mesh, or a mesh file of one's own."""
 
     file: Path | None = Field(
         None,
@@ -183,9 +194,21 @@ class Mesh(Section):
     )
     half: bool = Field(True, description="half finger with the symmetry plane y = 0")
     order: Literal[1, 2] = Field(1, description="order of the elements written to files")
-    size_mm: float = Field(2.8, gt=0, le=100, description="element size away from edges")
+    size_mm: float | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description=f"largest element; default: {HEXAHEDRON_MM:g} for hexahedra, "
+        f"{TETRAHEDRON_MM:g} for tetrahedra",
+    )
     edge_size_mm: float | None = Field(
-        None, gt=0, le=100, description="element size at concave edges; default: size_mm"
+        None,
+        gt=0,
+        le=100,
+        description="element size at concave edges; default: size_mm",
+    )
+    refine: int = Field(
+        1, ge=1, le=16, description="hexahedra alone: each is divided so often along each axis"
     )
     target_elements: int | None = Field(
         None, ge=100, le=5_000_000, description="scale both sizes to this number of tetrahedra"
@@ -193,7 +216,9 @@ class Mesh(Section):
 
     @model_validator(mode="after")
     def _sizes(self) -> Mesh:
-        if self.edge_size_mm is not None and self.edge_size_mm > self.size_mm:
+        if self.edge_size_mm is None or self.size_mm is None:
+            return self
+        if self.edge_size_mm > self.size_mm:
             raise _outside(
                 "edge_size_mm",
                 self.edge_size_mm,
@@ -219,7 +244,12 @@ class Cog(Section):
 class Solver(Section):
     """Discretisation and Newton's method."""
 
-    element: Literal["P1", "P2"] = Field("P2", description="displacement element")
+    element: Literal["P1", "P2", "P2-P1", "S2"] | None = Field(
+        None,
+        description="displacement: P1 or P2 on tetrahedra, P2-P1 with a linear pressure for nu "
+        "near 0.5, S2 on hexahedra (20 nodes, 8 integration points); default: S2, or P2 on "
+        "tetrahedra of a file or by number",
+    )
     rtol: float = Field(1e-8, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")
@@ -228,6 +258,9 @@ class Solver(Section):
         None, gt=0, description="largest step in time; default: as long as the pressure's allows"
     )
     min_step_kPa: float = Field(0.1, gt=0, description="smallest step before a failure is called")
+    time_limit_s: float | None = Field(
+        None, gt=0, description="of a load path, which then ends at its last good pressure"
+    )
     mixed_integration_point: bool = Field(
         True, description="carry the stress as an independent field (fewer iterations)"
     )
@@ -248,7 +281,10 @@ class Contact(Section):
 
     self_contact: bool = Field(True, description="bellows cannot pass through one another")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
-    stiffness_MPa: float = Field(1.0, gt=0, description="of the barrier")
+    stiffness_MPa: float = Field(0.3, gt=0, description="of the barrier")
+    spacing_mm: float = Field(
+        2.5, gt=0, le=100, description="hexahedra: largest distance of contact points"
+    )
 
 
 class Plate(Section):
@@ -259,7 +295,7 @@ class Plate(Section):
     normal: Vector = Field((1.0, 0.0, 0.0), description="of the untilted plate, towards the finger")
     contact_length_mm: float = Field(10.0, gt=0, description="length of finger facing it, from tip")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
-    stiffness_MPa: float = Field(1.0, gt=0, description="of the barrier")
+    stiffness_MPa: float = Field(0.3, gt=0, description="of the barrier")
 
     @model_validator(mode="after")
     def _direction(self) -> Plate:
@@ -392,6 +428,12 @@ class Config(Section):
                 self.plate.contact_length_mm,
                 f"allowed: above 0 and up to finger.length_mm = {self.finger.length_mm:g} mm",
             )
+        if self.solver.element == "S2" and self.mesh.target_elements is not None:
+            raise _outside(
+                "mesh.target_elements",
+                self.mesh.target_elements,
+                'a number of tetrahedra; allowed: with solver.element = "P1" or "P2"',
+            )
         if self.mesh.half and self.mesh.file is None:
             sideways = self.sideways()
             if sideways is not None:
@@ -426,6 +468,20 @@ class Config(Section):
         for effect in self.extensions.active("adapt"):
             done = effect.adapt(done)
         return done.model_copy(update={"extensions": done.extensions.without("adapt")})
+
+    @property
+    def hexahedra(self) -> bool:
+        """Whether the finger is to be meshed in hexahedra, where no mesh file is given."""
+        if self.solver.element is None:
+            return self.mesh.target_elements is None
+        return self.solver.element == "S2"
+
+    @property
+    def size_mm(self) -> float:
+        """Largest element of a mesh made from sizes (mm)."""
+        if self.mesh.size_mm is not None:
+            return self.mesh.size_mm
+        return HEXAHEDRON_MM if self.hexahedra else TETRAHEDRON_MM
 
     def sideways(self) -> tuple[str, object] | None:
         """The key and value of a load that a half finger cannot bear, where there is one."""

@@ -3,24 +3,39 @@
 import ufl
 from ufl.core.expr import Expr
 
-NODES = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.0, 0.5), (0.5, 0.0))
-"""Corners and edge midpoints of the reference triangle."""
+CORNERS = {
+    "triangle": ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)),
+    "quadrilateral": ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)),
+}
+"""Corners of the reference facets."""
 
-WEIGHTS = {1: (1 / 6,) * 3, 2: (1 / 24,) * 3 + (1 / 8,) * 3}
-"""Positive weights at the nodes of a linear or quadratic facet, exact for linear functions."""
+MIDPOINTS = {
+    "triangle": ((0.5, 0.5), (0.0, 0.5), (0.5, 0.0)),
+    "quadrilateral": ((0.5, 0.0), (0.0, 0.5), (1.0, 0.5), (0.5, 1.0)),
+}
+"""Midpoints of their edges."""
 
 
-def nodal_rule(degree: int) -> dict[str, object]:
+def nodal_rule(facet: str, degree: int) -> dict[str, object]:
     """Measure metadata that integrates at the facet's displacement nodes.
 
     A barrier must see the nodes, sharp edges included: at interior points of the facets alone
-    an edge could pass the plane unseen.
+    an edge could pass the plane unseen. The weights are positive and exact for linear
+    functions; a midpoint has three times a corner's.
+
+    Args:
+        facet: ``triangle`` or ``quadrilateral``.
+        degree: order of the displacement, 1 or 2.
     """
-    weights = WEIGHTS[degree]
+    points, shares = CORNERS[facet], (1.0,) * len(CORNERS[facet])
+    if degree == 2:
+        points += MIDPOINTS[facet]
+        shares += (3.0,) * len(MIDPOINTS[facet])
+    area = 0.5 if facet == "triangle" else 1.0
     return {
         "quadrature_rule": "custom",
-        "quadrature_points": NODES[: len(weights)],
-        "quadrature_weights": weights,
+        "quadrature_points": points,
+        "quadrature_weights": tuple(area * share / sum(shares) for share in shares),
         "quadrature_degree": degree,
     }
 

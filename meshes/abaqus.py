@@ -1,14 +1,15 @@
-"""Abaqus input decks (.inp): tetrahedra, and groups of their faces.
+"""Abaqus input decks (.inp): tetrahedra or hexahedra, and groups of their faces.
 
 A group is read from the first of these that has its name, in any case of letters:
 
-- ``*SURFACE, TYPE=ELEMENT``: faces S1 to S4 of elements or element sets,
-- ``*ELSET``: triangles on the solid's surface, as Gmsh exports,
+- ``*SURFACE, TYPE=ELEMENT``: faces S1 to S6 of elements or element sets,
+- ``*ELSET``: triangles or quadrilaterals on the solid's surface, as Gmsh exports,
 - ``*NSET``: faces with all corners in the set.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -17,22 +18,27 @@ import meshio
 import numpy as np
 
 from dolfingrip.meshes import groups
+from dolfingrip.meshes.cells import BY_NODES, from_vtk, to_vtk
 from dolfingrip.meshes.solid import (
-    EXCHANGED,
-    FACES,
     Ints,
     MeshError,
     SolidMesh,
     assemble,
     boundary,
     faces,
+    joined,
     match,
 )
 
-_TETRAHEDRA: Final = ("C3D4", "C3D10")
-_TRIANGLES: Final = {
+ELEMENT_TYPES: Final = {4: "C3D4", 10: "C3D10", 8: "C3D8", 20: "C3D20R"}
+"""What an element is written as, by its number of nodes."""
+
+_SOLIDS: Final = {"C3D4": 4, "C3D10": 10, "C3D8": 8, "C3D20": 20}
+_SURFACES: Final = {
     "CPS3": 3, "CPE3": 3, "S3": 3, "STRI3": 3, "R3D3": 3, "M3D3": 3, "SFM3D3": 3,
+    "CPS4": 4, "CPE4": 4, "S4": 4, "R3D4": 4, "M3D4": 4, "SFM3D4": 4,
     "CPS6": 6, "CPE6": 6, "S6": 6, "STRI65": 6, "M3D6": 6, "SFM3D6": 6,
+    "CPS8": 8, "CPE8": 8, "S8": 8, "S8R5": 8, "M3D8": 8, "SFM3D8": 8,
 }  # fmt: skip
 _IGNORED: Final = ("T3D", "T2D", "B3", "MASS", "SPRING")
 _REFUSED: Final = ("INCLUDE", "SYSTEM", "NGEN", "ELGEN", "NCOPY", "ELCOPY", "NFILL")
@@ -45,8 +51,8 @@ class _Deck:
     """What a deck says, in its own numbering."""
 
     nodes: dict[int, list[float]] = field(default_factory=dict)
-    tetrahedra: dict[int, list[int]] = field(default_factory=dict)
-    triangles: dict[int, list[int]] = field(default_factory=dict)
+    solids: dict[int, list[int]] = field(default_factory=dict)
+    facets: dict[int, list[int]] = field(default_factory=dict)
     elsets: dict[str, list[int]] = field(default_factory=dict)
     nsets: dict[str, list[int]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
@@ -72,39 +78,42 @@ def read(path: Path) -> SolidMesh:
         Where it cannot be read.
     """
     deck = _parse(path.read_text(encoding="utf-8", errors="replace"))
-    if not deck.tetrahedra:
-        raise MeshError("no tetrahedra; allowed element types: C3D4, C3D10")
+    if not deck.solids:
+        raise MeshError(f"no solid elements; allowed types: {', '.join(_SOLIDS)}")
     numbers = sorted(deck.nodes)
     ids = np.array(numbers, dtype=np.int64)
     points = np.array([deck.nodes[number] for number in numbers])
-    row = {element: i for i, element in enumerate(deck.tetrahedra)}
-    if len({len(nodes) for nodes in deck.tetrahedra.values()}) > 1:
-        raise MeshError("C3D4 and C3D10 mixed; allowed: one of them")
-    tetrahedra = _indices(list(deck.tetrahedra.values()), ids)
-    if tetrahedra.shape[1] == 10:
-        tetrahedra = tetrahedra[:, EXCHANGED]
-    triangles: dict[str, Ints] = {}
+    row = {element: i for i, element in enumerate(deck.solids)}
+    sizes = {len(nodes) for nodes in deck.solids.values()}
+    if len(sizes) > 1:
+        mixed = " and ".join(kind for kind, nodes in _SOLIDS.items() if nodes in sizes)
+        raise MeshError(f"{mixed} mixed; allowed: one of them")
+    cells = from_vtk(_indices(list(deck.solids.values()), ids))
+    facets: dict[str, Ints] = {}
     for name in groups.SURFACE_TAGS:
         if name in deck.surfaces:
-            triangles[name] = _of_surface(deck, name, row, tetrahedra)
-        elif found := [deck.triangles[e] for e in deck.elsets.get(name, ()) if e in deck.triangles]:
-            triangles[name] = _indices([nodes[:3] for nodes in found], ids)
-    every = faces(tetrahedra)
+            facets[name] = _of_surface(deck, name, row, cells)
+        elif found := [deck.facets[e] for e in deck.elsets.get(name, ()) if e in deck.facets]:
+            kinds = {len(nodes) for nodes in found}
+            parts = [_indices([n for n in found if len(n) == kind], ids) for kind in kinds]
+            facets[name] = joined(name, parts, cells)
+    every = faces(cells)
     free = np.setdiff1d(
-        boundary(tetrahedra),
-        np.concatenate([[-1], *(match(found, tetrahedra) for found in triangles.values())]),
+        boundary(cells),
+        np.concatenate([[-1], *(match(found, cells) for found in facets.values())]),
     )
+    corners = BY_NODES[cells.shape[1]].facet_corners
     for name in _CLAIM:
-        if name in deck.nsets and name not in triangles:
+        if name in deck.nsets and name not in facets:
             members = np.searchsorted(ids, deck.nsets[name])
-            claimed = np.isin(every[free, :3], members).all(axis=1)
-            triangles[name] = every[free[claimed]]
+            claimed = np.isin(every[free, :corners], members).all(axis=1)
+            facets[name] = every[free[claimed]]
             free = free[~claimed]
-    return assemble(points, tetrahedra, triangles)
+    return assemble(points, cells, facets)
 
 
 def write(path: Path, mesh: SolidMesh) -> None:
-    """Write nodes, C3D4 or C3D10 elements, and a node set and a surface for each group.
+    """Write nodes, elements (:data:`ELEMENT_TYPES`), a node set and a surface for each group.
 
     Abaqus and CalculiX take the deck as it is: it has no elements but those of the solid.
 
@@ -113,39 +122,42 @@ def write(path: Path, mesh: SolidMesh) -> None:
     OSError
         Where it cannot be written.
     """
-    cells = ("tetra", mesh.tetrahedra)
-    if mesh.order == 2:
-        cells = ("tetra10", mesh.tetrahedra[:, EXCHANGED])
+    kind = ELEMENT_TYPES[mesh.cells.shape[1]]
+    nodes = {4: "tetra", 10: "tetra10", 8: "hexahedron", 20: "hexahedron20"}
     meshio.write(
         path,
         meshio.Mesh(
             mesh.points,
-            [cells],
-            cell_sets={groups.SOLID: [np.arange(len(mesh.tetrahedra))]},
+            [(nodes[mesh.cells.shape[1]], to_vtk(mesh.cells))],
+            cell_sets={groups.SOLID: [np.arange(len(mesh.cells))]},
             point_sets={name: np.unique(facets) for name, facets in mesh.facets.items()},
         ),
         file_format="abaqus",
         float_fmt=".13e",  # CalculiX reads no number of more than 20 characters
     )
     deck_text = path.read_text(encoding="utf-8")
-    for hybrid, plain in (("C3D10MH", "C3D10"), ("C3D4H", "C3D4")):  # CalculiX has no hybrids
-        deck_text = deck_text.replace(f"TYPE={hybrid}\n", f"TYPE={plain}\n")
+    # meshio's choice may be a hybrid, which CalculiX has none of
+    deck_text = re.sub(r"TYPE=C3D\w+\n", f"TYPE={kind}\n", deck_text, count=1)
     path.write_text(deck_text, encoding="utf-8")
     with path.open("a", encoding="utf-8") as deck:  # meshio knows no surfaces
         for name, facets in mesh.facets.items():
             deck.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
-            for element, face in zip(*np.divmod(match(facets, mesh.tetrahedra), 4), strict=True):
+            for element, face in zip(
+                *np.divmod(match(facets, mesh.cells), len(mesh.shape.faces)), strict=True
+            ):
                 deck.write(f"{element + 1}, S{face + 1}\n")
 
 
-def _of_surface(deck: _Deck, name: str, row: dict[int, int], tetrahedra: Ints) -> Ints:
-    """Corners of the faces of a ``*SURFACE``, shape (k, 3)."""
-    corners: list[Ints] = [np.empty((0, 3), dtype=np.int64)]
+def _of_surface(deck: _Deck, name: str, row: dict[int, int], cells: Ints) -> Ints:
+    """Corners of the faces of a ``*SURFACE``, shape (k, corners)."""
+    shape = BY_NODES[cells.shape[1]]
+    corners: list[Ints] = [np.empty((0, shape.facet_corners), dtype=np.int64)]
+    names = [f"S{i + 1}" for i in range(len(shape.faces))]
     for of, face in deck.surfaces[name]:
-        if face not in ("S1", "S2", "S3", "S4"):
-            raise MeshError(f"surface {name}: face {face!r}; allowed: S1 to S4")
+        if face not in names:
+            raise MeshError(f"surface {name}: face {face!r}; allowed: S1 to {names[-1]}")
         rows = [row[element] for element in deck.elements(of) if element in row]
-        corners.append(tetrahedra[rows][:, FACES[int(face[1]) - 1, :3]])
+        corners.append(cells[rows][:, shape.face_corners[names.index(face)]])
     return np.concatenate(corners)
 
 
@@ -216,19 +228,22 @@ def _take_elements(deck: _Deck, options: dict[str, str], data: list[str]) -> Non
     if kind.startswith(_IGNORED):
         return
     corner_kind = kind.rstrip("HIMTRS")
-    if corner_kind in _TETRAHEDRA:
-        size, into = int(corner_kind[3:]), deck.tetrahedra
-    elif corner_kind in _TRIANGLES:
-        size, into = _TRIANGLES[corner_kind], deck.triangles
+    if corner_kind in _SOLIDS:
+        size, into = _SOLIDS[corner_kind], deck.solids
+    elif corner_kind in _SURFACES:
+        size, into = _SURFACES[corner_kind], deck.facets
     else:
-        raise MeshError(f"element type {kind}; allowed: C3D4, C3D10, and triangles on the surface")
+        raise MeshError(
+            f"element type {kind}; allowed: {', '.join(_SOLIDS)}, "
+            "and triangles or quadrilaterals on the surface"
+        )
     # an element may go on in the next line, so lines mean nothing here
     numbers = [int(word) for line in data for word in line.split(",") if word.strip()]
     if len(numbers) % (size + 1):
         raise MeshError(f"{len(numbers)} numbers; allowed: {size + 1} for each {kind}")
     names = numbers[:: size + 1]
     for i, name in enumerate(names):
-        if name in deck.tetrahedra or name in deck.triangles:
+        if name in deck.solids or name in deck.facets:
             raise MeshError(f"element {name} twice; allowed: one part")
         into[name] = numbers[i * (size + 1) + 1 : (i + 1) * (size + 1)]
     if "ELSET" in options:

@@ -12,11 +12,16 @@ import meshio
 import numpy as np
 
 from dolfingrip.meshes import abaqus, groups
+from dolfingrip.meshes.cells import from_vtk, to_vtk
 from dolfingrip.meshes.gmsh_model import current_mesh, insert, session
-from dolfingrip.meshes.solid import EXCHANGED, Ints, MeshError, SolidMesh, assemble
+from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, assemble, joined
 
 READABLE: Final = (".msh", ".inp", ".vtk", ".vtu")
 WRITABLE: Final = (".msh", ".inp", ".vtk", ".vtu")
+
+_CELLS: Final = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20}
+_FACETS: Final = {"triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8}
+"""meshio's names of elements and of facets, and the numbers of their nodes."""
 
 
 def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
@@ -58,7 +63,7 @@ def write(path: Path, mesh: SolidMesh) -> None:
     ----------
     path
         With the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group
-        tags of tetrahedra and facets as the cells' array ``group``.
+        tags of elements and facets as the cells' array ``group``.
     mesh
         In mm.
 
@@ -104,20 +109,27 @@ def _read_vtk(path: Path) -> SolidMesh:
         raise MeshError(f"not readable as VTK: {error or type(error).__name__}") from None
     tags = found.cell_data.get("group", [np.zeros(len(b.data), np.int64) for b in found.cells])
     solids: list[Ints] = []
-    triangles: dict[str, list[Ints]] = {name: [] for name in groups.SURFACE_TAGS}
+    facets: dict[str, list[Ints]] = {name: [] for name in groups.SURFACE_TAGS}
     for block, group in zip(found.cells, tags, strict=True):
         data = np.asarray(block.data, dtype=np.int64)
-        if block.type in ("tetra", "tetra10"):
-            solids.append(data if block.type == "tetra" else data[:, EXCHANGED])
-        elif block.type in ("triangle", "triangle6"):
+        if block.type in _CELLS:
+            solids.append(from_vtk(data))
+        elif block.dim == 3:
+            solids.append(data)
+        elif block.type in _FACETS:
             for name, tag in groups.SURFACE_TAGS.items():
-                triangles[name].append(data[np.asarray(group).ravel() == tag, :3])
-    if not solids or len({cells.shape[1] for cells in solids}) > 1:
-        raise MeshError("volume elements; allowed: tetrahedra, all of first or of second order")
-    surfaces = {name: np.concatenate(parts) for name, parts in triangles.items() if parts}
+                facets[name].append(data[np.asarray(group).ravel() == tag])
+    kinds = {block.type for block in found.cells if block.dim == 3}
+    if len(kinds) != 1 or not kinds <= set(_CELLS):
+        raise MeshError(
+            f"volume elements: {', '.join(sorted(kinds)) or 'none'}; "
+            "allowed: tetrahedra or hexahedra, all of first or of second order"
+        )
+    cells = np.concatenate(solids)
+    surfaces = {name: joined(name, parts, cells) for name, parts in facets.items()}
     present = {name: corners for name, corners in surfaces.items() if len(corners)}
     points = np.asarray(found.points, dtype=float)
-    return assemble(points, np.concatenate(solids), present)
+    return assemble(points, cells, present)
 
 
 def _write_msh(path: Path, mesh: SolidMesh) -> None:
@@ -127,11 +139,12 @@ def _write_msh(path: Path, mesh: SolidMesh) -> None:
 
 
 def _write_vtk(path: Path, mesh: SolidMesh) -> None:
-    solid, facet = ("tetra", "triangle") if mesh.order == 1 else ("tetra10", "triangle6")
-    tags = [np.full(len(mesh.tetrahedra), groups.SOLID_TAG, dtype=np.int32)]
+    solid = next(name for name, nodes in _CELLS.items() if nodes == mesh.cells.shape[1])
+    of_facet = {nodes: name for name, nodes in _FACETS.items()}
+    tags = [np.full(len(mesh.cells), groups.SOLID_TAG, dtype=np.int32)]
     tags += [
         np.full(len(f), groups.SURFACE_TAGS[n], dtype=np.int32) for n, f in mesh.facets.items()
     ]
-    tetrahedra = mesh.tetrahedra if mesh.order == 1 else mesh.tetrahedra[:, EXCHANGED]
-    cells = [(solid, tetrahedra), *((facet, facets) for facets in mesh.facets.values())]
+    cells = [(solid, to_vtk(mesh.cells))]
+    cells += [(of_facet[facets.shape[1]], facets) for facets in mesh.facets.values()]
     meshio.write(path, meshio.Mesh(mesh.points, cells, cell_data={"group": tags}))

@@ -17,6 +17,10 @@ _TOLERANCE_MM = 1e-5
 THINNEST_MM = 0.01
 """Least distance of two parallel faces; the kernel may drop what is much thinner."""
 
+Interval = tuple[float, float]
+Box = tuple[Interval, Interval, Interval]
+"""Extent (mm) along x, y and z."""
+
 
 def bellows_intervals(finger: Finger) -> list[tuple[float, float]]:
     """Outer extent along z (mm) of each bellows, from clamp to tip.
@@ -36,6 +40,32 @@ def gap_intervals(finger: Finger) -> list[tuple[float, float]]:
     return [(end, start) for end, start in pairs if start - end > _TOLERANCE_MM]
 
 
+def boxes(finger: Finger) -> tuple[Box, list[Box], list[Box]]:
+    """The finger's body, its cavity (chambers and channel) and the gaps between its bellows.
+
+    Returns
+    -------
+    tuple
+        The body; the cavity's boxes, which overlap; the gaps. A box is its extent (mm) along
+        x, y and z.
+    """
+    floor, wall, depth = finger.base_layer_mm, finger.wall_mm, finger.depth_mm
+    roof = floor + finger.channel_mm
+    bellows = bellows_intervals(finger)
+    ends = (bellows[0][0] + wall, bellows[-1][1] - wall)
+    across = (-finger.width_mm / 2, finger.width_mm / 2)
+    chamber = (-finger.chamber_width_mm / 2, finger.chamber_width_mm / 2)
+    channel = (-finger.channel_width / 2, finger.channel_width / 2)
+    cavity = [
+        ((floor, depth - wall), chamber, (start + wall, end - wall)) for start, end in bellows
+    ]
+    return (
+        ((0.0, depth), across, (0.0, finger.length_mm)),
+        [((floor, roof), channel, ends), *cavity],
+        [((roof + wall, depth), across, z) for z in gap_intervals(finger)],
+    )
+
+
 def build(finger: Finger, half: bool) -> None:
     """Add the finger to the current Gmsh model, with its physical groups.
 
@@ -51,35 +81,25 @@ def build(finger: Finger, half: bool) -> None:
     MeshError
         Where a part of the finger is too thin to be modelled.
     """
-    _refuse_slivers(finger)
+    refuse_slivers(finger)
 
-    def box(x: tuple[float, float], width: float, z: tuple[float, float]) -> tuple[int, int]:
-        y0 = 0.0 if half else -width / 2
-        dy = width / 2 - y0
-        return 3, gmsh.model.occ.addBox(x[0], y0, z[0], x[1] - x[0], dy, z[1] - z[0])
+    def add(box: Box) -> tuple[int, int]:
+        x, (y0, y1), z = box
+        y0 = 0.0 if half else y0
+        return 3, gmsh.model.occ.addBox(x[0], y0, z[0], x[1] - x[0], y1 - y0, z[1] - z[0])
 
-    floor, wall = finger.base_layer_mm, finger.wall_mm
-    bellows = bellows_intervals(finger)
-    roof = floor + finger.channel_mm
-
-    body = box((0, finger.depth_mm), finger.width_mm, (0, finger.length_mm))
-    gaps = [box((roof + wall, finger.depth_mm), finger.width_mm, z) for z in gap_intervals(finger)]
-    chambers = [
-        box((floor, finger.depth_mm - wall), finger.chamber_width_mm, (start + wall, end - wall))
-        for start, end in bellows
-    ]
-    ends = (bellows[0][0] + wall, bellows[-1][1] - wall)
-    channel = box((floor, roof), finger.channel_width, ends)
+    body, hollow, between = boxes(finger)
+    channel, *chambers = map(add, hollow)
     # one cavity before the cut: its coplanar faces are united, which the mesh would else feel
     cavity, _ = gmsh.model.occ.fuse([channel], chambers)
-    solid, _ = gmsh.model.occ.cut([body], [*gaps, *cavity])
+    solid, _ = gmsh.model.occ.cut([add(body)], [*map(add, between), *cavity])
     gmsh.model.occ.synchronize()
     if len(solid) != 1:
         raise MeshError(f"finger: falls into {len(solid)} parts; allowed: one solid")
     _add_groups(solid[0][1], finger, half)
 
 
-def _refuse_slivers(finger: Finger) -> None:
+def refuse_slivers(finger: Finger) -> None:
     """Faces closer than the kernel can tell apart are no geometry."""
     beside = finger.chamber_width_mm - finger.channel_width
     distances = {

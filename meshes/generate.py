@@ -1,10 +1,10 @@
-"""Meshes of the finger from its dimensions and a resolution."""
+"""Gmsh's meshes of the finger in tetrahedra, from its dimensions and a resolution."""
 
 from __future__ import annotations
 
 import gmsh
 
-from dolfingrip.config import Finger, Mesh
+from dolfingrip.config import TETRAHEDRON_MM, Finger, Mesh
 from dolfingrip.meshes import finger as geometry
 from dolfingrip.meshes.gmsh_model import current_mesh, session
 from dolfingrip.meshes.grading import (
@@ -13,7 +13,7 @@ from dolfingrip.meshes.grading import (
     set_sizes,
     step_along_z,
 )
-from dolfingrip.meshes.solid import MeshError, SolidMesh
+from dolfingrip.meshes.solid import MOST_ELEMENTS, MeshError, SolidMesh
 from dolfingrip.meshes.target import meet
 
 _OPTIONS = {
@@ -27,8 +27,6 @@ _OPTIONS = {
     "Mesh.Optimize": 1.0,
     "Mesh.OptimizeThreshold": 0.6,
 }
-
-_MOST_ELEMENTS = 10_000_000
 
 _COARSE = 0.25
 """Element size over the finger's depth, where only the shape matters."""
@@ -54,18 +52,23 @@ def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
     MeshError
         Where Gmsh fails, or the target number of elements is not met within 1 %.
     """
+    size = TETRAHEDRON_MM if mesh.size_mm is None else mesh.size_mm
+    edge_size = mesh.edge_size_mm or size
+    if edge_size > size:
+        raise MeshError(
+            f"mesh.edge_size_mm = {edge_size}: allowed: above 0 and up to size_mm = {size:g} mm"
+        )
     with session("mesh of the finger", _OPTIONS):
         geometry.build(finger, mesh.half)
         curves = _concave_curves(finger) if mesh.edge_size_mm is not None else []
-        edge_size = mesh.size_mm if mesh.edge_size_mm is None else mesh.edge_size_mm
 
         def tetrahedra(near: float, far: float, share: float) -> int:
             scale = step_along_z(near, far, share * finger.length_mm)
-            set_sizes(curves, mesh.size_mm, edge_size, scale)
+            set_sizes(curves, size, edge_size, scale)
             return _generate()
 
         if mesh.target_elements is None:
-            _limit(mesh, *expected_elements(curves, mesh.size_mm, edge_size))
+            _limit(size, mesh.edge_size_mm, *expected_elements(curves, size, edge_size))
             tetrahedra(1.0, 1.0, 1.0)
         else:
             meet(mesh.target_elements, tetrahedra)
@@ -75,18 +78,18 @@ def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
         return current_mesh()
 
 
-def _limit(mesh: Mesh, bulk: float, at_edges: float) -> None:
+def _limit(size: float, edge_size: float | None, bulk: float, at_edges: float) -> None:
     """Refuse sizes that would fill the memory, by the expected numbers of elements."""
-    if bulk > _MOST_ELEMENTS:
-        least = mesh.size_mm * (bulk / _MOST_ELEMENTS) ** (1 / 3)
+    if bulk > MOST_ELEMENTS:
+        least = size * (bulk / MOST_ELEMENTS) ** (1 / 3)
         raise MeshError(
-            f"mesh.size_mm = {mesh.size_mm}: about {bulk:.0e} tetrahedra; "
+            f"mesh.size_mm = {size}: about {bulk:.0e} tetrahedra; "
             f"allowed: at least {least:.2g} mm for this finger"
         )
-    if mesh.edge_size_mm is not None and at_edges > _MOST_ELEMENTS:
-        least = mesh.edge_size_mm * at_edges / _MOST_ELEMENTS
+    if edge_size is not None and at_edges > MOST_ELEMENTS:
+        least = edge_size * at_edges / MOST_ELEMENTS
         raise MeshError(
-            f"mesh.edge_size_mm = {mesh.edge_size_mm}: about {at_edges:.0e} tetrahedra; "
+            f"mesh.edge_size_mm = {edge_size}: about {at_edges:.0e} tetrahedra; "
             f"allowed: at least {least:.2g} mm for this finger"
         )
 

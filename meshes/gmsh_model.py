@@ -10,7 +10,11 @@ import gmsh
 import numpy as np
 
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
+from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, assemble, joined
+
+_CELLS: Final = {4: 4, 11: 10, 5: 8, 17: 20}
+_FACETS: Final = {2: 3, 9: 6, 3: 4, 16: 8}
+"""Gmsh's types of elements and of facets, and the numbers of their nodes."""
 
 _OPTIONS: Final = {
     "General.Terminal": 0.0,
@@ -69,7 +73,7 @@ def current_mesh() -> SolidMesh:
     Raises
     ------
     MeshError
-        Where there is no tetrahedron or elements of another shape or order are in the way.
+        Where there are no tetrahedra or hexahedra, all of one order, or others besides.
     """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
@@ -77,42 +81,50 @@ def current_mesh() -> SolidMesh:
     blocks = {}
     types, _, nodes = gmsh.model.mesh.getElements(3)
     for kind, node_tags in zip(types, nodes, strict=True):
-        name, _, _, per_element, _, _ = gmsh.model.mesh.getElementProperties(kind)
-        blocks[name] = index[node_tags.astype(np.int64)].reshape(-1, per_element)
-    if len(blocks) != 1 or not set(blocks) <= {"Tetrahedron 4", "Tetrahedron 10"}:
-        found = ", ".join(blocks) or "none"
-        raise MeshError(f"volume elements: {found}; allowed: Tetrahedron 4 or Tetrahedron 10")
-    tetrahedra = next(iter(blocks.values()))
-    triangles = {}
+        per_element = gmsh.model.mesh.getElementProperties(kind)[3]
+        blocks[kind] = index[node_tags.astype(np.int64)].reshape(-1, per_element)
+    if len(blocks) != 1 or not set(blocks) <= set(_CELLS):
+        names = [gmsh.model.mesh.getElementProperties(kind)[0] for kind in blocks]
+        raise MeshError(
+            f"volume elements: {', '.join(names) or 'none'}; allowed: one of Tetrahedron 4, "
+            "Tetrahedron 10, Hexahedron 8 and Hexahedron 20 (Mesh.SecondOrderIncomplete)"
+        )
+    cells = next(iter(blocks.values()))
+    facets = {}
     for _, group in gmsh.model.getPhysicalGroups(2):
         name = gmsh.model.getPhysicalName(2, group).lower()
         if name in groups.SURFACE_TAGS:
-            triangles[name] = index[_triangles_of(group)]
-    return assemble(coordinates.reshape(-1, 3), tetrahedra, triangles)
+            facets[name] = joined(name, [index[part] for part in _facets_of(group)], cells)
+    return assemble(coordinates.reshape(-1, 3), cells, facets)
 
 
-def _triangles_of(group: int) -> np.ndarray:
-    """Tags of the corners of a physical group's triangles, shape (k, 3)."""
-    corners = [np.empty((0, 3), dtype=np.int64)]
+def _facets_of(group: int) -> list[Ints]:
+    """Tags of the nodes of a physical group's facets, each part of shape (k, nodes)."""
+    parts = []
     for entity in gmsh.model.getEntitiesForPhysicalGroup(2, group):
-        for kind, per_element in ((2, 3), (9, 6)):
+        for kind, per_element in _FACETS.items():
             _, nodes = gmsh.model.mesh.getElementsByType(kind, entity)
-            corners.append(nodes.astype(np.int64).reshape(-1, per_element)[:, :3])
-    return np.concatenate(corners)
+            parts.append(nodes.astype(np.int64).reshape(-1, per_element))
+    return parts
 
 
 def insert(mesh: SolidMesh) -> None:
     """Put a mesh and its physical groups into the current, empty Gmsh model."""
     tags = np.arange(1, len(mesh.points) + 1)
-    second = mesh.order == 2
     surfaces = [groups.SURFACE_TAGS[name] for name in mesh.facets]
     for surface in surfaces:
         gmsh.model.addDiscreteEntity(2, surface)
     gmsh.model.addDiscreteEntity(3, groups.SOLID_TAG, surfaces)
     gmsh.model.mesh.addNodes(3, groups.SOLID_TAG, tags, mesh.points.ravel())
-    tetrahedra = (mesh.tetrahedra + 1).ravel()
-    gmsh.model.mesh.addElementsByType(groups.SOLID_TAG, 11 if second else 4, [], tetrahedra)
+    kind = _type(_CELLS, mesh.cells)
+    gmsh.model.mesh.addElementsByType(groups.SOLID_TAG, kind, [], (mesh.cells + 1).ravel())
     gmsh.model.addPhysicalGroup(3, [groups.SOLID_TAG], groups.SOLID_TAG, groups.SOLID)
     for (name, facets), surface in zip(mesh.facets.items(), surfaces, strict=True):
-        gmsh.model.mesh.addElementsByType(surface, 9 if second else 2, [], (facets + 1).ravel())
+        kind = _type(_FACETS, facets)
+        gmsh.model.mesh.addElementsByType(surface, kind, [], (facets + 1).ravel())
         gmsh.model.addPhysicalGroup(2, [surface], surface, name)
+
+
+def _type(types: Mapping[int, int], elements: Ints) -> int:
+    """Gmsh's type of elements (m, nodes)."""
+    return next(kind for kind, nodes in types.items() if nodes == elements.shape[1])

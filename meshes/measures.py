@@ -2,48 +2,81 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from dolfingrip.meshes.solid import EDGES, Floats, Ints, SolidMesh, faces
+from dolfingrip.meshes import shape_functions
+from dolfingrip.meshes.cells import FACET_CORNERS, HEXAHEDRON, TETRAHEDRON
+from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 
-_LATTICE: Final = (
-    np.array([[i, j, k] for i in range(4) for j in range(4 - i) for k in range(4 - i - j)]) / 3
-)
-"""Points at which Jacobians are checked; they determine that of a second-order element."""
 
-_TRIANGLE_POINTS: Final = np.array(
-    [[a, a] for a in (0.445948490915965, 0.091576213509771)]
-    + [[1 - 2 * a, a] for a in (0.445948490915965, 0.091576213509771)]
-    + [[a, 1 - 2 * a] for a in (0.445948490915965, 0.091576213509771)]
-)
-_TRIANGLE_WEIGHTS: Final = np.tile([0.223381589678011, 0.109951743655322], 3) / 2
-"""Quadrature on the triangle, exact for degree 4 (Dunavant 1985)."""
+def _cube(points: ArrayLike, dimension: int) -> Floats:
+    """All combinations of the points, shape (q, dimension)."""
+    return np.array(list(product(np.asarray(points), repeat=dimension)), dtype=float)
+
+
+def _gauss(number: int, dimension: int) -> tuple[Floats, Floats]:
+    """Gauss' quadrature on the unit square or cube: points and weights."""
+    points, weights = np.polynomial.legendre.leggauss(number)
+    return _cube((points + 1) / 2, dimension), _cube(weights / 2, dimension).prod(axis=1)
+
+
+_CHECKED: Final = {
+    4: np.array([[0.25, 0.25, 0.25]]),
+    10: np.array([c for c in product(range(4), repeat=3) if sum(c) <= 3]) / 3,
+    8: _cube(np.linspace(0, 1, 3), 3),
+    20: _cube(np.linspace(0, 1, 6), 3),
+}
+"""Points at which Jacobians are checked, by an element's nodes; they determine them.
+
+The Jacobian is a polynomial of degree 0 and 3 in a tetrahedron, and of degree 2 and 5 in each
+coordinate in a hexahedron.
+"""
+
+FACET_QUADRATURE: Final = {
+    3: (
+        np.array(
+            [[a, a] for a in (0.445948490915965, 0.091576213509771)]
+            + [[1 - 2 * a, a] for a in (0.445948490915965, 0.091576213509771)]
+            + [[a, 1 - 2 * a] for a in (0.445948490915965, 0.091576213509771)]
+        ),
+        np.tile([0.223381589678011, 0.109951743655322], 3) / 2,
+    ),
+    4: _gauss(3, 2),
+}
+"""Points and weights by a facet's corners, exact for the volume behind facets of order 2.
+
+On the triangle for degree 4 (Dunavant 1985), on the square for degree 5 in each coordinate.
+"""
+
+_CELL_QUADRATURE: Final = {
+    TETRAHEDRON: (np.array([[0.25, 0.25, 0.25]]), np.array([1 / 6])),
+    HEXAHEDRON: _gauss(2, 3),
+}
+"""Points and weights, exact for the first moments of elements with straight edges."""
 
 
 def jacobians(mesh: SolidMesh) -> Floats:
-    """Determinant of each element's Jacobian (mm³), shape (m, 1) or (m, 20).
+    """Determinant of each element's Jacobian (mm³), shape (m, points).
 
-    That of a first-order element is constant, that of a second-order one a cubic, given at
-    the 20 points that determine it.
+    That of a first-order tetrahedron is constant and given once; those of the others are
+    polynomials, given at the 20, 27 (hexahedron) or 216 (of second order) points that
+    determine them. For a straight tetrahedron it is six times the volume, for a box once.
     """
-    corners = mesh.points[mesh.tetrahedra[:, :4]]
-    if mesh.order == 1:
-        return np.linalg.det(corners[:, 1:] - corners[:, :1])[:, None]
-    nodes = mesh.points[mesh.tetrahedra]
-    columns = [np.linalg.det(np.einsum("nk,mni->mki", g, nodes)) for g in _gradients(_LATTICE)]
-    return np.stack(columns, axis=1)
+    nodes = mesh.cells.shape[1]
+    x = mesh.points[mesh.cells]
+    gradients = shape_functions.of_cell(nodes).gradients(_CHECKED[nodes])
+    return np.stack([_determinants(x, at) for at in gradients], axis=1)
 
 
-def _gradients(at: Floats) -> Floats:
-    """Gradients of the ten quadratic shape functions, shape (q, 10, 3), at points (q, 3)."""
-    barycentric = np.column_stack([1 - at.sum(axis=1), at])
-    d = np.vstack([-np.ones(3), np.eye(3)])
-    corners = (4 * barycentric[:, :, None] - 1) * d
-    i, j = EDGES.T
-    middles = 4 * (barycentric[:, i, None] * d[j] + barycentric[:, j, None] * d[i])
-    return np.concatenate([corners, middles], axis=1)
+def _determinants(x: Floats, gradients: Floats) -> Floats:
+    """Jacobian determinants of elements (m, nodes, 3) at one point, shape (m,)."""
+    columns = np.einsum("nk,mni->kmi", gradients, x)
+    found: Floats = np.einsum("mi,mi->m", columns[0], np.cross(columns[1], columns[2]))
+    return found
 
 
 def enclosed_volume(points: Floats, facets: Ints) -> float:
@@ -56,48 +89,58 @@ def enclosed_volume(points: Floats, facets: Ints) -> float:
     points
         Shape (n, 3), mm.
     facets
-        Shape (k, 3) or (k, 6), as in :class:`SolidMesh`.
+        As in :class:`SolidMesh`, shape (k, nodes).
     """
     x = points[facets]
-    if facets.shape[1] == 3:
-        return float(np.einsum("ki,ki->", x[:, 0], np.cross(x[:, 1], x[:, 2]))) / 6
+    nodes = facets.shape[1]
+    at, weights = FACET_QUADRATURE[FACET_CORNERS[nodes]]
+    functions = shape_functions.of_facet(nodes)
     total = 0.0
-    for (r, s), weight in zip(_TRIANGLE_POINTS, _TRIANGLE_WEIGHTS, strict=True):
-        t = 1 - r - s
-        shape = [t * (2 * t - 1), r * (2 * r - 1), s * (2 * s - 1), 4 * t * r, 4 * r * s, 4 * s * t]
-        along_r = [1 - 4 * t, 4 * r - 1, 0, 4 * (t - r), 4 * s, -4 * s]
-        along_s = [1 - 4 * t, 0, 4 * s - 1, -4 * r, 4 * r, 4 * (t - s)]
-        at, dr, ds = (np.einsum("n,kni->ki", np.array(n), x) for n in (shape, along_r, along_s))
-        total += weight * float(np.einsum("ki,ki->", at, np.cross(dr, ds))) / 3
+    for value, gradient, weight in zip(
+        functions.values(at), functions.gradients(at), weights, strict=True
+    ):
+        along = np.einsum("nj,kni->jki", gradient, x)
+        here = np.einsum("n,kni->ki", value, x)
+        total += weight * float(np.einsum("ki,ki->", here, np.cross(along[0], along[1]))) / 3
     return total
 
 
+def _spokes(mesh: SolidMesh) -> Floats:
+    """Right-handed edges from each corner, shape (m, corners, 3, 3), mm."""
+    x = mesh.points[mesh.cells[:, : mesh.shape.corners]]
+    return x[:, mesh.shape.spokes] - x[:, :, None]
+
+
 def scaled_jacobians(mesh: SolidMesh) -> Floats:
-    """Jacobian over the largest product of three edges that meet in a corner, times √2, (m,)."""
-    corners = mesh.points[mesh.tetrahedra[:, :4]]
-    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
-    length = edge_lengths(mesh)
-    # edges 01 12 02 03 23 13 meet in the corners 0, 1, 2, 3 like this
-    products = [length[:, e].prod(axis=1) for e in ([0, 2, 3], [0, 1, 5], [1, 2, 4], [3, 4, 5])]
-    scaled: Floats = np.sqrt(2) * volume / np.max(products, axis=0)
-    return scaled
+    """Least sine of the solid angle's edges in a corner, over the regular element's, (m,).
+
+    The determinant of the unit vectors along the three edges that meet in a corner (Knupp,
+    2000, "Achieving finite element mesh quality via optimization of the Jacobian matrix
+    norm", part II): 1 for the regular tetrahedron and for boxes, 0 for flat elements.
+    """
+    edges = _spokes(mesh)
+    edges /= np.linalg.norm(edges, axis=3, keepdims=True)
+    regular = np.sqrt(0.5) if mesh.shape is TETRAHEDRON else 1.0
+    least: Floats = np.linalg.det(edges).min(axis=1) / regular
+    return least
 
 
 def dihedral_angles(mesh: SolidMesh) -> Floats:
-    """Angles between the faces of each tetrahedron, shape (m, 6), rad."""
-    triangles = mesh.points[faces(mesh.tetrahedra[:, :4])].reshape(-1, 4, 3, 3)
-    normals = np.cross(
-        triangles[:, :, 1] - triangles[:, :, 0], triangles[:, :, 2] - triangles[:, :, 0]
-    )
-    normals /= np.linalg.norm(normals, axis=2)[:, :, None]
-    i, j = EDGES.T
-    cosines = -np.einsum("mei,mei->me", normals[:, i], normals[:, j])
-    return np.arccos(np.clip(cosines, -1, 1))
+    """Angles between the faces of each element, at both ends of each edge, rad.
+
+    Shape (m, 3 · corners).
+    """
+    edges = _spokes(mesh)
+    # normals of the faces between an edge and the next; the edge i lies between i - 1 and i
+    normals = np.cross(edges, np.roll(edges, -1, axis=2))
+    normals /= np.linalg.norm(normals, axis=3, keepdims=True)
+    cosines = -np.einsum("mcei,mcei->mce", normals, np.roll(normals, 1, axis=2))
+    return np.arccos(np.clip(cosines, -1, 1)).reshape(len(mesh.cells), -1)
 
 
 def edge_lengths(mesh: SolidMesh) -> Floats:
-    """Lengths of the edges 01, 12, 02, 03, 23, 13 of each tetrahedron, shape (m, 6), mm."""
-    ends = mesh.points[mesh.tetrahedra[:, EDGES]]
+    """Lengths of each element's edges from corner to corner, shape (m, edges), mm."""
+    ends = mesh.points[mesh.cells[:, mesh.shape.edges]]
     lengths: Floats = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
     return lengths
 
@@ -107,7 +150,45 @@ def centroid(mesh: SolidMesh) -> Floats:
 
     Second-order elements are integrated exactly where their edges are straight.
     """
-    corners = mesh.points[mesh.tetrahedra[:, :4]]
-    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1])
-    centre: Floats = volumes @ corners.mean(axis=1) / volumes.sum()
-    return centre
+    at, weights = _CELL_QUADRATURE[mesh.shape]
+    functions = shape_functions.of_cell(mesh.shape.corners)
+    x = mesh.points[mesh.cells[:, : mesh.shape.corners]]
+    moment: Floats = np.zeros(3)
+    volume = 0.0
+    for value, gradient, weight in zip(
+        functions.values(at), functions.gradients(at), weights, strict=True
+    ):
+        part = weight * _determinants(x, gradient)
+        moment += part @ np.einsum("n,mni->mi", value, x)
+        volume += float(part.sum())
+    return np.asarray(moment / volume, dtype=float)
+
+
+def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
+    """How fast :func:`centroid` moves as the points do, shape (3,).
+
+    Parameters
+    ----------
+    mesh
+        n points.
+    velocity
+        Of the points, shape (n, 3); that of an edge's middle does not count.
+    """
+    at, weights = _CELL_QUADRATURE[mesh.shape]
+    functions = shape_functions.of_cell(mesh.shape.corners)
+    corners = mesh.cells[:, : mesh.shape.corners]
+    x, moving = mesh.points[corners], velocity[corners]
+    centre = centroid(mesh)
+    moment: Floats = np.zeros(3)
+    volume = 0.0
+    for value, gradient, weight in zip(
+        functions.values(at), functions.gradients(at), weights, strict=True
+    ):
+        part = weight * _determinants(x, gradient)
+        jacobian, change = (np.einsum("nk,mni->mik", gradient, each) for each in (x, moving))
+        # Jacobi's formula
+        growth = part * np.trace(np.linalg.solve(jacobian, change), axis1=1, axis2=2)
+        moment += growth @ (np.einsum("n,mni->mi", value, x) - centre)
+        moment += part @ np.einsum("n,mni->mi", value, moving)
+        volume += float(part.sum())
+    return np.asarray(moment / volume, dtype=float)

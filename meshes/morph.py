@@ -19,8 +19,9 @@ from typing import Final
 
 import numpy as np
 
+from dolfingrip.meshes.cells import BY_NODES
 from dolfingrip.meshes.measures import jacobians
-from dolfingrip.meshes.solid import EDGES, Floats, Ints, MeshError, SolidMesh
+from dolfingrip.meshes.solid import Floats, Ints, MeshError, SolidMesh
 
 _NO_EDGES: Final = np.empty((0, 3), dtype=np.int64)
 
@@ -129,25 +130,26 @@ def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
     """
     if morph.is_identity:
         return mesh
-    new = replace(mesh, points=morph.points(mesh.points, second_order_edges(mesh.tetrahedra)))
+    new = replace(mesh, points=morph.points(mesh.points, second_order_edges(mesh.cells)))
     least = jacobians(new).min(axis=1)
     if least.min() <= 0:
         raise inverted(morph, int((least <= 0).sum()), len(least), float(least.min()))
     return new
 
 
-def second_order_edges(tetrahedra: Ints) -> Ints:
+def second_order_edges(cells: Ints) -> Ints:
     """Middle and ends of each second-order edge once, shape (k, 3), none for first order.
 
     Parameters
     ----------
-    tetrahedra
-        Shape (m, 4) or (m, 10), nodes in the order of :class:`SolidMesh`.
+    cells
+        As in :class:`SolidMesh`, shape (m, nodes).
     """
-    if tetrahedra.shape[1] == 4:
+    shape = BY_NODES[cells.shape[1]]
+    if cells.shape[1] == shape.corners:
         return _NO_EDGES
-    middles = tetrahedra[:, 4:, None]
-    edges = np.concatenate([middles, tetrahedra[:, EDGES]], axis=2).reshape(-1, 3)
+    middles = cells[:, shape.corners :, None]
+    edges = np.concatenate([middles, cells[:, shape.edges]], axis=2).reshape(-1, 3)
     return edges[np.unique(edges[:, 0], return_index=True)[1]]
 
 

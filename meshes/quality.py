@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.meshes import groups
+from dolfingrip.meshes.cells import FACET_CORNERS
 from dolfingrip.meshes.measures import (
     dihedral_angles,
     edge_lengths,
@@ -27,21 +28,22 @@ class Quality:
 
     Attributes
     ----------
-    order, points, tetrahedra
-        Order of the elements and their numbers.
+    shape, order, points, cells
+        Name of the elements (``tetrahedra``, ``hexahedra``), their order, and the numbers.
     volume_mm3, cavity_mm3
         Volume of the solid and of the cavity it encloses (of the half, for a half finger).
     scaled_jacobian_min, scaled_jacobian_median
-        1 for the regular tetrahedron, 0 for a flat one; of the corners' tetrahedron.
+        1 for the regular tetrahedron and for boxes, 0 for flat elements; of straight edges.
     dihedral_min_deg
-        Smallest angle between two faces of a tetrahedron.
+        Smallest angle between two faces of an element.
     edge_min_mm
         Shortest edge between corners.
     """
 
+    shape: str
     order: int
     points: int
-    tetrahedra: int
+    cells: int
     volume_mm3: float
     cavity_mm3: float
     scaled_jacobian_min: float
@@ -52,7 +54,7 @@ class Quality:
     def summary(self) -> str:
         """One line for the log."""
         return (
-            f"{self.tetrahedra} tetrahedra of order {self.order}, {self.points} points, "
+            f"{self.cells} {self.shape} of order {self.order}, {self.points} points, "
             f"solid {self.volume_mm3:.1f} mm³, cavity {self.cavity_mm3:.1f} mm³, "
             f"scaled Jacobian min {self.scaled_jacobian_min:.2g} "
             f"median {self.scaled_jacobian_median:.2f}, "
@@ -77,7 +79,7 @@ def check(mesh: SolidMesh) -> Quality:
     least = jacobians(mesh).min(axis=1)
     if least.min() <= 0:
         raise MeshError(
-            f"mesh: Jacobian of tetrahedron {least.argmin()} is {least.min():.3g} mm³, "
+            f"mesh: Jacobian of {mesh.shape.name} {least.argmin()} is {least.min():.3g} mm³, "
             f"of {(least <= 0).sum()} in all not positive; allowed: above 0"
         )
     _check_groups(mesh)
@@ -88,9 +90,10 @@ def check(mesh: SolidMesh) -> Quality:
         raise MeshError("group cavity: its facets enclose no hollow; allowed: the inner surface")
     scaled = scaled_jacobians(mesh)
     return Quality(
+        shape=mesh.shape.plural,
         order=mesh.order,
         points=len(mesh.points),
-        tetrahedra=len(mesh.tetrahedra),
+        cells=len(mesh.cells),
         volume_mm3=sum(enclosed_volume(mesh.points, f) for f in mesh.facets.values()),
         cavity_mm3=cavity,
         scaled_jacobian_min=float(scaled.min()),
@@ -102,8 +105,8 @@ def check(mesh: SolidMesh) -> Quality:
 
 def _check_groups(mesh: SolidMesh) -> None:
     """Every boundary facet, seen from outside, is in one group; no other facet is in any."""
-    every = faces(mesh.tetrahedra)
-    outer = every[boundary(mesh.tetrahedra)]
+    every = faces(mesh.cells)
+    outer = every[boundary(mesh.cells)]
     grouped = np.concatenate(list(mesh.facets.values()))
     label = labels(np.concatenate([outer, grouped]))
     times = np.bincount(label[len(outer) :], minlength=label.max() + 1)
@@ -127,8 +130,9 @@ def _check_groups(mesh: SolidMesh) -> None:
 
 def _check_closed(mesh: SolidMesh) -> None:
     """Each edge of the cavity leads back in a neighbour, or lies on the symmetry plane."""
+    corners = mesh.shape.facet_corners
     cavity, plane = (
-        mesh.facets.get(name, np.empty((0, 3), dtype=np.int64))[:, :3]
+        mesh.facets.get(name, np.empty((0, corners), dtype=np.int64))[:, :corners]
         for name in (groups.CAVITY, groups.SYMMETRY)
     )
     edges, others = _directed_edges(cavity), _directed_edges(plane)
@@ -152,8 +156,9 @@ def _check_symmetry(mesh: SolidMesh) -> None:
 
 def _canonical(facets: Ints) -> Ints:
     """Corners rotated so that the lowest is first, which keeps the side they are seen from."""
-    first = np.argmin(facets[:, :3], axis=1)[:, None]
-    return np.take_along_axis(facets[:, :3], (first + np.arange(3)) % 3, axis=1)
+    corners = FACET_CORNERS[facets.shape[1]]
+    first = np.argmin(facets[:, :corners], axis=1)[:, None]
+    return np.take_along_axis(facets, (first + np.arange(corners)) % corners, axis=1)
 
 
 def _common_rows(rows: Ints, others: Ints) -> int:
@@ -163,5 +168,5 @@ def _common_rows(rows: Ints, others: Ints) -> int:
     return int(np.isin(label[: len(rows)], label[len(rows) :]).sum())
 
 
-def _directed_edges(triangles: Ints) -> Ints:
-    return triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+def _directed_edges(corners: Ints) -> Ints:
+    return np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)

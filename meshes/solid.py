@@ -1,31 +1,18 @@
-"""A solid of tetrahedra with named groups of boundary facets."""
+"""A solid of finite elements with named groups of boundary facets."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from dolfingrip.config import ConfigError
+from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, Ints
 
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
-
-FACES: Final = np.array(
-    [[0, 2, 1, 6, 5, 4], [0, 1, 3, 4, 9, 7], [1, 2, 3, 5, 8, 9], [0, 3, 2, 7, 8, 6]]
-)
-"""Local nodes of a tetrahedron's faces: corners seen from outside, then their edges' midpoints.
-
-The order of the faces is Abaqus' (S1 to S4) too.
-"""
-
-EXCHANGED: Final = np.array([0, 1, 2, 3, 4, 5, 6, 7, 9, 8])
-"""Nodes of a second-order tetrahedron in the order of VTK, Abaqus and meshio, and back."""
-
-EDGES: Final = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]])
-"""Corners of the edges whose midpoints are the local nodes 4 to 9."""
+MOST_ELEMENTS: Final = 10_000_000
+"""Meshes of more would not fit into memory."""
 
 
 class MeshError(ConfigError):
@@ -34,58 +21,66 @@ class MeshError(ConfigError):
 
 @dataclass(frozen=True, slots=True)
 class SolidMesh:
-    """Tetrahedra of first or second order and the facets of each surface group.
+    """Elements of one shape and order and the facets of each surface group.
 
     Attributes
     ----------
     points
         Coordinates in mm, shape (n, 3).
-    tetrahedra
-        Node indices, shape (m, 4) or (m, 10), corners first, then the midpoints of the
-        edges 01, 12, 02, 03, 23, 13: Gmsh's order. VTK, Abaqus and meshio exchange the
-        last two, see :data:`EXCHANGED`.
+    cells
+        Node indices: of tetrahedra, shape (m, 4) or (m, 10), or of hexahedra, shape (m, 8)
+        or (m, 20); corners first, then the midpoints of the edges, in Gmsh's order (see
+        :class:`~dolfingrip.meshes.cells.CellShape`); VTK, Abaqus and meshio have the
+        midpoints in another, see :func:`~dolfingrip.meshes.cells.to_vtk`.
     facets
-        Node indices of each surface group's triangles, shape (k, 3) or (k, 6), corners
-        counter-clockwise seen from outside the solid (normals point out of it, into the
-        cavity on the cavity's surface), then the midpoints of the edges 01, 12, 20.
+        Node indices of each surface group's triangles, shape (k, 3) or (k, 6), or
+        quadrilaterals, shape (k, 4) or (k, 8): corners counter-clockwise seen from outside
+        the solid (normals point out of it, into the cavity on the cavity's surface), then
+        the midpoints of the edges from each corner to the next.
     """
 
     points: Floats
-    tetrahedra: Ints
+    cells: Ints
     facets: dict[str, Ints]
+
+    @property
+    def shape(self) -> CellShape:
+        """Shape of the elements."""
+        return BY_NODES[self.cells.shape[1]]
 
     @property
     def order(self) -> int:
         """Order of the elements, 1 or 2."""
-        return 1 if self.tetrahedra.shape[1] == 4 else 2
+        return self.shape.order(self.cells.shape[1])
 
 
-def faces(tetrahedra: Ints) -> Ints:
-    """All faces of all tetrahedra, outward, face ``f`` of tetrahedron ``t`` in row ``4 t + f``.
+def faces(cells: Ints) -> Ints:
+    """All faces of all cells, outward, face ``f`` of cell ``c`` in row ``faces · c + f``.
 
     Parameters
     ----------
-    tetrahedra
-        Shape (m, 4) or (m, 10).
+    cells
+        As in :class:`SolidMesh`, shape (m, nodes).
 
     Returns
     -------
     Ints
-        Shape (4 m, 3) or (4 m, 6).
+        Shape (m · faces, nodes of a facet).
     """
-    nodes = 3 if tetrahedra.shape[1] == 4 else 6
-    return tetrahedra[:, FACES[:, :nodes]].reshape(-1, nodes)
+    shape = BY_NODES[cells.shape[1]]
+    nodes = shape.facet_corners * shape.order(cells.shape[1])
+    return cells[:, shape.faces[:, :nodes]].reshape(-1, nodes)
 
 
-def labels(triangles: Ints) -> Ints:
-    """A number from 0 for each triangle, equal where the corners are, shape (k,).
+def labels(facets: Ints) -> Ints:
+    """A number from 0 for each facet, equal where the corners are, shape (k,).
 
     Parameters
     ----------
-    triangles
-        Node indices, corners first and in any order, shape (k, >= 3).
+    facets
+        Node indices, corners first and in any order, shape (k, nodes).
     """
-    corners = np.sort(triangles[:, :3], axis=1)
+    corners = np.sort(facets[:, : FACET_CORNERS[facets.shape[1]]], axis=1)
     order = np.lexsort(corners.T)
     new = np.ones(len(corners), dtype=np.int64)
     new[1:] = (np.diff(corners[order], axis=0) != 0).any(axis=1)
@@ -94,62 +89,117 @@ def labels(triangles: Ints) -> Ints:
     return found
 
 
-def boundary(tetrahedra: Ints) -> Ints:
-    """Rows of :func:`faces` that only one tetrahedron has, shape (k,)."""
-    label = labels(faces(tetrahedra))
+def boundary(cells: Ints) -> Ints:
+    """Rows of :func:`faces` that only one cell has, shape (k,)."""
+    label = labels(faces(cells))
     return np.flatnonzero(np.bincount(label)[label] == 1)
 
 
-def match(triangles: Ints, tetrahedra: Ints) -> Ints:
-    """Boundary face of each triangle: a row of :func:`faces`, or -1 where there is none.
+def match(facets: Ints, cells: Ints) -> Ints:
+    """Boundary face of each facet: a row of :func:`faces`, or -1 where there is none.
 
     Parameters
     ----------
-    triangles
-        Node indices, corners first and in any order, shape (k, >= 3).
-    tetrahedra
-        Shape (m, 4) or (m, 10).
+    facets
+        Node indices, corners first and in any order, shape (k, nodes).
+    cells
+        As in :class:`SolidMesh`.
 
     Returns
     -------
     Ints
         Shape (k,).
     """
-    rows = boundary(tetrahedra)
-    label = labels(np.concatenate([faces(tetrahedra)[rows, :3], triangles[:, :3]]))
+    rows = boundary(cells)
+    corners = BY_NODES[cells.shape[1]].facet_corners
+    label = labels(np.concatenate([faces(cells)[rows, :corners], facets[:, :corners]]))
     row_of = np.full(len(label), -1, dtype=np.int64)
     row_of[label[: len(rows)]] = rows
     return row_of[label[len(rows) :]]
 
 
-def assemble(points: Floats, tetrahedra: Ints, triangles: dict[str, Ints]) -> SolidMesh:
-    """A mesh from triangles in any orientation, without the points that no element has.
+def joined(name: str, parts: Sequence[Ints], cells: Ints) -> Ints:
+    """Corners of a group's facets, shape (k, corners).
+
+    Parameters
+    ----------
+    name
+        Of the group.
+    parts
+        Node indices of facets of any order, shape (·, nodes).
+    cells
+        As in :class:`SolidMesh`.
+
+    Raises
+    ------
+    MeshError
+        Where facets have not the shape of the elements' faces.
+    """
+    shape = BY_NODES[cells.shape[1]]
+    for part in parts:
+        if len(part) and FACET_CORNERS[part.shape[1]] != shape.facet_corners:
+            raise MeshError(
+                f"group {name}: facets of {FACET_CORNERS[part.shape[1]]} corners on "
+                f"{shape.plural}; allowed: {shape.facet_name}s"
+            )
+    found = [part[:, : shape.facet_corners] for part in parts if len(part)]
+    return np.concatenate([np.empty((0, shape.facet_corners), dtype=np.int64), *found])
+
+
+def _rows(name: str, facets: Ints, cells: Ints) -> Ints:
+    """Rows of :func:`faces` of a group's facets, all of which have to have one."""
+    rows = match(facets, cells)
+    if (rows < 0).any():
+        raise MeshError(f"group {name}: {(rows < 0).sum()} facets not on the solid's surface")
+    return rows
+
+
+def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
+    """A mesh from facets in any orientation, without the points that no element has.
 
     Parameters
     ----------
     points
         Shape (n, 3), mm.
-    tetrahedra
-        Shape (m, 4) or (m, 10), node order as in :class:`SolidMesh`.
-    triangles
-        Corners of each group's triangles, shape (k, >= 3).
+    cells
+        As in :class:`SolidMesh`.
+    facets
+        Corners of each group's facets first, shape (k, nodes).
 
     Raises
     ------
     MeshError
-        Where a triangle is no face on the boundary of the tetrahedra.
+        Where a facet is no face on the boundary of the solid.
     """
-    used, inverse = np.unique(tetrahedra, return_inverse=True)
+    used, inverse = np.unique(cells, return_inverse=True)
     new = np.full(len(points), -1, dtype=np.int64)
     new[used] = np.arange(len(used))
-    compact = inverse.reshape(tetrahedra.shape).astype(np.int64)
+    compact = inverse.reshape(cells.shape).astype(np.int64)
     every = faces(compact)
-    facets = {}
-    for name, corners in triangles.items():
-        rows = match(new[corners[:, :3]], compact)
-        if (rows < 0).any():
-            raise MeshError(
-                f"group {name}: {(rows < 0).sum()} triangles not on the solid's surface"
-            )
-        facets[name] = every[np.unique(rows)]
-    return SolidMesh(np.ascontiguousarray(points[used]), compact, facets)
+    corners = BY_NODES[cells.shape[1]].facet_corners
+    groups = {}
+    for name, found in facets.items():
+        groups[name] = every[np.unique(_rows(name, new[found[:, :corners]], compact))]
+    return SolidMesh(np.ascontiguousarray(points[used]), compact, groups)
+
+
+def second_order(mesh: SolidMesh) -> SolidMesh:
+    """A first-order mesh with a node in the middle of each straight edge.
+
+    The points there were come first and keep their numbers, elements and facets their order.
+
+    Raises
+    ------
+    MeshError
+        Where the mesh is of second order, or a facet is no face on the boundary of the solid.
+    """
+    if mesh.order != 1:
+        raise MeshError(f"mesh: {mesh.shape.plural} of order {mesh.order}; allowed: order 1")
+    ends = np.sort(mesh.cells[:, mesh.shape.edges], axis=2).reshape(-1, 2)
+    edges, row = np.unique(ends, axis=0, return_inverse=True)
+    middles = len(mesh.points) + row.reshape(len(mesh.cells), -1)
+    cells = np.hstack([mesh.cells, middles])
+    every = faces(cells)
+    groups = {name: every[_rows(name, facets, cells)] for name, facets in mesh.facets.items()}
+    points = np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)])
+    return SolidMesh(points, cells, groups)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import hollow_box
 import numpy as np
 import pytest
 import ufl
@@ -43,7 +44,7 @@ def test_deck_has_the_mesh_and_the_loads(mesh: SolidMesh, tmp_path: Path) -> Non
     calculix.write_deck(tmp_path / "finger.inp", mesh, SMALL)
     deck = blocks((tmp_path / "finger.inp").read_text())
     assert len(deck["*NODE, NSET=all"]) == len(mesh.points)
-    assert len(deck["*ELEMENT, TYPE=C3D10, ELSET=solid"]) == len(mesh.tetrahedra)
+    assert len(deck["*ELEMENT, TYPE=C3D10, ELSET=solid"]) == len(mesh.cells)
     assert len(deck["*DLOAD"]) == len(mesh.facets["cavity"])
     assert all(line.endswith(", 0.08") for line in deck["*DLOAD"])
     longest = max(len(w.strip()) for line in deck["*NODE, NSET=all"] for w in line.split(","))
@@ -57,10 +58,31 @@ def test_loaded_faces_are_the_cavity(mesh: SolidMesh) -> None:
     corners = {1: (0, 1, 2), 2: (0, 3, 1), 3: (1, 3, 2), 4: (2, 3, 0)}  # Abaqus' manual
     element, face = calculix.loaded_faces(mesh)
     loaded = {
-        frozenset(mesh.tetrahedra[e - 1, list(corners[f])])
-        for e, f in zip(element, face, strict=True)
+        frozenset(mesh.cells[e - 1, list(corners[f])]) for e, f in zip(element, face, strict=True)
     }
     assert loaded == {frozenset(facet) for facet in mesh.facets["cavity"][:, :3]}
+
+
+@pytest.mark.parametrize(("order", "kind", "nodes"), [(1, "C3D8", 8), (2, "C3D20R", 20)])
+def test_deck_of_hexahedra(order: int, kind: str, nodes: int, tmp_path: Path) -> None:
+    """Elements of CalculiX' types, no more than 16 numbers to a line, and faces 1 to 6."""
+    box = hollow_box.mesh(order)
+    calculix.write_deck(tmp_path / "box.inp", box, SMALL)
+    deck = blocks((tmp_path / "box.inp").read_text())
+    lines = deck[f"*ELEMENT, TYPE={kind}, ELSET=solid"]
+    assert max(line.rstrip(",").count(",") for line in lines) < 16
+    numbers = np.array(" ".join(lines).replace(",", " ").split(), dtype=int)
+    cells = numbers.reshape(-1, nodes + 1)
+    assert np.array_equal(cells[:, 0], 1 + np.arange(len(box.cells)))
+    assert np.array_equal(np.sort(cells[:, 1:] - 1), np.sort(box.cells))
+    # Abaqus' manual
+    corners = {1: "1234", 2: "5876", 3: "1562", 4: "2673", 5: "3784", 6: "4851"}
+    loaded = set()
+    for line in deck["*DLOAD"]:
+        element, face, _ = line.split(", ")
+        of_face = [int(corner) for corner in corners[int(face.removeprefix("P"))]]
+        loaded.add(frozenset(cells[int(element) - 1, of_face] - 1))
+    assert loaded == {frozenset(facet) for facet in box.facets["cavity"][:, :4]}
 
 
 def test_output_is_read(mesh: SolidMesh, tmp_path: Path) -> None:
@@ -82,6 +104,17 @@ def test_mean_of_a_linear_field(mesh: SolidMesh) -> None:
     expected = [finger.depth_mm / 2, finger.width_mm / 4, finger.length_mm]
     assert centre[1:] == pytest.approx(expected[1:], rel=1e-12)
     assert 0 < centre[0] <= finger.depth_mm
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_mean_on_quadrilaterals(order: int) -> None:
+    """Of x and, on second order, of x² and xz over the box's end: 4 and 64/3 mm², at z = 15 mm."""
+    box = hollow_box.mesh(order)
+    x = box.points
+    assert tip.mean_displacement(box, x) == pytest.approx([4.0, 2.25, 15.0], rel=1e-12)
+    if order == 2:
+        field = np.column_stack([x[:, 0] ** 2, x[:, 0] * x[:, 2], x[:, 0] * x[:, 1]])
+        assert tip.mean_displacement(box, field) == pytest.approx([64 / 3, 60, 9], rel=1e-12)
 
 
 def split(stretch: np.ndarray) -> float:

@@ -164,6 +164,19 @@ def test_a_path_that_ends_early_is_told_and_exits_with_1(
     assert not (tmp_path / "finger_40kPa.png").exists()
 
 
+def test_linear_elements_are_warned_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    linear = ("--set", "solver.element=P1", "--set", "contact.self_contact=false")
+    code = _call("bend", "--out", str(tmp_path), *COARSE, *linear, monkeypatch=monkeypatch)
+    assert code == 0
+    said = [line for line in capfd.readouterr().out.splitlines() if "warning" in line]
+    assert len(said) == 1
+    assert "linear tetrahedra are too stiff in thin walls" in said[0]
+    record = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
+    assert [f"warning: {note}" for note in record["notes"]] == said
+
+
 def test_mesh_writes_what_can_be_read_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

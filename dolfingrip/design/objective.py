@@ -59,36 +59,37 @@ def compute(config: dict[str, Any], quantities: tuple[str, ...], comm: MPI.Comm)
         DesignFailure: on every rank, where the load path ended early.
         ConfigError: on every rank, where there is no such finger.
     """
-    from dolfingrip.experiments import record, run
-    from dolfingrip.experiments.undeformed import solid
+    from dolfingrip.experiments import gradients, record, run
     from dolfingrip.mechanics.domain import on_root
-    from dolfingrip.meshes.measures import centroid
 
     resolved = configuration.from_dict(config)
-    centre = comm.bcast(on_root(comm, lambda: centroid(solid(resolved))))
-    outcome = Outcome(
-        {"cog_offset_mm": float(centre[0]) - resolved.cog.x_ref_mm},
-        iterations=0,
-        versions=record.versions(),
-    )
+    offset, slopes = comm.bcast(on_root(comm, lambda: gradients.cog_offset_mm(resolved)))
+    outcome = Outcome({"cog_offset_mm": offset}, iterations=0, versions=record.versions())
     outcome.curve = {}
+    found = {"cog_offset_mm": slopes}
     for quantity, kind in EXPERIMENTS.items():
         if quantity not in quantities:
             continue
-        result = run(kind, resolved, comm=comm)
+        found[quantity] = {}
+        result = run(kind, resolved, comm=comm, visit=gradients.at_highest(found[quantity]))
         outcome.curve |= _curve(result, quantity)
         outcome.iterations += result.facts["newton"]["iterations"]
         if result.failure is not None:
             raise DesignFailure(str(result.failure.kind), result.failure.sentence(), outcome.curve)
         highest = max(result.rows, key=lambda row: row["pressure_kPa"])
         outcome.outputs[quantity] = highest[quantity]
+    outcome.gradients = {name: found[name] for name in quantities if found[name]}
     return outcome
 
 
 def _curve(result: Result, quantity: str) -> dict[str, list[float]]:
     """Readings at each landed pressure."""
     prefix = "blocked" if result.kind == "blocked_force" else "free"
-    columns = {f"{prefix}_pressure_kPa": "pressure_kPa", quantity: quantity}
+    columns = {
+        f"{prefix}_pressure_kPa": "pressure_kPa",
+        quantity: quantity,
+        f"{prefix}_contact_gap_mm": "contact_gap_mm",
+    }
     return {name: list(map(float, result.column(source))) for name, source in columns.items()}
 
 

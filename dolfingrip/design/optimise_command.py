@@ -37,8 +37,9 @@ def optimise(
     mutation: Annotated[float, typer.Option(min=0, max=1, help="Rate, per input.")] = 0.5,
     seed: Annotated[int, typer.Option(min=0, help="Of NSGA-II.")] = 1,
     resolve: Annotated[
-        bool, typer.Option(help="Compute the choices and ten points by finite elements.")
+        bool, typer.Option(help="Compute the choices and --along by finite elements.")
     ] = True,
+    along: Annotated[int, typer.Option(min=0, help="Points of the front to compute again.")] = 10,
     workers: Annotated[int, typer.Option(min=1, help="Local processes of --resolve.")] = 1,
     config: ConfigFile = None,
     overrides: Overrides = None,
@@ -64,7 +65,11 @@ def optimise(
     screen = console()
     with bar.shown(screen, "generations") as show:
         found = optimum.find(
-            model, sorted(set(cog_max or [3.0])), settings, lambda done: show(done, generations)
+            model,
+            sorted(set(cog_max or [3.0])),
+            settings,
+            lambda done: show(done, generations),
+            along=along,
         )
     out.mkdir(parents=True, exist_ok=True)
     optimum.write_front(found, out)

@@ -16,9 +16,6 @@ from dolfingrip.design.pareto import COG, FORCE, Front, Settings
 from dolfingrip.design.resolve import Candidate, Evaluate, Failure, Resolved
 from dolfingrip.design.surrogate import Surrogate
 
-ALONG = 10
-"""Points of the front that are computed again."""
-
 
 @dataclass(frozen=True)
 class Optimum:
@@ -42,12 +39,15 @@ def find(
     limits_mm: Sequence[float],
     settings: Settings,
     progress: Callable[[int], None] | None = None,
+    *,
+    along: int = 10,
 ) -> Optimum:
     """Find the front within the surrogate's range, and choose on it.
 
     Args:
         limits_mm: COG limits to choose by.
         progress: called with the generations done.
+        along: number of points along the front to compute again.
 
     Raises:
         ConfigError: one line, where the surrogate lacks an objective.
@@ -69,7 +69,7 @@ def find(
         *chosen,
         *resolve.original(surrogate),
         *polished,
-        *resolve.along(surrogate, front, ALONG),
+        *resolve.along(surrogate, front, along),
     ]
     return Optimum(surrogate, settings, front, candidates, missed)
 

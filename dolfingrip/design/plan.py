@@ -21,6 +21,9 @@ OBJECTIVE = "dolfingrip.design.objective:simulate"
 QUANTITIES = ("cog_offset_mm", "force_N")
 """What the paper's designs are judged by."""
 
+TIME_LIMIT = "time_limit_s"
+"""Of the section ``solver``; it may differ from call to call of a campaign."""
+
 
 @dataclass(frozen=True, slots=True)
 class Design:
@@ -70,7 +73,9 @@ class Plan:
         return list(found.values())
 
     def _key(self, config: dict[str, Any], digest: str | None) -> str:
-        resolved = {**config, "mesh": {**config["mesh"], "file": digest}}
+        # a finished result does not depend on the time that it was allowed
+        solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
+        resolved = {**config, "mesh": {**config["mesh"], "file": digest}, "solver": solver}
         content = {
             "schema": SCHEMA,
             "objective": self.objective,
@@ -99,7 +104,7 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
     for name in ("schema", "objective", "quantities"):
         if before[name] != now[name]:
             yield f"{name} was {before[name]}, now {now[name]}"
-    free = {*before["parameters"], *now["parameters"]}
+    free = {*before["parameters"], *now["parameters"], f"solver.{TIME_LIMIT}"}
     for section in {**before["base"], **now["base"]}:
         old, new = before["base"].get(section, {}), now["base"].get(section, {})
         for name in {**old, **new}:

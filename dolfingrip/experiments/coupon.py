@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-import basix.ufl
 import numpy as np
 from dolfinx import fem, mesh
 from dolfinx.fem import petsc as fem_petsc
@@ -26,11 +25,12 @@ from dolfingrip.experiments.result import Result, facts
 from dolfingrip.extensions.site import Site
 from dolfingrip.forms import neo_hookean
 from dolfingrip.mechanics.domain import Domain
+from dolfingrip.mechanics.element import displacement_element, integration_degree
 from dolfingrip.mechanics.history import History
 from dolfingrip.mechanics.model import Model
 from dolfingrip.mechanics.newton import Newton
 from dolfingrip.mechanics.path import LoadPath
-from dolfingrip.mechanics.potential import QUADRATURE_DEGREE, Potential
+from dolfingrip.mechanics.potential import Potential
 from dolfingrip.mechanics.profile import Profile
 
 KIND: Final = "coupon"
@@ -118,13 +118,11 @@ def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
     )
     block.topology.create_connectivity(2, 3)
     domain = Domain(block, {}, half=False)
-    degree = 2 if clamped else 1
-    element = basix.ufl.element("Lagrange", "tetrahedron", degree, shape=(3,))
-    space = fem.functionspace(block, element)
+    space = fem.functionspace(block, displacement_element("P2" if clamped else "P1"))
     u = fem.Function(space, name="displacement_mm")
     mu = fem.Constant(block, PETSc.ScalarType(config.material.mu_MPa))
     lmbda = fem.Constant(block, PETSc.ScalarType(config.material.lmbda_MPa))
-    history = History(u, QUADRATURE_DEGREE[degree])
+    history = History(u, integration_degree(space))
     known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda}
     site = Site(config, domain, u, mu, lmbda, history, parameters=known)
     density = site.strain_energy(lambda strain: neo_hookean.energy(strain, mu, lmbda))

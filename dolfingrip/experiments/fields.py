@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from dolfinx import io
+from dolfinx import fem, io
 
 from dolfingrip.experiments.stretch import PrincipalStretch
 from dolfingrip.mechanics.model import Model
@@ -21,13 +21,16 @@ COLLECTION = """<?xml version="1.0"?>
 class FieldFile:
     """``fields.pvd`` with ``displacement_mm`` and ``principal_stretch`` at each step.
 
-    Both are of the displacement's order, on Lagrange tetrahedra.
+    Both are Lagrange functions of the displacement's order, which hold it exactly.
     """
 
     def __init__(self, model: Model, path: Path) -> None:
         self._model = model
         self._path = path
         self._stretch = PrincipalStretch(model.u)
+        space = model.u.function_space
+        lagrange = ("Lagrange", space.ufl_element().degree, (3,))
+        self._shown = fem.Function(fem.functionspace(space.mesh, lagrange), name=model.u.name)
         self._file = io.VTKFile(model.comm, str(path), "w")
         self._steps: list[str] = []
 
@@ -35,7 +38,8 @@ class FieldFile:
         """Append the present state; its time is the model's."""
         self._stretch.update()
         time_s = self._model.time_s
-        self._file.write_function([self._model.u, self._stretch.field], time_s)
+        self._shown.interpolate(self._model.u)
+        self._file.write_function([self._shown, self._stretch.field], time_s)
         piece = f"{self._path.stem}{len(self._steps):06d}.pvtu"
         self._steps.append(f'    <DataSet timestep="{time_s:.10g}" part="0" file="{piece}" />')
         if self._model.comm.rank == 0:

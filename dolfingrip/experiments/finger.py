@@ -5,29 +5,30 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import partial
 
-import basix.ufl
+import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
+from ufl.core.expr import Expr
 
 from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
-from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
+from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.border import Border
 from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
+from dolfingrip.mechanics.element import CELL, displacement_element, integration_degree
 from dolfingrip.mechanics.history import History
 from dolfingrip.mechanics.model import Control, Memory, Model
 from dolfingrip.mechanics.plate import RigidPlate
-from dolfingrip.mechanics.potential import QUADRATURE_DEGREE, Potential
+from dolfingrip.mechanics.potential import Potential
+from dolfingrip.mechanics.scalars import ScalarUnknowns
 from dolfingrip.mechanics.surface import Surface
-from dolfingrip.mechanics.unknowns import Unknowns
 from dolfingrip.mechanics.volume_control import VolumeControl
 
-DEGREE = {"P1": 1, "P2": 2}
 KG_M3_M_S2 = 1e-9
 """N/mm³ per kg/m³ · m/s²."""
 
@@ -42,7 +43,7 @@ class FingerModel:
         plate: the force sensor's.
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
         volume: the cavity's, where it is led.
-        unknowns: numbers that extensions add, if any.
+        scalars: numbers to solve for that extensions add, if any.
         parameters: constants of the potential by name, that sensitivities are taken to.
     """
 
@@ -51,13 +52,13 @@ class FingerModel:
     plate: RigidPlate | None
     cavity: Control
     volume: VolumeControl | None = None
-    unknowns: Unknowns | None = None
+    scalars: ScalarUnknowns | None = None
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
 
     @property
     def border(self) -> Border | None:
         """What is solved for besides the displacement."""
-        return self.volume or self.unknowns
+        return self.volume or self.scalars
 
 
 def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
@@ -70,15 +71,17 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     if plate:
         domain = _facing_plate(config, domain)
     mesh = domain.mesh
-    degree = DEGREE[config.solver.element]
-    space = fem.functionspace(
-        mesh, basix.ufl.element("Lagrange", "tetrahedron", degree, shape=(3,))
-    )
+    name = _element(config, domain)
+    if name == "P2-P1":
+        _refuse_unmixed(config)
+    space = fem.functionspace(mesh, displacement_element(name))
+    degree = space.ufl_element().degree
     u = fem.Function(space, name="displacement_mm")
     mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
     lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
     pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
 
+    p = pressure_field(name, mesh)
     cavity = domain.surface("cavity", quadrature_degree=2 * degree)
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
     weight = fem.Constant(mesh, _weight(config))
@@ -86,10 +89,10 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
         terms.append(gravity.energy(u, weight) * dx)
     sensor = _plate(config, domain, u) if plate else None
-    history = History(u, QUADRATURE_DEGREE[degree])
+    history = History(u, integration_degree(space))
     known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda, "gravity.weight_N_mm3": weight}
     site = Site(config, domain, u, mu, lmbda, history, sensor, _held(domain), known)
-    density = site.strain_energy(lambda strain: neo_hookean.energy(strain, mu, lmbda))
+    density = site.strain_energy(lambda strain: strain_energy(strain, p, mu, lmbda))
     terms += site.terms()
     if sensor is not None:
         terms.append(sensor.energy)
@@ -97,7 +100,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
 
     contact = None
     if config.contact.self_contact:
-        surface = Surface(space, domain, domain.facets("skin", "tip"))
+        surface = Surface(space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm)
         contact = BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
     by_pressure = Control(pressure, KPA)
     supply = _supply(config, by_pressure)
@@ -109,21 +112,23 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
             [density],
             terms,
             carried=config.solver.mixed_integration_point,
+            p=p,
         ),
         _supports(space, domain, site.held),
         {"pressure_kPa": supply or by_pressure},
         contact,
         [sensor] if sensor is not None else [],
         memories,
+        p=p,
     )
     if supply is not None:
         memories.append(supply)
-    unknowns = None
+    scalars = None
     if site.unknowns:
-        unknowns = Unknowns(model, site.unknowns, sum(terms[1:], start=terms[0]))
-        memories.append(unknowns)
+        scalars = ScalarUnknowns(model, site.unknowns, sum(terms[1:], start=terms[0]))
+        memories.append(scalars)
         if sensor is not None:
-            sensor.travel_mm = partial(unknowns.change, sensor.offset)
+            sensor.travel_mm = partial(scalars.change, sensor.offset)
     volume = None
     if config.experiment.control == "volume":
         if site.unknowns:
@@ -135,7 +140,44 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         density = cavity_pressure.volume_density(u, mesh)
         volume = VolumeControl(model, by_pressure, density * cavity)
         model.controls["cavity_volume_mm3"] = volume
-    return FingerModel(config, model, sensor, by_pressure, volume, unknowns, site.parameters)
+    return FingerModel(config, model, sensor, by_pressure, volume, scalars, site.parameters)
+
+
+def _element(config: Config, domain: Domain) -> str:
+    """Name of the displacement element, by the mesh's cells where the configuration has none."""
+    cell = domain.mesh.ufl_cell().cellname()
+    if config.solver.element is None:
+        return "S2" if cell == "hexahedron" else "P2"
+    needed = CELL[config.solver.element]
+    if cell != needed:
+        allowed = " or ".join(f'"{name}"' for name, other in CELL.items() if other == cell)
+        raise ConfigError(
+            f'solver.element = "{config.solver.element}": the mesh has other cells, '
+            f"{cell}s; allowed: {allowed}"
+        )
+    return config.solver.element
+
+
+def _refuse_unmixed(config: Config) -> None:
+    for effect in config.extensions.active():
+        if not effect.mixed:
+            raise ConfigError(
+                f'extensions.{effect.name()}: allowed: with solver.element other than "P2-P1" only'
+            )
+
+
+def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None:
+    """Pressure (MPa) of a mixed element, None of another."""
+    if element != "P2-P1":
+        return None
+    return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
+
+
+def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -> Expr:
+    """Energy per reference volume (mJ/mm³) of the printed material, mixed where there is a p."""
+    if p is None:
+        return neo_hookean.energy(strain, mu, lmbda)
+    return mixed_neo_hookean.energy(strain, p, mu, lmbda)
 
 
 def _weight(config: Config) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.keeper import COLUMNS, Row
+from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.turning_point import TurningPoint
 from dolfingrip.mechanics.failure import Failure
 from dolfingrip.mechanics.model import Model
@@ -84,6 +85,7 @@ def facts(
             "last_good": result.failure.last_good,
             "sentence": result.failure.sentence(),
         },
+        "notes": [] if result.kind == "coupon" else notes(result.config),
         "turning_point": None if result.turning is None else asdict(result.turning),
         "ranks": model.comm.size,
         "wall_s": round(wall_s, 3),

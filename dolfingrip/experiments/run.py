@@ -35,6 +35,7 @@ def run(
     out: Path | None = None,
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
+    visit: Callable[[FingerModel, Row], None] = lambda finger, row: None,
 ) -> Result:
     """Pressurise the finger, free or against the plate.
 
@@ -45,6 +46,7 @@ def run(
             where None.
         comm: ranks to run on.
         progress: called with each new row, on every rank.
+        visit: likewise, with the finger as it then is; it must leave the finger so.
 
     Raises:
         ConfigError: bad mesh or geometry, in one line.
@@ -86,6 +88,10 @@ def run(
             gaps.append(observation.gaps.all_mm())
             return displayed(config, readings)
 
+        def reached(row: Row) -> None:
+            progress(row)
+            visit(finger, row)
+
         if result.failure is None:
             result.failure = march(
                 kind,
@@ -94,7 +100,7 @@ def run(
                 read,
                 rows=result.rows,
                 keep=keep,
-                progress=progress,
+                progress=reached,
                 profile=profile,
             )
         if kind == "blocked_force":

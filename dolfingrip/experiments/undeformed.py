@@ -13,6 +13,7 @@ from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.meshes.structured import structured_mesh
 
 log = logging.getLogger(__name__)
 
@@ -32,7 +33,8 @@ def solid(config: Config) -> SolidMesh:
     if config.mesh.file is not None:
         mesh = files.read(config.mesh.file)
     else:
-        mesh = finger_mesh(config.finger, config.mesh)
+        make = structured_mesh if config.hexahedra else finger_mesh
+        mesh = make(config.finger, config.mesh)
     mesh = morphed(mesh, morph(config))
     log.info(check(mesh).summary())
     return mesh

@@ -19,6 +19,8 @@ class CoarseMesh(Effect):
     Element sizes ← factor · sizes. Not a property of any finger: it tells how much of a
     difference may be the mesh's.
 
+    Hexahedra are never fewer than one across a wall, so that a factor beyond two changes little.
+
     Prior: 1.5 ± 0.5, a choice and no property of the finger (engineering guess).
     Fingerprint: angle and force lower by nearly one small factor (1 to 2 % for one and a half),
     most where concave edges open. Loading and unloading agree.
@@ -39,7 +41,7 @@ class CoarseMesh(Effect):
                 f"extensions.coarse_mesh.factor = {self.factor:g}: allowed: with a mesh that is "
                 "made from sizes; mesh.file is one already"
             )
-        changes: dict[str, float] = {"size_mm": mesh.size_mm * self.factor}
+        changes: dict[str, float] = {"size_mm": config.size_mm * self.factor}
         if mesh.edge_size_mm is not None:
             changes["edge_size_mm"] = mesh.edge_size_mm * self.factor
         if mesh.target_elements is not None:

@@ -74,9 +74,11 @@ class Effect(Section):
     Attributes:
         kind: what part of the model it belongs to.
         neutral: values of its parameters at which it changes nothing.
+        mixed: whether its energy also holds beside a pressure field (``P2-P1``).
     """
 
     kind: ClassVar[Kind]
+    mixed: ClassVar[bool] = True
     neutral: ClassVar[Mapping[str, Any]]
 
     # -- before anything is built ----------------------------------------------------------------

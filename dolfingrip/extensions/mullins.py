@@ -33,6 +33,8 @@ class Mullins(Effect):
 
     kind: ClassVar = "dissipative"
     neutral: ClassVar = {"r": 1e15}
+    # the energy at the isochoric strain is not stationary in the pressure
+    mixed: ClassVar = False
 
     r: Annotated[float, Prior(2.2, 0.5, "thermoplastic polyurethane, 1.5 to 3", positive=True)] = (
         Field(2.2, ge=1, le=1e15, description="softens by 1/r at most")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -20,13 +22,20 @@ class CarriedStress:
 
     Attributes:
         stress: (3, 3) at each integration point.
+
+    Args:
+        fields: what the stress depends on: displacement, and the pressure of a mixed model.
+        stress: S in UFL.
+        degree: of the integration rule.
     """
 
-    def __init__(self, u: fem.Function, stress: Expr, degree: int) -> None:
-        mesh = u.function_space.mesh
+    def __init__(self, fields: Sequence[fem.Function], stress: Expr, degree: int) -> None:
+        mesh = fields[0].function_space.mesh
         self.stress = points.field(mesh, (3, 3), degree, "carried_stress_MPa")
-        self._step = fem.Function(u.function_space)
-        predicted = stress + ufl.derivative(stress, u, self._step)
+        self._steps = [fem.Function(field.function_space) for field in fields]
+        predicted = stress
+        for field, step in zip(fields, self._steps, strict=True):
+            predicted = predicted + ufl.derivative(stress, field, step)
         self._now = points.AtPoints(stress, mesh, degree)
         self._after = points.AtPoints(predicted, mesh, degree)
 
@@ -34,7 +43,8 @@ class CarriedStress:
         """Set to S(E(u))."""
         self._now.into(self.stress)
 
-    def follow(self, step: np.ndarray) -> None:
-        """Set to the linear prediction for ``step`` (local dofs, mm) from the present u."""
-        self._step.x.array[:] = step
+    def follow(self, *steps: np.ndarray) -> None:
+        """Set to the linear prediction for ``steps`` (local dofs of each field) from here."""
+        for holder, step in zip(self._steps, steps, strict=True):
+            holder.x.array[:] = step
         self._after.into(self.stress)

@@ -11,6 +11,9 @@ from dolfingrip.mechanics.surface import Surface
 
 ipctk.set_num_threads(1)  # one thread a rank, as everywhere
 
+MOVED = 1e-4
+"""Part of the barrier's width by which points move where derivatives are taken by differences."""
+
 
 class BarrierContact:
     """Surfaces repel one another within the barrier's width and never pass.
@@ -31,12 +34,14 @@ class BarrierContact:
     def __init__(self, surface: Surface, width_mm: float, stiffness_MPa: float) -> None:
         self.surface = surface
         self.width_mm = width_mm
+        self._stiffness_MPa = stiffness_MPa
         self._mesh = ipctk.CollisionMesh(
             np.asfortranarray(surface.rest),
             np.asfortranarray(surface.edges),
             np.asfortranarray(surface.triangles),
         )
         self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
+        self._spread = sp.kron(surface.weights, sp.eye_array(3), format="csr")
         self._ccd = ipctk.AdditiveCCD()
         self._found: tuple[np.ndarray, ipctk.NormalCollisions] | None = None
 
@@ -57,7 +62,7 @@ class BarrierContact:
         return self._found[1]
 
     def near_pairs(self, dofs: np.ndarray) -> np.ndarray:
-        """(k, 2) vertices that share a pair of parts close enough to touch soon.
+        """(k, 2) nodes (places in the surface's) of pairs of parts near enough to touch soon.
 
         All vertices of a vertex–face or edge–edge pair count, also where only some of them are
         felt at present, so that sliding along a face needs no new pairs.
@@ -75,9 +80,13 @@ class BarrierContact:
                 np.column_stack([edges[found[1][:, 0]], edges[found[1][:, 1]]]),
             ]
         )
-        first, second = np.triu_indices(4, 1)
-        pairs = np.stack([vertices[:, first].ravel(), vertices[:, second].ravel()], axis=1)
-        return np.unique(pairs, axis=0).astype(np.int64)
+        # all nodes that any vertex of a pair moves with are coupled
+        parts = sp.csr_matrix(
+            (np.ones(vertices.size), vertices.ravel(), np.arange(0, vertices.size + 1, 4)),
+            shape=(len(vertices), len(self.surface.rest)),
+        )
+        touched = abs(parts) @ abs(self.surface.weights)
+        return np.argwhere(sp.triu(touched.T @ touched, 1).toarray()).astype(np.int64)
 
     # -- energy --------------------------------------------------------------------------------
 
@@ -87,20 +96,42 @@ class BarrierContact:
         return float(self._potential(self._felt(now), self._mesh, now))
 
     def gradient(self, dofs: np.ndarray) -> np.ndarray:
-        """(n, 3) gradient (N) at all vertices."""
+        """(n, 3) gradient (N) at the surface's nodes."""
         now = self.surface.positions(dofs)
         pairs = self._felt(now)
         if pairs.empty():
-            return np.zeros_like(self.surface.rest)
-        return self._potential.gradient(pairs, self._mesh, now).reshape(-1, 3)
+            return np.zeros((len(self.surface.nodes), 3))
+        at_vertices = self._potential.gradient(pairs, self._mesh, now).reshape(-1, 3)
+        return np.asarray(self.surface.weights.T @ at_vertices)
 
     def hessian(self, dofs: np.ndarray) -> sp.coo_matrix | None:
-        """(3n, 3n) Hessian (N/mm), not projected; None without contact."""
+        """(3n, 3n) Hessian (N/mm) at the nodes, not projected; None without contact."""
         now = self.surface.positions(dofs)
         pairs = self._felt(now)
         if pairs.empty():
             return None
-        return self._potential.hessian(pairs, self._mesh, now).tocoo()
+        at_vertices = self._potential.hessian(pairs, self._mesh, now)
+        return sp.coo_matrix(self._spread.T @ at_vertices @ self._spread)
+
+    def gradient_rate(self, dofs: np.ndarray, velocity_mm: np.ndarray) -> np.ndarray:
+        """(n, 3) change of the nodes' gradient (N) as reference points move, displacements not.
+
+        Args:
+            dofs: displacement.
+            velocity_mm: (v, 3) of the vertices' reference positions.
+        """
+        fastest = np.abs(velocity_mm).max(initial=0.0)
+        if fastest == 0 or self._felt(self.surface.positions(dofs)).empty():
+            return np.zeros((len(self.surface.nodes), 3))
+        # by differences: ipctk 1.6's shape_derivative is 1 % off them for pairs of edges
+        step = MOVED * self.width_mm / fastest
+        there, back = (
+            BarrierContact(
+                self.surface.moved(way * step * velocity_mm), self.width_mm, self._stiffness_MPa
+            ).gradient(dofs)
+            for way in (1, -1)
+        )
+        return (there - back) / (2 * step)
 
     def add_gradient(self, dofs: np.ndarray, residual: PETSc.Vec) -> None:
         """Add the gradient to the rows that this rank owns."""

@@ -12,8 +12,9 @@ from dolfinx import fem, graph, io, mesh
 from mpi4py import MPI
 
 from dolfingrip.config import ConfigError
+from dolfingrip.meshes.cells import BY_NODES
 from dolfingrip.meshes.groups import SURFACE_TAGS, SYMMETRY
-from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +22,7 @@ class Domain:
     """Reference configuration (mm).
 
     Attributes:
-        mesh: tetrahedra, straight or quadratic.
+        mesh: tetrahedra, straight or quadratic, or hexahedra.
         regions: local boundary facets by name: the mesh's groups and any added region.
         half: the half y ≥ 0 of a symmetric solid.
     """
@@ -112,14 +113,17 @@ def distribute(comm: MPI.Comm, solid: SolidMesh | None) -> Domain:
     facts = None
     if comm.rank == 0:
         assert solid is not None
-        facts = (solid.order, tuple(solid.facets), len(solid.tetrahedra))
-    order, names, number = comm.bcast(facts)
+        solid = _straight(solid)
+        facts = (solid.cells.shape[1], tuple(solid.facets), len(solid.cells))
+    nodes, names, number = comm.bcast(facts)
     if number < comm.size:
         raise ConfigError(f"mesh: {number} elements on {comm.size} ranks; allowed: as many or more")
-    nodes, facet_nodes = {1: (4, 3), 2: (10, 6)}[order]
+    shape = BY_NODES[nodes]
+    order = shape.order(nodes)
+    facet_nodes = shape.facet_corners * order
     if solid is not None:
         points = np.ascontiguousarray(solid.points, dtype=np.float64)
-        cells = np.asarray(solid.tetrahedra, dtype=np.int64)
+        cells = np.asarray(solid.cells, dtype=np.int64)
         facets = np.concatenate([np.asarray(f, dtype=np.int64) for f in solid.facets.values()])
         values = np.concatenate(
             [np.full(len(f), SURFACE_TAGS[n], np.int32) for n, f in solid.facets.items()]
@@ -130,9 +134,11 @@ def distribute(comm: MPI.Comm, solid: SolidMesh | None) -> Domain:
         facets = np.empty((0, facet_nodes), dtype=np.int64)
         values = np.empty(0, dtype=np.int32)
 
-    cells = cells[:, io.gmshio.cell_perm_array(mesh.CellType.tetrahedron, nodes)].copy()
-    facets = facets[:, io.gmshio.cell_perm_array(mesh.CellType.triangle, facet_nodes)].copy()
-    element = basix.ufl.element("Lagrange", "tetrahedron", order, shape=(3,))
+    cells = cells[:, io.gmshio.cell_perm_array(mesh.to_type(shape.name), nodes)].copy()
+    facets = facets[
+        :, io.gmshio.cell_perm_array(mesh.to_type(shape.facet_name), facet_nodes)
+    ].copy()
+    element = basix.ufl.element("Lagrange", shape.name, order, shape=(3,))
     parts = mesh.create_cell_partitioner(mesh.GhostMode.none)
     domain = mesh.create_mesh(comm, cells, points, ufl.Mesh(element), parts)
     domain.topology.create_connectivity(2, 3)
@@ -142,3 +148,23 @@ def distribute(comm: MPI.Comm, solid: SolidMesh | None) -> Domain:
     )
     regions = {name: np.sort(tags.find(SURFACE_TAGS[name])) for name in names}
     return Domain(domain, regions, SYMMETRY in names)
+
+
+def _straight(solid: SolidMesh) -> SolidMesh:
+    """Hexahedra by their corners alone: dolfinx 0.9 has no geometry of 20 nodes.
+
+    Raises:
+        MeshError: where an edge is curved, which corners cannot say.
+    """
+    if solid.cells.shape[1] != 20:
+        return solid
+    ends = solid.points[solid.cells[:, solid.shape.edges]]
+    off = np.linalg.norm(ends.mean(axis=2) - solid.points[solid.cells[:, 8:]], axis=-1)
+    length = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=-1)
+    if (off > 1e-6 * length).any():
+        raise MeshError(
+            f"mesh: {(off > 1e-6 * length).any(axis=1).sum()} hexahedra with curved edges; "
+            "allowed: straight ones"
+        )
+    facets = {name: found[:, :4] for name, found in solid.facets.items()}
+    return assemble(solid.points, solid.cells[:, :8], facets)

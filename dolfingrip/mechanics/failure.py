@@ -13,6 +13,7 @@ class FailureKind(StrEnum):
     CONTACT = "contact"
     LIMIT_POINT = "limit point"
     ITERATION_LIMIT = "iteration limit"
+    TIME_LIMIT = "time limit"
 
 
 _SENTENCE = {
@@ -26,6 +27,7 @@ _SENTENCE = {
         "the finger goes soft here (its stiffness vanishes): pressure control cannot follow it"
     ),
     FailureKind.ITERATION_LIMIT: ("Newton's method did not converge within solver.max_iterations"),
+    FailureKind.TIME_LIMIT: "solver.time_limit_s is over",
 }
 
 

@@ -112,7 +112,7 @@ class Globalisation:
         return Verdict.GO_ON
 
     def fraction(self, step: np.ndarray) -> float:
-        """How much of ``step`` (local dofs, mm) to take."""
+        """How much of ``step`` (a local array of the unknowns) to take."""
         fraction, self.bound = self._model.admissible_step(step)
         if self._stagnates or (self.bound and self._settled):
             fraction = self._search(step, fraction)
@@ -121,11 +121,11 @@ class Globalisation:
 
     def _search(self, step: np.ndarray, longest: float) -> float:
         """The fraction of ``step`` with the smallest residual among the longest and its halves."""
-        dofs = self._model.u.x.array
-        start = dofs.copy()
+        unknowns = self._model.unknowns
+        start = unknowns.local()
         best = (np.inf, longest)
         for fraction in longest * 0.5 ** np.arange(4):
-            dofs[:] = start + fraction * step
+            unknowns.set_local(start + fraction * step)
             best = min(best, (self._residual_norm(), float(fraction)))
-        dofs[:] = start
+        unknowns.set_local(start)
         return best[1]

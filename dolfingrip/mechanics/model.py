@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from dolfinx import fem
+from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -16,6 +16,7 @@ from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.domain import Domain
 from dolfingrip.mechanics.potential import Potential
 from dolfingrip.mechanics.state import State
+from dolfingrip.mechanics.unknowns import Unknowns
 
 
 class StepBound(Protocol):
@@ -92,6 +93,8 @@ class Model:
         bounds: limits of a Newton step besides contact.
         memories: what the state has besides the displacement: internal variables, for one.
         time_s: time at the load step's end.
+        p: pressure field of a mixed model (MPa).
+        unknowns: u, and p where there is one, as one vector.
     """
 
     domain: Domain
@@ -103,8 +106,13 @@ class Model:
     bounds: Sequence[StepBound] = ()
     memories: Sequence[Memory] = ()
     time_s: float = 0.0
+    p: fem.Function | None = None
+    unknowns: Unknowns = field(init=False, repr=False)
     _clock: str = field(default="time_s", init=False)
     _accepted_s: float = field(default=0.0, init=False)
+
+    def __post_init__(self) -> None:
+        self.unknowns = Unknowns([self.u] if self.p is None else [self.u, self.p])
 
     @property
     def comm(self) -> MPI.Comm:
@@ -113,21 +121,24 @@ class Model:
 
     @property
     def dofs(self) -> int:
-        """Number of displacement dofs on all ranks."""
-        dofmap = self.u.function_space.dofmap
-        return int(dofmap.index_map.size_global * dofmap.index_map_bs)
+        """Number of unknowns on all ranks."""
+        return int(self.unknowns.count)
 
     # -- state ---------------------------------------------------------------------------------
 
     def state(self) -> State:
         """A copy of the present state."""
         controls = {name: control.value for name, control in self.controls.items()}
+        pressure = None if self.p is None else self.p.x.array.copy()
         history = {k: v for memory in self.memories for k, v in memory.values().items()}
-        return State(self.u.x.array.copy(), {**controls, self._clock: self.time_s}, history)
+        controls[self._clock] = self.time_s
+        return State(self.u.x.array.copy(), controls, pressure, history)
 
     def restore(self, state: State) -> None:
         """Go back (or over) to ``state``, one that was accepted."""
         self.u.x.array[:] = state.displacement
+        if self.p is not None:
+            self.p.x.array[:] = state.pressure
         self._accepted_s = state.controls.get(self._clock, self.time_s)
         for memory in self.memories:
             memory.restore(state.history)
@@ -154,7 +165,7 @@ class Model:
     # -- Newton's operands ---------------------------------------------------------------------
 
     def assemble_residual(self, residual: PETSc.Vec, *, supported: bool = True) -> None:
-        """Gradient of Π at the present state (N) into ``residual``.
+        """Gradient of Π with respect to u at the present state (N) into ``residual``.
 
         Args:
             residual: overwritten.
@@ -170,6 +181,20 @@ class Model:
         if supported:
             self.release(residual)
 
+    def assemble_equations(self, residual: PETSc.Vec) -> None:
+        """Gradient of Π with respect to all unknowns (N, and mm³ for p) into ``residual``."""
+        if self.p is None:
+            self.assemble_residual(residual)
+            return
+        forces = fem_petsc.create_vector(self.potential.residual)
+        self.assemble_residual(forces)
+        constraint = fem.assemble_vector(self.potential.constraint)
+        constraint.scatter_reverse(la.InsertMode.add)
+        owned = len(forces.array_r)
+        residual.array[:owned] = forces.array_r
+        residual.array[owned:] = constraint.array[: residual.getLocalSize() - owned]
+        forces.destroy()
+
     def release(self, forces: PETSc.Vec) -> None:
         """Put 0 in the rows of supported dofs, whose forces the supports take."""
         for bc in self.supports:
@@ -177,7 +202,12 @@ class Model:
             forces.array[dofs[:owned]] = 0.0
 
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
-        """Largest fraction of ``step`` that no bound forbids, and the bound that set it."""
+        """Largest fraction of ``step`` that no bound forbids, and the bound that set it.
+
+        Args:
+            step: of the unknowns, as a local array.
+        """
+        step = self.unknowns.parts(step)[0]
         fraction, reason = 1.0, ""
         bounds: list[StepBound] = [*self.bounds]
         if self.contact is not None:
@@ -191,6 +221,7 @@ class Model:
     def admissible_step(self, step: np.ndarray) -> tuple[float, str]:
         """As :meth:`max_step`, shortened until no element inverts (J stays above a tenth)."""
         fraction, reason = self.max_step(step)
+        step = self.unknowns.parts(step)[0]
         start = self.u.x.array.copy()
         smallest = self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN)
         try:

@@ -44,7 +44,7 @@ def velocity(domain: Domain, morph: Morph) -> tuple[fem.Function, fem.Function]:
         dx/dξ1 and dx/dξ2 (mm), piecewise linear vectors: directions for the derivative of a form
         with respect to ``ufl.SpatialCoordinate``.
     """
-    element = basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,))
+    element = basix.ufl.element("Lagrange", domain.mesh.topology.cell_name(), 1, shape=(3,))
     space = fem.functionspace(domain.mesh, element)
     now = space.tabulate_dof_coordinates()
     fields = morph.velocity(morph.inverse().points(now))
@@ -57,7 +57,7 @@ def velocity(domain: Domain, morph: Morph) -> tuple[fem.Function, fem.Function]:
 
 
 def _gmsh_order(domain: Domain) -> np.ndarray:
-    """Points of the local cells in the order of :class:`SolidMesh`, (m, 4) or (m, 10)."""
+    """Points of the local cells in the order of :class:`SolidMesh`, (m, nodes)."""
     own = np.asarray(domain.mesh.geometry.dofmap, dtype=np.int64)
     order = dolfinx_io.gmshio.cell_perm_array(domain.mesh.topology.cell_type, own.shape[1])
     return own[:, np.argsort(order)]

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-import numpy as np
-from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.border import Border
 from dolfingrip.mechanics.globalisation import Globalisation, Verdict
+from dolfingrip.mechanics.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.model import Model
+from dolfingrip.mechanics.ordering import cheapest
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.tangent import Tangent
 
@@ -84,16 +84,14 @@ class Newton:
         self.model = model
         self.settings = settings
         self.profile = profile or Profile()
-        self.tangent = Tangent(model)
+        self.tangent = Tangent(model) if model.p is None else MixedTangent(model)
         self.iterations = 0
         self.factorisations = 0
         self._border = border
-        self._residual = fem_petsc.create_vector(model.potential.residual)
+        self._residual = model.unknowns.create_vector()
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
-        self._owned = self._x.getLocalSize()
-        self._step = np.zeros_like(model.u.x.array)
         self._retired: list[PETSc.Mat] = []
         self._globalisation = Globalisation(model, settings, self._residual_norm)
         self._snes = self._make_snes()
@@ -124,19 +122,17 @@ class Newton:
     # -- callbacks -----------------------------------------------------------------------------
 
     def _take(self, x: PETSc.Vec) -> None:
-        """Copy SNES' iterate into the displacement, ghosts included."""
-        u = self.model.u.x
-        u.array[: self._owned] = x.array_r
-        u.scatter_forward()
+        """Copy SNES' iterate into the unknowns, ghosts included."""
+        self.model.unknowns.set_owned(x.array_r)
 
     def _residual_norm(self) -> float:
-        self.model.assemble_residual(self._trial)
+        self.model.assemble_equations(self._trial)
         return float(self._trial.norm())
 
     def _form_residual(self, _snes: Any, x: PETSc.Vec, residual: PETSc.Vec) -> None:
         with self.profile.phase("residual"):
             self._take(x)
-            self.model.assemble_residual(residual)
+            self.model.assemble_equations(residual)
 
     def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
         if self._globalisation.keep_factors:
@@ -149,6 +145,11 @@ class Newton:
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
+            # read when SNES factorises for the first time; a saddle point's zero diagonal is left
+            # to MUMPS' own choice, as others fail on three ranks
+            if self.factorisations == 1 and self.model.p is None:
+                options = PETSc.Options("dolfingrip_")
+                options["mat_mumps_icntl_7"] = cheapest(self.tangent.matrix)
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
@@ -156,28 +157,17 @@ class Newton:
             self._take(x)
             if self._border is not None:
                 self._border.correct(y, self._snes.getKSP())
-            step = self._step
-            step[: self._owned] = -y.array_r
-            self._forward(step)
+            step = self.model.unknowns.to_local(-y.array_r)
             fraction = self._globalisation.fraction(step)
             if self._border is not None:
                 fraction = self._border.limit(step, fraction)
             step *= fraction
             if self.model.potential.carried is not None:
-                self.model.potential.carried.follow(step)
+                self.model.potential.carried.follow(*self.model.unknowns.parts(step))
             if self._border is not None:
                 self._border.advance(fraction)
             y.scale(fraction)
         return fraction < 1.0 or self._border is not None
-
-    def _forward(self, local: np.ndarray) -> None:
-        """Fill the ghosts of a local dof array from their owners."""
-        holder = self.model.u.x
-        kept = holder.array.copy()
-        holder.array[:] = local
-        holder.scatter_forward()
-        local[:] = holder.array
-        holder.array[:] = kept
 
     def _converged(
         self, _snes: Any, iteration: int, norms: tuple[float, float, float], *_: Any
@@ -197,7 +187,7 @@ class Newton:
         self._globalisation.start()
         if model.potential.carried is not None:
             model.potential.carried.reset()
-        self._x.array[:] = model.u.x.array[: self._owned]
+        self._x.array[:] = model.unknowns.owned()
         with self.profile.phase("linear solve"):
             self._snes.solve(None, self._x)
         self._take(self._x)
@@ -212,9 +202,13 @@ class Newton:
         )
 
     def negative_pivots(self) -> int:
-        """Negative pivots of the last factorisation (its inertia)."""
+        """Negative pivots of the last factorisation (its inertia).
+
+        Those of a mixed model's pressure are not counted: eliminating it leaves the others.
+        """
         factor = self._snes.getKSP().getPC().getFactorMatrix()
-        return int(self.model.comm.allreduce(factor.getMumpsInfog(12), MPI.MAX))
+        found = int(self.model.comm.allreduce(factor.getMumpsInfog(12), MPI.MAX))
+        return found - self.model.unknowns.multipliers
 
     def _ending(self, reason: int) -> Ending:
         reasons = PETSc.SNES.ConvergedReason

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -39,7 +40,8 @@ class Arrival:
 class LoadPath:
     """Leads a model along straight lines between prescribed controls, time among them.
 
-    A step that fails is taken back and halved; steps grow again after easy ones.
+    A step that fails is taken back and halved; steps grow again after easy ones. The solver's time
+    limit counts from here, and is looked at before each step.
 
     Args:
         newton: solver of the model.
@@ -62,6 +64,7 @@ class LoadPath:
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
+        self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
 
     def advance(self, target: Mapping[str, float]) -> Arrival:
         """Go to ``target`` (controls by name); stop at the last good state on failure."""
@@ -86,6 +89,9 @@ class LoadPath:
 
         done, iterations, steps, cuts = 0.0, 0, 0, 0
         while done < 1.0:
+            if self._late():
+                failure = Failure(FailureKind.TIME_LIMIT, at(done), dict(target))
+                return Arrival(iterations, steps, cuts, failure)
             length = min(self._length, 1.0) / whole
             # no sliver is left for a last step
             reach = 1.0 if done + 1.01 * length >= 1.0 else done + length
@@ -111,6 +117,12 @@ class LoadPath:
                 failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
                 return Arrival(iterations, steps, cuts, failure)
         return Arrival(iterations, steps, cuts)
+
+    def _late(self) -> bool:
+        """Whether the time is over, the same on all ranks."""
+        if self._end_s == math.inf:
+            return False
+        return bool(self.model.comm.allreduce(time.monotonic() > self._end_s, MPI.LOR))
 
     def _stiffness(self, length: float, before: State) -> float:
         """Part of a longest step for each mm that the displacement has moved from ``before``."""

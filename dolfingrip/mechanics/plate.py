@@ -35,6 +35,7 @@ class RigidPlate:
     Attributes:
         energy: the UFL form of its potential.
         measure: of the part of the skin that may touch it.
+        reaction: that of the normal force on the meshed part, dΠ/d(offset).
         offset: the plane's position along n (mm), a constant of the form.
         travel_mm: by how much the present Newton step moves it along n, where it is an unknown.
     """
@@ -66,7 +67,8 @@ class RigidPlate:
         self.offset = fem.Constant(mesh, PETSc.ScalarType(nearest - gap_mm - width_mm))
 
         n = fem.Constant(mesh, self.normal)
-        ds = domain.surface(region, **form.nodal_rule(space.ufl_element().degree))
+        facet = mesh.ufl_cell().facet_types()[0].cellname()
+        ds = domain.surface(region, **form.nodal_rule(facet, space.ufl_element().degree))
         width = fem.Constant(mesh, PETSc.ScalarType(width_mm))
         stiffness = fem.Constant(mesh, PETSc.ScalarType(stiffness_MPa))
         self._facing = n
@@ -77,8 +79,8 @@ class RigidPlate:
         self._density = density
         self.measure = ds
         self.energy = density(u, self.offset) * ds
-        reaction = self.pressure(u, self.offset) * ds
-        self._reaction = fem.form(reaction, jit_options=jit.options())
+        self.reaction = self.pressure(u, self.offset) * ds
+        self._reaction = fem.form(self.reaction, jit_options=jit.options())
 
     def pressure(self, u: Expr, offset: Expr) -> Expr:
         """Contact pressure (MPa) on the skin displaced by ``u`` from a plane at ``offset``."""
@@ -90,7 +92,7 @@ class RigidPlate:
         return vector - ufl.inner(vector, self._facing) * self._facing
 
     def force_N(self) -> float:
-        """Normal force on the whole finger's plate: dΠ/d(offset)."""
+        """Normal force on the whole finger's plate."""
         local = fem.assemble_scalar(self._reaction)
         return float(self._copies * self._u.function_space.mesh.comm.allreduce(local))
 
@@ -99,6 +101,15 @@ class RigidPlate:
         gaps = self._distance(self._u.x.array)
         smallest = gaps.min(initial=np.inf)
         return float(self._u.function_space.mesh.comm.allreduce(smallest, MPI.MIN))
+
+    def offset_rate(self, velocity: fem.Function) -> float:
+        """How fast the plane follows the nearest point as the reference points move (mm)."""
+        moving = fem.Function(self._u.function_space)
+        moving.interpolate(velocity)
+        rates = moving.x.array.reshape(-1, 3)[self._nodes] @ self.normal
+        first = int(self._rest.argmin()) if len(self._rest) else None
+        own = (np.inf, 0.0) if first is None else (self._rest[first], rates[first])
+        return float(min(self._u.function_space.mesh.comm.allgather(own))[1])
 
     def _distance(self, dofs: np.ndarray) -> np.ndarray:
         moved = dofs.reshape(-1, 3)[self._nodes] @ self.normal

@@ -13,7 +13,7 @@ from dolfingrip.mechanics import jit
 
 def field(domain: mesh.Mesh, shape: tuple[int, ...], degree: int, name: str) -> fem.Function:
     """A function of ``shape`` at the points of the rule of ``degree``."""
-    element = basix.ufl.quadrature_element("tetrahedron", value_shape=shape, degree=degree)
+    element = basix.ufl.quadrature_element(domain.basix_cell(), value_shape=shape, degree=degree)
     return fem.Function(fem.functionspace(domain, element), name=name)
 
 
@@ -27,7 +27,7 @@ class AtPoints:
     """
 
     def __init__(self, expression: Expr, domain: mesh.Mesh, degree: int) -> None:
-        points = basix.make_quadrature(basix.CellType.tetrahedron, degree)[0]
+        points = basix.make_quadrature(domain.basix_cell(), degree)[0]
         self._expression = fem.Expression(expression, points, jit_options=jit.options())
         self._mesh = domain
         self._cells = np.arange(domain.topology.index_map(3).size_local, dtype=np.int32)

@@ -17,14 +17,11 @@ from dolfingrip.forms.kinematics import (
 )
 from dolfingrip.mechanics import jit
 from dolfingrip.mechanics.carried_stress import CarriedStress
+from dolfingrip.mechanics.element import integration_degree
 from dolfingrip.mechanics.points import AtPoints
 
 StrainEnergy = Callable[[Expr], Expr]
 """Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
-
-QUADRATURE_DEGREE = {1: 1, 2: 2}
-"""The rule of each displacement order. Four points are rank-sufficient for a quadratic
-tetrahedron (24 strains for 24 deformation modes) and what C3D10 elements use."""
 
 
 class Potential:
@@ -35,10 +32,17 @@ class Potential:
     Numer. Methods Eng. 109, 2017), else from the displacement.
 
     Args:
-        u: displacement (mm), vector-valued Lagrange of order 1 or 2.
+        u: displacement (mm), vector-valued, see :mod:`dolfingrip.mechanics.element`.
         strain_energies: densities that depend on u through E alone.
         terms: other potentials (mJ), as UFL forms in ``u``.
         carried: use the carried stress in the tangent.
+        p: pressure field of a mixed model (MPa), which the densities contain.
+
+    Attributes:
+        gradient: ∂Π/∂u as a UFL form, linear in its test function.
+        value, residual, tangent: Π and its derivatives with respect to u.
+        constraint: derivative of Π with respect to p; None without p.
+        coupling: blocks (u, p), (p, u) and (p, p) of the tangent; empty without p.
     """
 
     def __init__(
@@ -48,16 +52,18 @@ class Potential:
         terms: Sequence[ufl.Form] = (),
         *,
         carried: bool = True,
+        p: fem.Function | None = None,
     ) -> None:
         space = u.function_space
-        degree = QUADRATURE_DEGREE[space.ufl_element().degree]
+        degree = integration_degree(space)
         dx = ufl.Measure("dx", space.mesh, metadata={"quadrature_degree": degree})
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
 
         strain = ufl.variable(green_lagrange(u))
         density = sum((energy(strain) for energy in strain_energies), start=0 * strain[0, 0])
         stress = ufl.diff(density, strain)
-        self.carried = CarriedStress(u, stress, degree) if carried else None
+        fields = [u] if p is None else [u, p]
+        self.carried = CarriedStress(fields, stress, degree) if carried else None
         geometric = self.carried.stress if self.carried else stress
 
         rest = sum(terms[1:], start=terms[0]) if terms else None
@@ -71,12 +77,26 @@ class Potential:
             value += rest
             residual += ufl.derivative(rest, u, v)
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
-        self.value, self.residual, self.tangent = (
-            fem.form(form, jit_options=jit.options()) for form in (value, residual, tangent)
-        )
+        self.gradient = residual
+        self.value, self.residual, self.tangent = map(_compiled, (value, residual, tangent))
+        self.constraint: fem.Form | None = None
+        self.coupling: tuple[fem.Form, ...] = ()
+        if p is not None:
+            q, r = (
+                argument(p.function_space) for argument in (ufl.TestFunction, ufl.TrialFunction)
+            )
+            constraint = ufl.derivative(density * dx, p, q)
+            across = ufl.inner(ufl.derivative(stress, p, r), strain_variation(u, v)) * dx
+            blocks = (across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r))
+            self.constraint = _compiled(constraint)
+            self.coupling = tuple(map(_compiled, blocks))
         determinant = ufl.det(deformation_gradient(u))
         self._jacobian = AtPoints(determinant, space.mesh, degree)
 
     def smallest_jacobian(self) -> float:
         """Smallest det F over this rank's integration points."""
         return float(self._jacobian.values().min(initial=np.inf))
+
+
+def _compiled(form: ufl.Form) -> fem.Form:
+    return fem.form(form, jit_options=jit.options())

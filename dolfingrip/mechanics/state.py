@@ -15,11 +15,13 @@ class State:
         displacement: this rank's displacement dofs, ghosts included (mm).
         controls: prescribed quantities by name, in the unit of the name (``pressure_kPa``,
             ``time_s``).
+        pressure: this rank's dofs of a mixed model's pressure field, ghosts included (MPa).
         history: internal variables by name, this rank's values.
     """
 
     displacement: np.ndarray
     controls: dict[str, float]
+    pressure: np.ndarray | None = None
     history: dict[str, np.ndarray] = field(default_factory=dict)
 
     def copy(self) -> State:
@@ -27,5 +29,6 @@ class State:
         return State(
             self.displacement.copy(),
             dict(self.controls),
+            None if self.pressure is None else self.pressure.copy(),
             {name: values.copy() for name, values in self.history.items()},
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from dolfinx import cpp
+from dolfinx import cpp, fem
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
@@ -27,7 +27,7 @@ class Tangent:
     def __init__(self, model: Model) -> None:
         self._model = model
         self._form = model.potential.tangent
-        self._elastic = _block_graph(model)
+        self._elastic = block_graph(self._form)
         self._rows = self._elastic.shape[0]
         self._first = model.u.function_space.dofmap.index_map.local_range[0]
         self._known = np.empty(0, dtype=np.int64)
@@ -46,8 +46,12 @@ class Tangent:
         self.matrix.zeroEntries()
         if extra is not None:  # before the form, which ends by setting the supports' diagonal
             self._add(self._scaled(extra))
-        fem_petsc.assemble_matrix(self.matrix, self._form, bcs=model.supports)
+        self._assemble_forms()
         self.matrix.assemble()
+
+    def _assemble_forms(self) -> None:
+        """Add the UFL energies' part; 1 on the supports' diagonal."""
+        fem_petsc.assemble_matrix(self.matrix, self._form, bcs=self._model.supports)
 
     # -- pattern -------------------------------------------------------------------------------
 
@@ -104,14 +108,14 @@ class Tangent:
     # -- contact -------------------------------------------------------------------------------
 
     def _free_components(self) -> np.ndarray:
-        """(3n,) 1 for free components of the contact surface's vertices, 0 for supported ones."""
+        """(3n,) 1 for free components of the contact surface's nodes, 0 for supported ones."""
         contact = self._model.contact
         if contact is None:
             return np.empty(0)
         free = np.ones_like(self._model.u.x.array)
         for bc in self._model.supports:
             free[bc.dof_indices()[0]] = 0.0
-        return contact.surface.displacement(free).ravel()
+        return contact.surface.at_nodes(free).ravel()
 
     def _scaled(self, extra: sp.coo_matrix) -> sp.bsr_matrix:
         """The contact Hessian by blocks, zero in supported rows and columns."""
@@ -143,14 +147,14 @@ class Tangent:
         )
 
 
-def _block_graph(model: Model) -> sp.csr_matrix:
-    """Owned block rows with global block columns of what elements couple."""
-    pattern = cpp.fem.create_sparsity_pattern(model.potential.tangent._cpp_object)
+def block_graph(form: fem.Form) -> sp.csr_matrix:
+    """Owned block rows with global block columns of what a form's elements couple."""
+    pattern = cpp.fem.create_sparsity_pattern(form._cpp_object)
     pattern.finalize()
     edges, offsets = pattern.graph
-    index_map = model.u.function_space.dofmap.index_map
-    rows = index_map.size_local
+    rows, across = (space.dofmap.index_map for space in form.function_spaces)
     columns = pattern.column_index_map()
-    edges, offsets = np.asarray(edges), np.asarray(offsets[: rows + 1])
+    edges, offsets = np.asarray(edges), np.asarray(offsets[: rows.size_local + 1])
     edges = columns.local_to_global(edges[: offsets[-1]].astype(np.int32))
-    return sp.csr_matrix((np.ones(len(edges)), edges, offsets), shape=(rows, index_map.size_global))
+    shape = (rows.size_local, across.size_global)
+    return sp.csr_matrix((np.ones(len(edges)), edges, offsets), shape=shape)

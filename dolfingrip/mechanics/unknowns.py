@@ -1,134 +1,77 @@
-"""Unknowns of the potential that are numbers, not fields: a plate's place on its spring."""
+"""The fields of a model as one vector."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
-import ufl
-from dolfinx import fem
-from dolfinx.fem import petsc as fem_petsc
-from mpi4py import MPI
+from dolfinx import fem, la
 from petsc4py import PETSc
-
-from dolfingrip.mechanics import jit
-from dolfingrip.mechanics.model import Model
-
-SMALLEST = 1e-3
-"""Size (mm or rad) to which the tolerance of an unknown refers, where it is smaller itself."""
 
 
 class Unknowns:
-    """Makes constants of a model's potential unknowns for which it is stationary, too.
+    """Displacement, and the pressure field of a mixed model, in one array.
 
-    Each Newton step solves the bordered system by block elimination with the factors at hand:
-    with Z = K⁻¹G, G = ∂²Π/∂u∂s, the unknowns change by (C − GᵀZ)⁻¹ (Gᵀy − ∂Π/∂s), C = ∂²Π/∂s².
-    A memory of the model: the unknowns are part of its state.
+    Two layouts: a *local* array has all dofs that this rank knows, ghosts included, field after
+    field; a PETSc vector has the owned ones, field after field on each rank. Of a displacement
+    alone both are those of its function.
 
     Args:
-        model: whose potential it is.
-        unknowns: scalar constants by name.
-        energy: all of the potential that they occur in (mJ of the meshed part).
+        fields: displacement first.
+
+    Attributes:
+        count: unknowns on all ranks, of all fields.
+        multipliers: of them, those of the pressure field.
     """
 
-    def __init__(
-        self, model: Model, unknowns: Mapping[str, fem.Constant], energy: ufl.Form
-    ) -> None:
-        self._model = model
-        self._names = tuple(unknowns)
-        self._unknowns = tuple(unknowns.values())
-        marks = [ufl.variable(constant) for constant in self._unknowns]
-        marked = ufl.replace(energy, dict(zip(self._unknowns, marks, strict=True)))
-        slopes = [ufl.diff(marked, mark) for mark in marks]
-        test = ufl.TestFunction(model.u.function_space)
+    def __init__(self, fields: Sequence[fem.Function]) -> None:
+        self._fields = fields
+        maps = [field.function_space.dofmap for field in fields]
+        self._owned = [m.index_map.size_local * m.index_map_bs for m in maps]
+        counts = [m.index_map.size_global * m.index_map_bs for m in maps]
+        self.count, self.multipliers = sum(counts), sum(counts[1:])
+        ends = np.cumsum([0, *(len(field.x.array) for field in fields)])
+        self._places = [slice(*pair) for pair in pairwise(ends)]
 
-        def form(integral: ufl.Form) -> fem.Form:
-            return fem.form(integral, jit_options=jit.options())
+    def create_vector(self) -> PETSc.Vec:
+        """A PETSc vector of the unknowns; with ghosts for a displacement alone."""
+        if len(self._fields) == 1:
+            dofmap = self._fields[0].function_space.dofmap
+            return la.create_petsc_vector(dofmap.index_map, dofmap.index_map_bs)
+        comm = self._fields[0].function_space.mesh.comm
+        return PETSc.Vec().createMPI((sum(self._owned), self.count), comm=comm)
 
-        self._slopes = [form(slope) for slope in slopes]
-        self._curvatures = [[form(ufl.diff(slope, mark)) for mark in marks] for slope in slopes]
-        self._couplings = [form(ufl.derivative(slope, model.u, test)) for slope in slopes]
-        self._g = [fem_petsc.create_vector(coupling) for coupling in self._couplings]
-        self._z = [g.duplicate() for g in self._g]
-        self._change = np.zeros(len(self._unknowns))
-        self.force_N = 0.0
+    def parts(self, local: np.ndarray) -> list[np.ndarray]:
+        """Views of a local array, one a field."""
+        return [local[place] for place in self._places]
 
-    def _sum(self, form: fem.Form) -> float:
-        return float(self._model.comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
+    def local(self) -> np.ndarray:
+        """A copy of the fields' values as a local array."""
+        return np.concatenate([field.x.array for field in self._fields])
 
-    def _get(self) -> np.ndarray:
-        return np.array([float(constant.value) for constant in self._unknowns])
+    def set_local(self, local: np.ndarray) -> None:
+        """Set the fields to a local array."""
+        for field, values in zip(self._fields, self.parts(local), strict=True):
+            field.x.array[:] = values
 
-    def _set(self, values: Sequence[float] | np.ndarray) -> None:
-        for constant, value in zip(self._unknowns, values, strict=True):
-            constant.value = float(value)
+    def owned(self) -> np.ndarray:
+        """A copy of the fields' owned values, in the order of a vector."""
+        pairs = zip(self._fields, self._owned, strict=True)
+        return np.concatenate([field.x.array[:owned] for field, owned in pairs])
 
-    def _curvature(self) -> np.ndarray:
-        return np.array([[self._sum(form) for form in row] for row in self._curvatures])
+    def set_owned(self, values: np.ndarray) -> None:
+        """Set the fields to a vector's values, ghosts from their owners."""
+        start = 0
+        for field, owned in zip(self._fields, self._owned, strict=True):
+            field.x.array[:owned] = values[start : start + owned]
+            field.x.scatter_forward()
+            start += owned
 
-    # -- in Newton's method ----------------------------------------------------------------------
-
-    def met(self, tolerance: float) -> bool:
-        """Whether the potential is stationary in each unknown to a relative ``tolerance``."""
-        scale = np.abs(np.diag(self._curvature())) * np.maximum(np.abs(self._get()), SMALLEST)
-        slope = np.array([self._sum(form) for form in self._slopes])
-        return bool(np.all(np.abs(slope) <= tolerance * scale))
-
-    def correct(self, y: PETSc.Vec, ksp: PETSc.KSP) -> None:
-        """Make SNES' step (x − y) with the unknowns fixed one of the bordered system."""
-        for g, z, coupling in zip(self._g, self._z, self._couplings, strict=True):
-            with g.localForm() as local:
-                local.set(0.0)
-            fem_petsc.assemble_vector(g, coupling)
-            g.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-            self._model.release(g)
-            ksp.solve(g, z)
-        matrix = self._curvature() - np.array([[g.dot(z) for z in self._z] for g in self._g])
-        rest = np.array([g.dot(y) for g in self._g]) - [self._sum(form) for form in self._slopes]
-        self._change = np.linalg.solve(matrix, rest)
-        for change, z in zip(self._change, self._z, strict=True):
-            y.axpy(float(change), z)
-
-    def limit(self, step: np.ndarray, fraction: float) -> float:
-        """At most ``fraction`` of ``step``: each bound keeps a tenth of its distance."""
-        gaps = [bound.gap_mm for bound in self._model.bounds if hasattr(bound, "gap_mm")]
-        dofs, values = self._model.u.x.array, self._get()
-        start, least = dofs.copy(), [0.1 * gap() for gap in gaps]
-        try:
-            while fraction > 1e-6:
-                dofs[:] = start + fraction * step
-                self._set(values + fraction * self._change)
-                if all(gap() >= low for gap, low in zip(gaps, least, strict=True)):
-                    return fraction
-                fraction /= 2
-        finally:
-            dofs[:] = start
-            self._set(values)
-        return fraction
-
-    def advance(self, fraction: float) -> None:
-        """Take ``fraction`` of the change."""
-        self._set(self._get() + fraction * self._change)
-
-    def change(self, constant: fem.Constant) -> float:
-        """By how much the present Newton step changes ``constant``; 0 where it is no unknown."""
-        changes = zip(self._unknowns, self._change, strict=True)
-        return float(sum(change for unknown, change in changes if unknown is constant))
-
-    # -- as a memory -----------------------------------------------------------------------------
-
-    def follow(self, time_s: float, step_s: float) -> None:
-        """They have no clock."""
-
-    def accept(self) -> None:
-        """They are at the step's end already."""
-
-    def values(self) -> dict[str, np.ndarray]:
-        """The unknowns by name."""
-        return {
-            name: np.array([value]) for name, value in zip(self._names, self._get(), strict=True)
-        }
-
-    def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Set them."""
-        self._set([float(values[name][0]) for name in self._names])
+    def to_local(self, values: np.ndarray) -> np.ndarray:
+        """A vector's values as a local array, ghosts from their owners."""
+        kept = self.local()
+        self.set_owned(values)
+        local = self.local()
+        self.set_local(kept)
+        return local

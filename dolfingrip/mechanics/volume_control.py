@@ -37,7 +37,8 @@ class VolumeControl:
         test = ufl.TestFunction(model.u.function_space)
         self._gradient = fem.form(ufl.derivative(volume, model.u, test), jit_options=jit.options())
         self._g = fem_petsc.create_vector(self._gradient)
-        self._z = self._g.duplicate()
+        self._load = model.unknowns.create_vector()
+        self._z = self._load.duplicate()
         self._target = self.volume_mm3()
         self._change = 0.0
         self.force_N = 0.0
@@ -72,9 +73,10 @@ class VolumeControl:
         fem_petsc.assemble_vector(self._g, self._gradient)
         self._g.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         model.release(self._g)
-        ksp.solve(self._g, self._z)
+        self._load.array[: self._g.getLocalSize()] = self._g.array_r
+        ksp.solve(self._load, self._z)
         missing = (self._target - self.volume_mm3()) / model.domain.copies
-        self._change = (missing + self._g.dot(y)) / self._g.dot(self._z)
+        self._change = (missing + self._load.dot(y)) / self._load.dot(self._z)
         y.axpy(-self._change, self._z)
         pressure = float(self._pressure.constant.value) + self._change
         self.force_N = max(self.force_N, abs(pressure) * self._g.norm())

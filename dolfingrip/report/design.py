@@ -121,7 +121,7 @@ def plot_front(picture: FrontPicture, path: Path) -> None:
                 ms=3,
                 alpha=0.6,
                 mec="none",
-                label=f"design of experiments ({count} designs{lost})",
+                label=f"design of experiments ({count}{lost})",
             )
         size = len(picture.front.cog_mm)
         axes.plot(
@@ -156,7 +156,8 @@ def plot_front(picture: FrontPicture, path: Path) -> None:
             )
         _draw_chosen(axes, picture.chosen)
         axes.set(xlabel=LABELS["cog_offset_mm"], ylabel=LABELS["force_N"])
-        axes.legend(loc="best")
+        # above: the limits' labels and the cloud leave no corner free for sure
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
 
 
 def _draw_chosen(axes: Axes, chosen: Mapping[float, tuple[float, float]]) -> None:
@@ -171,7 +172,7 @@ def _draw_chosen(axes: Axes, chosen: Mapping[float, tuple[float, float]]) -> Non
             mew=0.6,
             ms=11,
             zorder=5,
-            label="chosen: greatest force within a limit" if number == 0 else None,
+            label="chosen: largest force in a limit" if number == 0 else None,
         )
         # along its line, where labels of limits close to one another still do not meet
         axes.annotate(

@@ -5,35 +5,45 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from xml.etree import ElementTree
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from dolfingrip.meshes.cells import from_vtk
 from dolfingrip.report.columns import Columns, branches, read_csv, required
 
 TOLERANCE_KPA = 1e-3
 """Pressures closer than this are the same: steps land exactly, files are rounded."""
 
-CELL_TYPES = {10, 24, 71}
-"""VTK's tetra, quadratic tetra and Lagrange tetra (what dolfinx writes, whatever the degree)."""
+CELL_TYPES: Final = [({10, 24, 71}, (4, 10)), ({12, 25, 72}, (8, 20, 27))]
+"""VTK's types of tetrahedra and of hexahedra, and the nodes of those of order 1 and 2.
+
+Linear, quadratic, and Lagrange, which is what dolfinx writes, whatever the degree.
+"""
+
+FACE_MIDDLES: Final = (24, 25, 22, 21, 23, 20)
+"""Middles of a Lagrange hexahedron's faces, in the order of ``HEXAHEDRON.faces``."""
 
 GHOST = 1
 """VTK's flag of a cell or point that another piece owns."""
 
 
 @dataclass(frozen=True)
-class Tetrahedra:
-    """A mesh of tetrahedra with each node once, whatever the number of pieces on disk.
+class FieldMesh:
+    """A mesh of tetrahedra or hexahedra with each node once, whatever the number of pieces on disk.
 
     Attributes
     ----------
     points
         Reference positions in mm, shape (nodes, 3).
     cells
-        Node numbers, shape (cells, 4) or (cells, 10), mid-edge nodes in VTK's order.
+        Node numbers of tetrahedra, shape (cells, 4) or (cells, 10), or of hexahedra, shape
+        (cells, 8), (cells, 20) or (cells, 27), in the order of
+        :class:`~dolfingrip.meshes.solid.SolidMesh`; the last has the middles of the faces,
+        in the order of the element's faces, and of the element besides.
     source
         Row of each node in the file's point arrays, shape (nodes,).
     """
@@ -125,8 +135,8 @@ def read_grid(file: Path) -> Any:
     return pv.read(file)
 
 
-def read_tetrahedra(grid: Any) -> Tetrahedra:
-    """Join the pieces of a grid of linear or quadratic (Lagrange) tetrahedra.
+def read_mesh(grid: Any) -> FieldMesh:
+    """Join the pieces of a grid of linear or quadratic tetrahedra or hexahedra.
 
     Parameters
     ----------
@@ -136,23 +146,28 @@ def read_tetrahedra(grid: Any) -> Tetrahedra:
     Raises
     ------
     ValueError
-        One line where the grid holds anything but linear or quadratic tetrahedra.
+        One line where the grid holds anything but linear or quadratic tetrahedra or hexahedra,
+        all of one shape and order.
     """
     types = set(np.unique(grid.celltypes).tolist())
     sizes = np.unique(np.diff(grid.cell_offsets))
-    if not types <= CELL_TYPES or sizes.size != 1 or sizes[0] not in (4, 10):
+    known = any(types <= kinds and set(sizes) <= set(nodes) for kinds, nodes in CELL_TYPES)
+    if sizes.size != 1 or not known:
         raise ValueError(
             f"fields: VTK cell types {sorted(types)} of {sizes.tolist()} nodes; "
-            "allowed: linear or quadratic tetrahedra"
+            "allowed: linear or quadratic tetrahedra or hexahedra"
         )
-    cells = np.asarray(grid.cell_connectivity).reshape(-1, sizes[0])
+    found = np.asarray(grid.cell_connectivity, dtype=np.int64).reshape(-1, sizes[0])
+    cells = from_vtk(found[:, :20])
+    if sizes[0] == 27:
+        cells = np.hstack([cells, found[:, [*FACE_MIDDLES, 26]]])
     if "vtkGhostType" in grid.cell_data:
         cells = cells[(np.asarray(grid.cell_data["vtkGhostType"]) & GHOST) == 0]
     source, merged = _merge(grid)
     cells = merged[cells]
     used, renumbered = np.unique(cells, return_inverse=True)
     points = np.asarray(grid.points, dtype=np.float64)[source[used]]
-    return Tetrahedra(points, renumbered.reshape(cells.shape).astype(np.int64), source[used])
+    return FieldMesh(points, renumbered.reshape(cells.shape).astype(np.int64), source[used])
 
 
 def read_point_data(grid: Any, name: str, source: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:

@@ -17,13 +17,13 @@ import numpy as np
 
 from dolfingrip.report.columns import Columns
 from dolfingrip.report.fields import (
-    Tetrahedra,
+    FieldMesh,
     find_steps,
     list_steps,
     load_result,
     read_grid,
+    read_mesh,
     read_point_data,
-    read_tetrahedra,
 )
 from dolfingrip.report.layout import save_pictures, trim
 from dolfingrip.report.scene import Image, Plate, View, draw_poses
@@ -231,14 +231,14 @@ def _film(
 
 def _read(
     fields: Path, files: Sequence[Path], colour_by: Quantity
-) -> tuple[Tetrahedra, list[Floats], list[Floats]]:
+) -> tuple[FieldMesh, list[Floats], list[Floats]]:
     """The mesh, and nodal displacements and colour values of each step asked for."""
-    mesh: Tetrahedra | None = None
+    mesh: FieldMesh | None = None
     displacements, values = [], []
     for file in files:
         grid = read_grid(file)
         if mesh is None:
-            mesh, count = read_tetrahedra(grid), grid.n_points
+            mesh, count = read_mesh(grid), grid.n_points
         if grid.n_points != count:
             raise ValueError(f"{fields}: steps on different meshes")
         displacement = read_point_data(grid, "displacement_mm", mesh.source)

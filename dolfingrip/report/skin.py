@@ -1,4 +1,4 @@
-"""The finger's surface: boundary facets of the tetrahedra, their edges, and the mirrored half.
+"""The finger's surface: boundary facets of the elements, their edges, and the mirrored half.
 
 It is found once on the reference mesh; every pose then only moves its nodes, so edges and
 creases stay the same from picture to picture.
@@ -7,21 +7,29 @@ creases stay the same from picture to picture.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from dolfingrip.report.fields import Tetrahedra
+from dolfingrip.meshes.cells import BY_NODES
+from dolfingrip.meshes.solid import boundary, faces
+from dolfingrip.report.fields import FieldMesh
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-# Corners of each face, then its mid-edge nodes, in VTK's order; last the corner opposite to it.
-_FACES = np.array(
-    [[0, 1, 2, 4, 5, 6, 3], [0, 1, 3, 4, 8, 7, 2], [1, 2, 3, 5, 9, 8, 0], [0, 2, 3, 6, 9, 7, 1]]
-)
-_LINEAR = [(0, 1, 2)]
-_QUADRATIC = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]
+# The triangles of a facet, by its number of nodes; the ninth is the quadrilateral's middle.
+_PARTS: Final = {
+    3: [(0, 1, 2)],
+    6: [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)],
+    4: [(0, 1, 2), (0, 2, 3)],
+    8: [(0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 6), (4, 6, 7)],
+    9: [
+        *((0, 4, 8), (4, 1, 8), (1, 5, 8), (5, 2, 8)),
+        *((2, 6, 8), (6, 3, 8), (3, 7, 8), (7, 0, 8)),
+    ],
+}
 
 
 @dataclass(frozen=True)
@@ -37,7 +45,7 @@ class Skin:
     side
         +1, or −1 where the point is the mirror image in y = 0, shape (points,).
     triangles
-        Shape (triangles, 3), outward; a quadratic facet gives four.
+        Shape (triangles, 3), outward; several to a facet.
     edges
         Segments of the facets' edges, shape (segments, 2).
     creases
@@ -59,7 +67,7 @@ class Skin:
 
 
 def extract_skin(
-    mesh: Tetrahedra, mirror: bool = True, cut: bool = False, crease_deg: float = 35.0
+    mesh: FieldMesh, mirror: bool = True, cut: bool = False, crease_deg: float = 35.0
 ) -> Skin:
     """Surface of a finger.
 
@@ -86,8 +94,9 @@ def extract_skin(
     if cut and not half:
         raise ValueError("mesh.half = false: a section is drawn of the half finger only")
     facets = _boundary(mesh)
+    corners = _corners(facets)
     if half and (mirror or cut):
-        in_plane = (np.abs(mesh.points[facets[:, :3], 1]) < 1e-6 * size).all(axis=1)
+        in_plane = (np.abs(mesh.points[facets[:, :corners], 1]) < 1e-6 * size).all(axis=1)
         facets = facets[in_plane == cut]
     node, numbered = np.unique(facets, return_inverse=True)
     facets = numbered.reshape(facets.shape).astype(np.int64)
@@ -95,35 +104,31 @@ def extract_skin(
     side: Floats = np.ones(len(node))
     if half and mirror and not cut:
         points, node, side, facets = _mirror(points, node, facets, 1e-6 * size)
-    parts = _LINEAR if facets.shape[1] == 3 else _QUADRATIC
-    triangles = np.concatenate([facets[:, part] for part in parts])
+    triangles = np.concatenate([facets[:, part] for part in _PARTS[facets.shape[1]]])
     edges, creases = _edges(points, facets, crease_deg)
     return Skin(points, node, side, triangles, edges, creases)
 
 
-def _boundary(mesh: Tetrahedra) -> Ints:
-    """Facets that belong to one tetrahedron only, corners first, seen from outside."""
-    faces = mesh.cells[:, _FACES[:, :3]].reshape(-1, 3)
-    opposite = mesh.cells[:, _FACES[:, 6]].reshape(-1)
-    _, first, count = np.unique(
-        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    single = first[count == 1]
-    facets, opposite = faces[single], opposite[single]
-    if mesh.cells.shape[1] == 10:
-        middles = mesh.cells[:, _FACES[:, 3:6]].reshape(-1, 3)[single]
-        facets = np.concatenate([facets, middles], axis=1)
-    # Tetrahedra come in either handedness, so the way out is told by the fourth corner.
-    inward = (
-        np.einsum(
-            "ij,ij->i",
-            _normals(mesh.points, facets),
-            mesh.points[opposite] - mesh.points[facets[:, 0]],
-        )
-        > 0
-    )
+def _boundary(mesh: FieldMesh) -> Ints:
+    """Facets that belong to one element only, corners first, seen from outside."""
+    simple = mesh.cells[:, :20]
+    rows = boundary(simple)
+    facets = faces(simple)[rows]
+    shape = BY_NODES[simple.shape[1]]
+    cell, face = np.divmod(rows, len(shape.faces))
+    if mesh.cells.shape[1] > simple.shape[1]:
+        facets = np.column_stack([facets, mesh.cells[cell, simple.shape[1] + face]])
+    # Elements come in either handedness, so the way out is told by their middle.
+    middle = mesh.points[mesh.cells[:, : shape.corners]].mean(axis=1)[cell]
+    way_in = middle - mesh.points[facets[:, 0]]
+    inward = np.einsum("ij,ij->i", _normals(mesh.points, facets), way_in) > 0
     facets[inward] = _flip(facets[inward])
-    return np.asarray(facets, dtype=np.int64)
+    return facets
+
+
+def _corners(facets: Ints) -> int:
+    """How many of a facet's nodes are corners."""
+    return 3 if facets.shape[1] in (3, 6) else 4
 
 
 def _mirror(
@@ -145,20 +150,26 @@ def _mirror(
 
 def _flip(facets: Ints) -> Ints:
     """The same facets seen from the other side."""
-    return facets[:, [0, 2, 1] if facets.shape[1] == 3 else [0, 2, 1, 5, 4, 3]]
+    corners, nodes = _corners(facets), facets.shape[1]
+    order = [0, *range(corners - 1, 0, -1)]
+    if nodes > corners:
+        order += [*range(2 * corners - 1, corners - 1, -1), *range(2 * corners, nodes)]
+    return facets[:, order]
 
 
 def _normals(points: Floats, facets: Ints) -> Floats:
-    a, b, c = (points[facets[:, i]] for i in range(3))
-    return np.asarray(np.cross(b - a, c - a))
+    """Normals of triangles, or of quadrilaterals by their diagonals, shape (facets, 3)."""
+    a, b, c, d = (points[facets[:, i]] for i in (0, 1, 2, _corners(facets) - 1))
+    return np.asarray(np.cross(c - a, d - b))
 
 
 def _edges(points: Floats, facets: Ints, crease_deg: float) -> tuple[Ints, Ints]:
     """Segments of all edges, and of those where neighbouring facets fold or one is missing."""
     normals = _normals(points, facets)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    ends = np.concatenate([facets[:, [i, (i + 1) % 3]] for i in range(3)])
-    owner = np.tile(np.arange(len(facets)), 3)
+    corners = _corners(facets)
+    ends = np.concatenate([facets[:, [i, (i + 1) % corners]] for i in range(corners)])
+    owner = np.tile(np.arange(len(facets)), corners)
     _, first, inverse, count = np.unique(
         np.sort(ends, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
     )
@@ -168,10 +179,10 @@ def _edges(points: Floats, facets: Ints, crease_deg: float) -> tuple[Ints, Ints]
     one, other = owner[order[start]], owner[order[start + count - 1]]
     fold = np.einsum("ij,ij->i", normals[one], normals[other])
     sharp = (count != 2) | (fold < np.cos(np.radians(crease_deg)))
-    if facets.shape[1] == 3:
+    if facets.shape[1] == corners:
         segments = ends[first][:, None, :]
     else:
-        middle = np.concatenate([facets[:, 3 + i] for i in range(3)])[first]
+        middle = np.concatenate([facets[:, corners + i] for i in range(corners)])[first]
         a, b = ends[first].T
         segments = np.stack([np.stack([a, middle], 1), np.stack([middle, b], 1)], axis=1)
     return segments.reshape(-1, 2), segments[sharp].reshape(-1, 2)

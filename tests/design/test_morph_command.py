@@ -38,7 +38,7 @@ def test_there_and_back(
     assert call(paths[1], *xi, "--inverse", "-o", paths[2], monkeypatch=monkeypatch) == 0
     back = files.read(Path(paths[2]))
     np.testing.assert_allclose(back.points, original.points, atol=1e-9)
-    np.testing.assert_array_equal(back.tetrahedra, original.tetrahedra)
+    np.testing.assert_array_equal(back.cells, original.cells)
     assert set(back.facets) == set(original.facets)
 
 

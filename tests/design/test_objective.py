@@ -42,6 +42,9 @@ def test_a_design_s_numbers_are_the_experiment_s() -> None:
     # unmorphed, the solid's centroid is nearer to the back of the base layer's region A
     x = centroid(finger_mesh(resolved.finger, resolved.mesh))[0] - resolved.cog.x_ref_mm
     assert answer.outputs["cog_offset_mm"] != pytest.approx(x, abs=0.05)
+    assert answer.gradients is not None
+    assert list(answer.gradients) == list(QUANTITIES)
+    assert {*answer.gradients["force_N"]} == {"morph.xi1", "morph.xi2"}
     assert answer.iterations is not None
     assert answer.iterations > 4
     assert answer.versions["dolfinx"].startswith("0.9")
@@ -59,6 +62,7 @@ def test_bellows_are_told_apart_on_a_morphed_finger() -> None:
     [
         ("finger.wall_mm=3.9999999", "geometry", "leaves 2e-07 mm between two faces"),
         ("solver.max_iterations=1", "iteration limit", "stopped at 0 kPa"),
+        ("solver.time_limit_s=1e-6", "time limit", "stopped at 0 kPa (time limit): solver.time"),
     ],
 )
 def test_failures_have_class_and_sentence(override: str, kind: str, said: str) -> None:

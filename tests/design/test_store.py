@@ -105,6 +105,19 @@ def test_other_settings_are_another_campaign(tmp_path: Path) -> None:
     assert table["material.mu_MPa"].to_pylist() == [2.93, 2.93, 2.93, 3.0]
 
 
+def test_the_time_allowed_is_no_part_of_a_design(tmp_path: Path) -> None:
+    config = Config()
+    patient = config.model_copy(
+        update={"solver": config.solver.model_copy(update={"time_limit_s": 60.0})}
+    )
+    plans = [Plan(base, ("morph.xi1",), ({"morph.xi1": 0.1},)) for base in (config, patient)]
+    assert plans[0].designs()[0].key == plans[1].designs()[0].key
+    with Store(tmp_path, write=True) as store:
+        for plan in plans:
+            store.add(plan.facts(), plan.designs())
+        assert store.counts()["pending"] == 1
+
+
 def test_export_as_csv_and_parquet(tmp_path: Path) -> None:
     keys = filled(tmp_path)
     paths = [tmp_path / "designs.csv", tmp_path / "tables" / "designs.parquet"]

@@ -101,7 +101,8 @@ def test_fields_are_one_step_a_row_and_hold_the_tip(bending: Result, folder: Pat
         # the mean over the face, which is nearly rigid, against the mean over its nodes
         tip = grid.points[:, 2] > UNLOADED.finger.length_mm - 1e-6
         assert moved[tip, 0].mean() == pytest.approx(row["tip_x_mm"], abs=0.05)
-        assert stretch.min() > 1.0 - 1e-6
+        # hexahedra integrate with fewer points than nodes: at corners the strain wavers a little
+        assert stretch.min() > 0.99
     assert stretch.max() == pytest.approx(1.0, abs=1e-6)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import ufl
 
-from dolfingrip.forms import neo_hookean, plate
+from dolfingrip.forms import mixed_neo_hookean, neo_hookean, plate
 
 SEED = 23
 MU, LMBDA = 2.93, 26.37
@@ -44,6 +44,20 @@ def test_no_energy_at_rest() -> None:
     strain = random_strain(1e-3)
     assert psi(strain) > 0.0
     assert psi(-strain) > 0.0
+
+
+def test_mixed_energy_is_stationary_where_it_is_the_same() -> None:
+    """At p = λ ln J it has the value of the energy without p, and is greatest there."""
+    strain = random_strain(0.2)
+    best = LMBDA * np.log(np.linalg.det(2 * strain + np.eye(3))) / 2
+
+    def mixed(p: float) -> float:
+        return float(mixed_neo_hookean.energy(ufl.as_matrix(strain.tolist()), p, MU, LMBDA)(()))
+
+    assert mixed(best) == pytest.approx(psi(strain), rel=1e-12)
+    for away in (-0.5, 0.5):
+        drop = away**2 / (2 * LMBDA)
+        assert mixed(best) - mixed(best + away) == pytest.approx(drop, rel=1e-9)
 
 
 def test_small_strain_is_hooke() -> None:
@@ -101,13 +115,21 @@ def test_barrier_is_smooth_at_its_width() -> None:
         assert energy == pytest.approx(2.0 * 0.1 * closeness**3, rel=closeness)
 
 
-@pytest.mark.parametrize("degree", [1, 2])
-def test_nodal_rule(degree: int) -> None:
-    """The weights are positive and integrate 1, x and y over the triangle exactly."""
-    rule = plate.nodal_rule(degree)
+@pytest.mark.parametrize(
+    ("facet", "degree", "nodes", "integrals"),
+    [
+        ("triangle", 1, 3, [1 / 2, 1 / 6, 1 / 6]),
+        ("triangle", 2, 6, [1 / 2, 1 / 6, 1 / 6]),
+        ("quadrilateral", 1, 4, [1, 1 / 2, 1 / 2]),
+        ("quadrilateral", 2, 8, [1, 1 / 2, 1 / 2]),
+    ],
+)
+def test_nodal_rule(facet: str, degree: int, nodes: int, integrals: list[float]) -> None:
+    """The weights are positive and integrate 1, x and y over the reference facet exactly."""
+    rule = plate.nodal_rule(facet, degree)
     points, weights = np.array(rule["quadrature_points"]), np.array(rule["quadrature_weights"])
-    assert points.shape == ({1: 3, 2: 6}[degree], 2)
+    assert points.shape == (nodes, 2)
     assert (weights > 0).all()
     np.testing.assert_allclose(
-        weights @ np.column_stack([np.ones(len(points)), points]), [1 / 2, 1 / 6, 1 / 6], rtol=1e-14
+        weights @ np.column_stack([np.ones(len(points)), points]), integrals, rtol=1e-14
     )

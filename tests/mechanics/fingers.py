@@ -37,7 +37,7 @@ def mirrored(half: SolidMesh) -> SolidMesh:
     image[off_plane] = count + np.arange(len(off_plane))
     points = np.concatenate([half.points, half.points[off_plane] * [1, -1, 1]])
     flip_tetrahedron, flip_triangle = [0, 2, 1, 3], [0, 2, 1]
-    tetrahedra = np.concatenate([half.tetrahedra, image[half.tetrahedra][:, flip_tetrahedron]])
+    tetrahedra = np.concatenate([half.cells, image[half.cells][:, flip_tetrahedron]])
     facets = {
         name: np.concatenate([triangles, image[triangles][:, flip_triangle]])
         for name, triangles in half.facets.items()

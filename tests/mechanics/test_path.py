@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -138,3 +139,17 @@ def test_failed_step_is_undone_bitwise(solid: bodies.Body) -> None:
     assert failure.last_good == pytest.approx({"pressure_kPa": 50.0, "time_s": 2.0})
     assert np.array_equal(solid.model.state().displacement, good.displacement)
     assert solid.model.state().controls == pytest.approx(good.controls)
+
+
+def test_time_limit_ends_between_steps(solid: bodies.Body, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that goes on by 1 s a look: what was reached is kept, the rest is not tried."""
+    ticks = itertools.count()
+    monkeypatch.setattr("dolfingrip.mechanics.path.time.monotonic", lambda: float(next(ticks)))
+    limited = SETTINGS.model_copy(update={"time_limit_s": 2.5})
+    arrival = LoadPath(Newton(solid.model, limited)).advance({"pressure_kPa": 200.0})
+    assert (arrival.steps, arrival.cuts) == (2, 0)
+    failure = arrival.failure
+    assert failure is not None
+    assert failure.kind is FailureKind.TIME_LIMIT
+    assert failure.last_good == pytest.approx({"pressure_kPa": 80.0})
+    assert failure.sentence() == "stopped at 80 kPa (time limit): solver.time_limit_s is over"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hollow_box
 import pytest
 
 from dolfingrip.config import Finger, Mesh
@@ -22,3 +23,13 @@ def half_second_order() -> SolidMesh:
 @pytest.fixture(scope="session")
 def whole() -> SolidMesh:
     return finger_mesh(Finger(), Mesh(size_mm=10, half=False))
+
+
+@pytest.fixture(scope="session")
+def bricks() -> SolidMesh:
+    return hollow_box.mesh()
+
+
+@pytest.fixture(scope="session")
+def bricks_second_order() -> SolidMesh:
+    return hollow_box.mesh(order=2)

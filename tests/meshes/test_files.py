@@ -11,13 +11,32 @@ import pytest
 
 from dolfingrip.config import Finger
 from dolfingrip.meshes import finger as geometry
+from dolfingrip.meshes.cells import BY_NODES, HEXAHEDRON, TETRAHEDRON
 from dolfingrip.meshes.files import read, write
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.groups import SOLID_TAG, SURFACE_TAGS
+from dolfingrip.meshes.measures import jacobians
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import EDGES, EXCHANGED, MeshError, SolidMesh
+from dolfingrip.meshes.solid import MeshError, SolidMesh
 
-MESHES = ["half", "half_second_order", "whole"]
+MESHES = ["half", "half_second_order", "whole", "bricks", "bricks_second_order"]
+NAMES = {
+    4: ("tetra", "triangle"),
+    10: ("tetra10", "triangle6"),
+    8: ("hexahedron", "quad"),
+    20: ("hexahedron20", "quad8"),
+}
+"""meshio's names of elements and facets, by an element's nodes."""
+VTK_EDGES = {
+    4: np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]),
+    8: np.array(
+        [
+            *((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)),
+            *((0, 4), (1, 5), (2, 6), (3, 7)),
+        ]
+    ),
+}
+"""Ends of the edges in the order of their nodes, from VTK's file formats and Abaqus' manual."""
 
 
 @pytest.fixture(params=MESHES)
@@ -29,7 +48,7 @@ def mesh(request: pytest.FixtureRequest) -> SolidMesh:
 
 def same(mesh: SolidMesh, other: SolidMesh) -> None:
     assert np.abs(mesh.points - other.points).max() < 1e-12
-    assert np.array_equal(mesh.tetrahedra, other.tetrahedra)
+    assert np.array_equal(mesh.cells, other.cells)
     assert set(mesh.facets) == set(other.facets)
     for name, facets in mesh.facets.items():
         assert {tuple(f) for f in facets.tolist()} == {
@@ -49,12 +68,15 @@ def test_round_trip(mesh: SolidMesh, suffix: str, tmp_path: Path) -> None:
 def test_others_read_what_is_written(mesh: SolidMesh, suffix: str, tmp_path: Path) -> None:
     write(tmp_path / f"finger{suffix}", mesh)
     other = meshio.read(tmp_path / f"finger{suffix}")
-    solid, facet = ("tetra", "triangle") if mesh.order == 1 else ("tetra10", "triangle6")
-    tetrahedra = other.cells_dict[solid]
+    solid, facet = NAMES[mesh.cells.shape[1]]
+    cells = other.cells_dict[solid]
     assert np.abs(other.points - mesh.points).max() < 1e-12
-    assert np.array_equal(np.sort(tetrahedra), np.sort(mesh.tetrahedra))
+    assert np.array_equal(np.sort(cells), np.sort(mesh.cells))
+    corners = mesh.shape.corners
+    assert np.array_equal(cells[:, :corners], mesh.cells[:, :corners])
     if mesh.order == 2:
-        assert np.array_equal(tetrahedra, mesh.tetrahedra[:, EXCHANGED])
+        middles = mesh.points[cells[:, VTK_EDGES[corners]]].mean(axis=2)
+        assert np.abs(mesh.points[cells[:, corners:]] - middles).max() < 1e-9
     if suffix in (".vtk", ".vtu"):
         data = other.cell_data_dict["group"]
         assert (data[solid] == SOLID_TAG).all()
@@ -68,10 +90,139 @@ def test_others_read_what_is_written(mesh: SolidMesh, suffix: str, tmp_path: Pat
         assert list(other.cell_sets) == ["solid"]
 
 
+@pytest.mark.parametrize(
+    ("nodes", "kind"),
+    [(4, "Tetrahedron"), (10, "Tetrahedron"), (8, "Hexahedron"), (20, "Hexahedron")],
+)
+def test_nodes_are_in_the_order_of_gmsh(nodes: int, kind: str) -> None:
+    """Gmsh gives the reference coordinates of its elements' nodes."""
+    shape = BY_NODES[nodes]
+    with session("test"):
+        number = gmsh.model.mesh.getElementType(kind, shape.order(nodes), serendip=True)
+        _, _, _, count, local, _ = gmsh.model.mesh.getElementProperties(number)
+    assert count == nodes
+    theirs = local.reshape(-1, 3)
+    ours = np.concatenate([shape.reference, shape.reference[shape.edges].mean(axis=1)])[:nodes]
+    assert np.array_equal(theirs if shape is TETRAHEDRON else (theirs + 1) / 2, ours)
+
+
+def test_faces_of_hexahedra_are_those_of_abaqus(
+    bricks_second_order: SolidMesh, tmp_path: Path
+) -> None:
+    """Abaqus' manual: faces of C3D20R by their corners; each element's data on two lines."""
+    corners = {"S1": "1234", "S2": "5876", "S3": "1562", "S4": "2673", "S5": "3784", "S6": "4851"}
+    path = tmp_path / "box.inp"
+    write(path, bricks_second_order)
+    blocks = path.read_text().split("*")
+    elements = next(b for b in blocks if b.startswith("ELEMENT, TYPE=C3D20R\n")).split("\n", 1)[1]
+    assert max(line.count(",") for line in elements.splitlines()) <= 16
+    numbers = np.array(elements.replace(",", " ").split(), dtype=int).reshape(-1, 21)
+    of = {row[0]: row[1:] - 1 for row in numbers}
+    for name, facets in bricks_second_order.facets.items():
+        lines = next(b for b in blocks if b.startswith(f"SURFACE, NAME={name}")).splitlines()[1:]
+        found = set()
+        for line in lines:
+            element, face = line.split(", ")
+            found.add(frozenset(of[int(element)][[int(c) - 1 for c in corners[face]]]))
+        assert found == {frozenset(corners) for corners in facets[:, :4]}
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(
+    ("suffix", "version", "binary"), [(".msh", 2.2, 1), (".msh", 4.1, 0), (".inp", 4.1, 0)]
+)
+def test_hexahedra_of_gmsh(
+    order: int, suffix: str, version: float, binary: int, tmp_path: Path
+) -> None:
+    path = tmp_path / f"theirs{suffix}"
+    options = {
+        "Mesh.MshFileVersion": version, "Mesh.Binary": binary, "Mesh.SecondOrderIncomplete": 1,
+        "Mesh.RecombineAll": 1, "Mesh.SaveGroupsOfElements": 1,
+    }  # fmt: skip
+    with session("test", options):
+        recombined_box()
+        gmsh.model.mesh.setOrder(order)
+        gmsh.write(str(path))
+    found = read(path, needed=["clamp"])
+    assert (found.shape, found.order) == (HEXAHEDRON, order)
+    assert len(found.cells) == 8
+    assert len(found.facets["clamp"]) == 4
+    assert np.abs(found.points[found.facets["clamp"], 2]).max() == 0
+    assert jacobians(found) == pytest.approx(1 * 2 * 3 / 8)
+
+
+def recombined_box() -> None:
+    """2³ hexahedra in a box of 1 mm × 2 mm × 3 mm in Gmsh's current model."""
+    solid = gmsh.model.occ.addBox(0, 0, 0, 1, 2, 3)
+    gmsh.model.occ.synchronize()
+    for dim, put in ((1, "Curve"), (2, "Surface"), (3, "Volume")):
+        for _, tag in gmsh.model.getEntities(dim):
+            getattr(gmsh.model.mesh, f"setTransfinite{put}")(tag, *([3] if dim == 1 else []))
+    clamp = gmsh.model.getEntitiesInBoundingBox(-1, -1, -0.1, 2, 3, 0.1, 2)
+    gmsh.model.addPhysicalGroup(2, [tag for _, tag in clamp], name="clamp")
+    gmsh.model.addPhysicalGroup(3, [solid], name="solid")
+    gmsh.model.mesh.generate(3)
+
+
+def test_hexahedra_with_nodes_amid_their_faces_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "theirs.msh"
+    with session("test", {"Mesh.RecombineAll": 1}):
+        recombined_box()
+        gmsh.model.mesh.setOrder(2)
+        gmsh.write(str(path))
+    with pytest.raises(MeshError, match="volume elements: Hexahedron 27; allowed: one of"):
+        read(path, needed=[])
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".inp", ".vtk", ".vtu"])
+def test_mixed_elements_are_refused(bricks: SolidMesh, suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"mixed{suffix}"
+    cells = [("hexahedron", bricks.cells[:-1]), ("tetra", bricks.cells[-1:, [0, 1, 3, 4]])]
+    kind = "gmsh22" if suffix == ".msh" else None
+    meshio.write(path, meshio.Mesh(bricks.points, cells), file_format=kind)
+    with pytest.raises(MeshError, match=r"(?i)(tetra|C3D4 ).*allowed: ") as caught:
+        read(path, needed=[])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", [".vtu", ".inp"])
+def test_triangles_on_hexahedra_are_refused(bricks: SolidMesh, suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"triangles{suffix}"
+    clamp = bricks.facets["clamp"]
+    cells = [("hexahedron", bricks.cells), ("triangle", clamp[:, :3])]
+    tags = [np.full(len(bricks.cells), SOLID_TAG), np.full(len(clamp), SURFACE_TAGS["clamp"])]
+    sets = {"clamp": [np.array([], dtype=int), np.arange(len(clamp))]}
+    if suffix == ".vtu":
+        mesh = meshio.Mesh(bricks.points, cells, cell_data={"group": tags})
+    else:
+        mesh = meshio.Mesh(bricks.points, cells, cell_sets=sets)
+    meshio.write(path, mesh)
+    with pytest.raises(MeshError, match="clamp: facets of 3 corners on hexahedra; allowed: quad"):
+        read(path, needed=[])
+
+
+def test_quadrilaterals_of_a_deck_are_a_group(bricks: SolidMesh, tmp_path: Path) -> None:
+    """Shells by their element set, as Gmsh exports them."""
+    path = tmp_path / "shells.inp"
+    write(path, bricks)
+    lines = []
+    for i, facets in enumerate(bricks.facets.values()):
+        name = list(bricks.facets)[i]
+        kind = ["CPS4", "S4R", "R3D4", "M3D4R", "SFM3D4"][i]
+        lines.append(f"*ELEMENT, TYPE={kind}, ELSET={name}")
+        lines += [
+            ", ".join(map(str, [1000 * (i + 1) + j, *(facet + 1)]))
+            for j, facet in enumerate(facets)
+        ]
+    text = path.read_text()
+    path.write_text("\n".join([text[: text.index("*NSET")], *lines]))
+    same(read(path), bricks)
+
+
 def test_second_order_nodes_are_midpoints(half_second_order: SolidMesh) -> None:
     x = half_second_order.points
-    tetrahedra = half_second_order.tetrahedra
-    middles = x[tetrahedra[:, EDGES]].mean(axis=2)
+    tetrahedra = half_second_order.cells
+    middles = x[tetrahedra[:, TETRAHEDRON.edges]].mean(axis=2)
     assert np.abs(x[tetrahedra[:, 4:]] - middles).max() < 1e-9
     for facets in half_second_order.facets.values():
         middles = x[facets[:, [[0, 1], [1, 2], [2, 0]]]].mean(axis=2)
@@ -116,15 +267,15 @@ def test_deck_in_the_manner_of_abaqus(half: SolidMesh, tmp_path: Path) -> None:
         for n, (x, y, z) in zip(number, half.points.tolist(), strict=True)
     ]
     lines.append("*Element, type=C3D4H, elset=BODY")
-    for i, nodes in enumerate(number[half.tetrahedra].tolist(), 1):
+    for i, nodes in enumerate(number[half.cells].tolist(), 1):
         a, b, c, d = nodes
         lines += [f"{i}, {a}, {b},", f" {c}, {d}"]
     lines += ["*End Part", "*Nset, nset=ODD, generate", "100, 140, 20"]
     for name, facets in half.facets.items():
         groups: dict[str, list[str]] = {}
         for facet in facets:
-            element = np.flatnonzero(np.isin(half.tetrahedra, facet).sum(axis=1) == 3)[0]
-            away = int(np.flatnonzero(~np.isin(half.tetrahedra[element], facet))[0])
+            element = np.flatnonzero(np.isin(half.cells, facet).sum(axis=1) == 3)[0]
+            away = int(np.flatnonzero(~np.isin(half.cells[element], facet))[0])
             groups.setdefault({3: "S1", 2: "S2", 0: "S3", 1: "S4"}[away], []).append(
                 str(element + 1)
             )
@@ -159,13 +310,14 @@ def test_missing_groups(half: SolidMesh, suffix: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "old", "new", "complaint"),
     [
-        ("a.inp", "TYPE=C3D4", "TYPE=C3D8", "element type C3D8; allowed: C3D4, C3D10"),
-        ("a.inp", "TYPE=C3D4", "TYPE=T3D2", "no tetrahedra; allowed element types"),
+        ("a.inp", "TYPE=C3D4", "TYPE=C3D6", "element type C3D6; allowed: C3D4, C3D10, C3D8"),
+        ("a.inp", "TYPE=C3D4", "TYPE=T3D2", "no solid elements; allowed types"),
         ("a.inp", "*NODE", "*INCLUDE, INPUT=x", "line 4: \\*INCLUDE: not supported"),
         ("a.inp", "*NODE\n", "*NODE\n1, zero, 0, 0\n", "line 4: \\*NODE: not understood"),
         ("a.inp", "*NODE\n", "*NODE\n1, 0, 0, 0\n", "node 1 twice; allowed: one part"),
         ("a.inp", ", S1", ", S7", "face 'S7'; allowed: S1 to S4"),
         ("a.inp", "*NODE\n1,", "*NODE\n1000000,", "a node that is not there"),
+        ("a.inp", "TYPE=C3D4", "TYPE=C3D8", "numbers; allowed: 9 for each C3D8"),
         ("a.msh", "$MeshFormat", "Point(1) =", "allowed: a file that starts with"),
         ("a.msh", "$Elements\n", "$Elements\n9 ", "not readable: "),
     ],

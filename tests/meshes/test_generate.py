@@ -24,7 +24,7 @@ COARSE = Mesh(size_mm=10)
 def equal(first: SolidMesh, second: SolidMesh) -> bool:
     return (
         np.array_equal(first.points, second.points)
-        and np.array_equal(first.tetrahedra, second.tetrahedra)
+        and np.array_equal(first.cells, second.cells)
         and all(np.array_equal(f, second.facets[name]) for name, f in first.facets.items())
     )
 
@@ -40,7 +40,7 @@ def equal(first: SolidMesh, second: SolidMesh) -> bool:
 )
 def test_target_number_of_elements(target: int, resolution: dict[str, object]) -> None:
     mesh = finger_mesh(Finger(), Mesh.model_validate({"target_elements": target, **resolution}))
-    assert len(mesh.tetrahedra) == pytest.approx(target, rel=0.01)
+    assert len(mesh.cells) == pytest.approx(target, rel=0.01)
     assert mesh.order == resolution.get("order", 1)
     assert check(mesh).scaled_jacobian_min > 0.05
 
@@ -100,7 +100,7 @@ def test_concave_edges_are_those_of_cavity_and_gap_feet() -> None:
 def test_grading_refines_at_concave_edges_only() -> None:
     finger = Finger()
     graded = finger_mesh(finger, Mesh(size_mm=6, edge_size_mm=1.5))
-    corners = graded.points[graded.tetrahedra]
+    corners = graded.points[graded.cells]
     size = np.cbrt(np.linalg.det(corners[:, 1:] - corners[:, :1]))
     centre = corners.mean(axis=1)
     foot = finger.base_layer_mm + finger.channel_mm + finger.wall_mm

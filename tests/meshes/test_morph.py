@@ -13,10 +13,13 @@ from dolfingrip.meshes import files
 from dolfingrip.meshes.finger import gap_intervals
 from dolfingrip.meshes.measures import centroid, enclosed_volume, jacobians
 from dolfingrip.meshes.morph import Morph, morphed
-from dolfingrip.meshes.solid import EDGES, MeshError, SolidMesh
+from dolfingrip.meshes.solid import MeshError, SolidMesh
 
 CORNERS = [(-0.2, -0.5), (-0.2, 1.0), (1.0, -0.5), (1.0, 1.0), (0.306, -0.298)]
 D = 9.5
+PLANES = {"half": D, "half_second_order": D, "bricks": 3.1, "bricks_second_order": 3.1}
+"""The plane between the regions (mm) in each mesh; within elements in all of them."""
+MESHES = list(PLANES)
 
 
 def volume(mesh: SolidMesh) -> float:
@@ -59,12 +62,14 @@ def test_volumes_are_those_of_the_moved_boxes(half: SolidMesh, xi1: float, xi2: 
 
 
 @pytest.mark.parametrize(("xi1", "xi2"), CORNERS)
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("name", MESHES)
 def test_inverse_restores_the_original(
-    half: SolidMesh, half_second_order: SolidMesh, order: int, xi1: float, xi2: float
+    name: str, xi1: float, xi2: float, request: pytest.FixtureRequest
 ) -> None:
-    mesh = half if order == 1 else curved(half_second_order)
-    morph = Morph(xi1, xi2, D)
+    mesh = request.getfixturevalue(name)
+    if mesh.order == 2:
+        mesh = curved(mesh)
+    morph = Morph(xi1, xi2, PLANES[name])
     back = morphed(morphed(mesh, morph), morph.inverse())
     assert np.abs(back.points - mesh.points).max() < 2e-14 * 90
 
@@ -72,17 +77,19 @@ def test_inverse_restores_the_original(
 def curved(mesh: SolidMesh) -> SolidMesh:
     """A second-order mesh with bent edges."""
     points = mesh.points.copy()
-    middles = np.unique(mesh.tetrahedra[:, 4:])
+    middles = np.unique(mesh.cells[:, mesh.shape.corners :])
     seed = 5
     print(f"seed {seed}")
     points[middles] += np.random.default_rng(seed).uniform(-0.01, 0.01, (len(middles), 3))
     return replace(mesh, points=points)
 
 
-def test_straight_edges_stay_straight(half_second_order: SolidMesh) -> None:
-    moved = morphed(half_second_order, Morph(1.0, -0.5, D))
-    ends = moved.points[moved.tetrahedra[:, EDGES]].mean(axis=2)
-    assert np.abs(ends - moved.points[moved.tetrahedra[:, 4:]]).max() < 1e-13
+@pytest.mark.parametrize("name", ["half_second_order", "bricks_second_order"])
+def test_straight_edges_stay_straight(name: str, request: pytest.FixtureRequest) -> None:
+    mesh = request.getfixturevalue(name)
+    moved = morphed(mesh, Morph(1.0, -0.5, PLANES[name]))
+    ends = moved.points[moved.cells[:, mesh.shape.edges]].mean(axis=2)
+    assert np.abs(ends - moved.points[moved.cells[:, mesh.shape.corners :]]).max() < 1e-13
     assert jacobians(moved).min() > 0
 
 
@@ -131,15 +138,15 @@ def test_velocity_is_the_derivative_of_the_points(half: SolidMesh) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".vtk", ".vtu"])
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("name", MESHES)
 def test_vtk_is_read_back(
-    half: SolidMesh, half_second_order: SolidMesh, order: int, suffix: str, tmp_path: Path
+    name: str, suffix: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
-    mesh = half if order == 1 else half_second_order
+    mesh = request.getfixturevalue(name)
     files.write(tmp_path / f"finger{suffix}", mesh)
     found = files.read(tmp_path / f"finger{suffix}")
     np.testing.assert_allclose(found.points, mesh.points)
-    np.testing.assert_array_equal(found.tetrahedra, mesh.tetrahedra)
+    np.testing.assert_array_equal(found.cells, mesh.cells)
     assert {name: len(f) for name, f in found.facets.items()} == {
         name: len(f) for name, f in mesh.facets.items()
     }

@@ -15,11 +15,11 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments import Result, run
+from dolfingrip.experiments import Result, gradients, run
 from dolfingrip.mechanics.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
-from dolfingrip.report.fields import list_steps, read_grid, read_tetrahedra
+from dolfingrip.report.fields import list_steps, read_grid, read_mesh
 
 WORLD = MPI.COMM_WORLD
 READINGS = (
@@ -56,6 +56,18 @@ def test_blocked_finger_with_bellows_in_contact() -> None:
     _compare(alone, run("blocked_force", BLOCKED, comm=WORLD))
 
 
+def test_gradient_of_the_blocked_force() -> None:
+    tilted = config.from_dict({**BLOCKED.model_dump(mode="json"), "plate": {"tilt_deg": 10.0}})
+    found: list[dict[str, float]] = [{}, {}]
+    for comm, slopes in zip((MPI.COMM_SELF, WORLD), found, strict=True):
+        run("blocked_force", tilted, comm=comm, visit=gradients.at_highest(slopes))
+    alone, together = found
+    assert set(alone) == set(gradients.XI)
+    for name in gradients.XI:
+        assert abs(alone[name]) > 0.1
+        assert together[name] == pytest.approx(alone[name], rel=1e-7)
+
+
 def test_free_finger_without_contact(shared: Path) -> None:
     alone = run("bending", FREE, comm=MPI.COMM_SELF)
     together = run("bending", FREE, out=shared, comm=WORLD)
@@ -65,7 +77,7 @@ def test_free_finger_without_contact(shared: Path) -> None:
     if WORLD.rank == 0:
         steps = list_steps(shared / "fields.pvd")
         assert len(steps) == len(together.rows)
-        assert len(read_tetrahedra(read_grid(steps[-1])).cells) == alone.facts["mesh"]["elements"]
+        assert len(read_mesh(read_grid(steps[-1])).cells) == alone.facts["mesh"]["elements"]
         assert len((shared / "result.csv").read_text().splitlines()) == 1 + len(together.rows)
 
 
@@ -75,6 +87,18 @@ def test_whole_finger_of_linear_elements_with_a_tilted_plate() -> None:
         "experiment.max_pressure_kPa=30", "experiment.step_kPa=30",
     )  # fmt: skip
     _compare(run("blocked_force", settings, comm=MPI.COMM_SELF), run("blocked_force", settings))
+
+
+def test_mixed_element_with_contact_led_by_volume() -> None:
+    settings = small.short(
+        *STRICT, "solver.element=P2-P1", "material.nu=0.4999", "finger.gap_mm=0.4",
+        "experiment.control=volume", "experiment.max_volume_ratio=1.5",
+        "experiment.step_volume_ratio=0.25",
+    )  # fmt: skip
+    alone = run("blocked_force", settings, comm=MPI.COMM_SELF)
+    assert alone.column("contact_gap_mm")[-1] < settings.contact.barrier_mm
+    assert alone.column("pressure_kPa")[-1] > 10
+    _compare(alone, run("blocked_force", settings, comm=WORLD))
 
 
 def test_ranks_without_skin_take_part() -> None:

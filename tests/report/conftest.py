@@ -10,11 +10,12 @@ from matplotlib.figure import Figure
 from report import synthetic
 
 
-@pytest.fixture(scope="session", params=["P1", "P2"])
+@pytest.fixture(scope="session", params=["P1", "P2", "Q1", "Q2"])
 def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a synthetic run with ``fields.pvd`` and ``result.csv``, half finger."""
     folder = tmp_path_factory.mktemp(f"run_{request.param}")
-    synthetic.write_run(folder, int(request.param[1]))
+    cell = "hexahedron" if request.param.startswith("Q") else "tetrahedron"
+    synthetic.write_run(folder, int(request.param[1]), cell=cell)
     return folder
 
 

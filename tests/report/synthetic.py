@@ -1,4 +1,4 @@
-"""A bellows finger of bricks, each cut into tetrahedra, bent along a circular arc."""
+"""A bellows finger of bricks, whole or each cut into tetrahedra, bent along a circular arc."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def bend(x: npt.NDArray[np.float64], angle: float) -> npt.NDArray[np.float64]:
     return np.asarray(moved - x)
 
 
-def write_run(folder: Path, degree: int, half: bool = True) -> None:
+def write_run(folder: Path, degree: int, half: bool = True, cell: str = "tetrahedron") -> None:
     """Write ``fields.pvd`` (Lagrange ``degree``) and ``result.csv`` of a bending test."""
     from dolfinx import fem, io, mesh
     from mpi4py import MPI
@@ -44,7 +44,7 @@ def write_run(folder: Path, degree: int, half: bool = True) -> None:
         comm,
         [[0, low, 0], [DEPTH_MM, WIDTH_MM / 2, LENGTH_MM]],
         [nx, ny, nz],
-        mesh.CellType.tetrahedron,
+        mesh.CellType[cell],
     )
     domain = mesh.create_submesh(box, 3, mesh.locate_entities(box, 3, _solid))[0]
     vectors = fem.functionspace(domain, ("Lagrange", degree, (3,)))
@@ -73,4 +73,4 @@ def _solid(x: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
 
 
 if __name__ == "__main__":
-    write_run(Path(sys.argv[1]), int(sys.argv[2]))
+    write_run(Path(sys.argv[1]), int(sys.argv[2]), cell=sys.argv[3])

@@ -64,11 +64,11 @@ def test_front_tells_what_it_does_not_show(tmp_path: Path, figures: list[Figure]
     )
     plot_front(picture, tmp_path / "front.png")
     assert _legend(figures[0]) == [
-        "design of experiments (30 designs; 4 failed, not shown)",
+        "design of experiments (30; 4 failed, not shown)",
         "Pareto front of the surrogate (30 points)",
         "computed again by finite elements",
         "original",
-        "chosen: greatest force within a limit",
+        "chosen: largest force in a limit",
     ]
     assert figures[0].axes[0].get_xlabel() == "COG offset (mm)"
     assert _unclipped(tmp_path / "front.png")

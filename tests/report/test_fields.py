@@ -9,13 +9,14 @@ import pytest
 import pyvista as pv
 from report import synthetic
 
+from dolfingrip.meshes.cells import HEXAHEDRON, TETRAHEDRON
 from dolfingrip.report.columns import read_csv
 from dolfingrip.report.fields import (
     find_steps,
     list_steps,
     read_grid,
+    read_mesh,
     read_point_data,
-    read_tetrahedra,
 )
 from dolfingrip.report.skin import extract_skin
 
@@ -28,7 +29,7 @@ def test_every_step_is_listed_in_the_order_written(run: Path) -> None:
 
 def test_nodal_values_are_those_of_the_field(run: Path) -> None:
     grid = read_grid(list_steps(run / "fields.pvd")[3])
-    mesh = read_tetrahedra(grid)
+    mesh = read_mesh(grid)
     angle = synthetic.angle_deg(3)
     u = read_point_data(grid, "displacement_mm", mesh.source)
     stretch = read_point_data(grid, "principal_stretch", mesh.source)
@@ -38,13 +39,24 @@ def test_nodal_values_are_those_of_the_field(run: Path) -> None:
     )
 
 
-def test_quadratic_nodes_sit_in_the_middle_of_their_edges(quadratic_run: Path) -> None:
-    mesh = read_tetrahedra(read_grid(list_steps(quadratic_run / "fields.pvd")[0]))
-    assert mesh.cells.shape[1] == 10
-    corners = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
-    for node, (a, b) in enumerate(corners, start=4):
-        middle = (mesh.points[mesh.cells[:, a]] + mesh.points[mesh.cells[:, b]]) / 2
+def test_quadratic_nodes_sit_in_the_middle_of_their_edges_and_faces(run: Path) -> None:
+    mesh = read_mesh(read_grid(list_steps(run / "fields.pvd")[0]))
+    nodes = mesh.cells.shape[1]
+    assert nodes in (4, 10, 8, 27)
+    shape = TETRAHEDRON if nodes in (4, 10) else HEXAHEDRON
+    within = [*shape.edges, *shape.face_corners, np.arange(8)][: nodes - shape.corners]
+    for node, corners in enumerate(within, start=shape.corners):
+        middle = mesh.points[mesh.cells[:, corners]].mean(axis=1)
         np.testing.assert_allclose(mesh.points[mesh.cells[:, node]], middle, atol=1e-9)
+
+
+def test_quadratic_hexahedra_of_others_are_read() -> None:
+    """VTK's own cell of 20 nodes: each sits amid its edge."""
+    cell = pv.examples.cells.QuadraticHexahedron()
+    mesh = read_mesh(cell)
+    assert mesh.cells.shape == (1, 20)
+    x = mesh.points[mesh.cells[0]]
+    np.testing.assert_allclose(x[8:], x[HEXAHEDRON.edges].mean(axis=1), atol=1e-12)
 
 
 def test_pieces_and_ghosts_are_joined_without_a_seam(quadratic_run: Path, tmp_path: Path) -> None:
@@ -52,7 +64,7 @@ def test_pieces_and_ghosts_are_joined_without_a_seam(quadratic_run: Path, tmp_pa
     whole = read_grid(file)
     joined = read_grid(_write_in_two_pieces(whole, tmp_path))
     assert joined.n_cells > whole.n_cells
-    one, two = read_tetrahedra(whole), read_tetrahedra(joined)
+    one, two = read_mesh(whole), read_mesh(joined)
     assert two.points.shape == one.points.shape
     assert two.cells.shape == one.cells.shape
     assert len(extract_skin(two).triangles) == len(extract_skin(one).triangles)
@@ -83,13 +95,16 @@ def test_missing_file_and_missing_array_are_named(run: Path, tmp_path: Path) -> 
         list_steps(tmp_path / "nowhere.pvd")
     grid = read_grid(list_steps(run / "fields.pvd")[0])
     with pytest.raises(ValueError, match="no point data velocity; there are"):
-        read_point_data(grid, "velocity", read_tetrahedra(grid).source)
+        read_point_data(grid, "velocity", read_mesh(grid).source)
 
 
 def test_other_cells_are_refused() -> None:
     bricks = pv.ImageData(dimensions=(2, 2, 2)).cast_to_unstructured_grid()
-    with pytest.raises(ValueError, match="linear or quadratic tetrahedra"):
-        read_tetrahedra(bricks)
+    assert set(bricks.celltypes) == {11}  # voxels, their nodes in another order
+    with pytest.raises(ValueError, match="linear or quadratic tetrahedra or hexahedra"):
+        read_mesh(bricks)
+    with pytest.raises(ValueError, match="linear or quadratic tetrahedra or hexahedra"):
+        read_mesh(pv.UnstructuredGrid())
 
 
 def _write_in_two_pieces(grid: pv.UnstructuredGrid, folder: Path) -> Path:

@@ -1,0 +1,83 @@
+"""Displacement elements and how they are integrated."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import basix
+import basix.ufl
+import numpy as np
+from dolfinx import fem
+
+CELL: Final = {
+    "P1": "tetrahedron",
+    "P2": "tetrahedron",
+    "P2-P1": "tetrahedron",
+    "S2": "hexahedron",
+}
+"""Shape of the cells of each element, as basix names it."""
+
+RULE: Final = {
+    ("tetrahedron", 1): 1,
+    # four points are rank-sufficient for a quadratic tetrahedron (24 strains for 24 modes of
+    # deformation) and what C3D10 elements use
+    ("tetrahedron", 2): 2,
+    ("hexahedron", 1): 3,
+    # eight points (2 × 2 × 2), as C3D20R: softer than the full rule where one cell spans a wall,
+    # and its six modes without energy cannot spread beyond one cell (Bićanić & Hinton, Int. J.
+    # Numer. Methods Eng. 14, 1979)
+    ("hexahedron", 2): 3,
+}
+"""Degree of the volume's quadrature by cell and order of the displacement."""
+
+
+def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
+    """A displacement element for UFL.
+
+    Args:
+        name: P1 or P2, Lagrange on tetrahedra (P2-P1: with a pressure of its own); S2, the
+            serendipity element of 20 nodes, on hexahedra.
+        shape: of its values.
+    """
+    if name == "S2":
+        return _serendipity(shape)
+    return basix.ufl.element("Lagrange", CELL[name], int(name[1]), shape=shape)
+
+
+def integration_degree(space: fem.FunctionSpace) -> int:
+    """Degree of the quadrature with which energies in a displacement space are integrated."""
+    element = space.ufl_element()
+    return RULE[space.mesh.ufl_cell().cellname(), element.degree]
+
+
+def _serendipity(shape: tuple[int, ...]) -> Any:
+    """Serendipity element of second order with its nodes at the corners and amid the edges.
+
+    Basix' own has moments on the edges for dofs; contact, supports and output want values at
+    points. Its polynomials are those of superlinear degree up to 2 (Arnold & Awanou, Found.
+    Comput. Math. 11, 2011).
+    """
+    cell = basix.CellType.hexahedron
+    points, weights = basix.make_quadrature(cell, 8)
+    basis = basix.tabulate_polynomials(basix.PolynomialType.legendre, cell, 2, points)
+    exponents = [e for e in np.ndindex(3, 3, 3) if sum(degree for degree in e if degree > 1) <= 2]
+    monomials = np.array([np.prod(points ** np.array(e), axis=1) for e in exponents])
+    span = np.ascontiguousarray((monomials * weights) @ basis.T)
+    corners, entities = basix.geometry(cell), basix.topology(cell)
+    at = [[corners[entity].mean(axis=0, keepdims=True) for entity in entities[d]] for d in (0, 1)]
+    value = np.ones((1, 1, 1, 1))
+    element = basix.ufl.custom_element(
+        cell,
+        (),
+        span,
+        [*at, [np.zeros((0, 3))] * 6, [np.zeros((0, 3))]],
+        [[value] * 8, [value] * 12, [np.zeros((0, 1, 0, 1))] * 6, [np.zeros((0, 1, 0, 1))]],
+        0,
+        basix.MapType.identity,
+        basix.SobolevSpace.H1,
+        False,
+        1,  # the largest complete polynomials in it, on hexahedra: trilinear
+        2,  # and the smallest around it: triquadratic
+        basix.PolysetType.standard,
+    )
+    return basix.ufl.blocked_element(element, shape=shape) if shape else element

@@ -1,0 +1,123 @@
+"""Shapes of the solid's elements: their corners, edges and faces, in Gmsh's order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CellShape:
+    """An element's shape, of first order or, with a node amid each edge, of second.
+
+    Attributes
+    ----------
+    name, facet_name
+        Of the element and of its faces, as basix has them.
+    corners, facet_corners
+        Number of corners.
+    edges
+        Corners of each edge, shape (e, 2); the node amid edge ``i`` is ``corners + i``.
+    faces
+        Local nodes of each face, shape (f, 2 · facet_corners): the corners
+        counter-clockwise seen from outside, then the nodes amid the edges from each corner to
+        the next. The order of the faces is Abaqus' (S1, S2, …).
+    vtk_edges
+        Rows of ``edges`` in the order of VTK, Abaqus and meshio, shape (e,).
+    reference
+        Coordinates of the reference element's corners, shape (corners, 3).
+    spokes
+        Corners joined to each corner, the edges to them right-handed, shape (corners, 3).
+    """
+
+    name: str
+    facet_name: str
+    edges: Ints
+    face_corners: Ints
+    vtk_edges: Ints
+    reference: Floats
+    spokes: Ints
+    faces: Ints = field(init=False)
+
+    def __post_init__(self) -> None:
+        ends = np.stack([self.face_corners, np.roll(self.face_corners, -1, axis=1)], axis=2)
+        same = np.sort(ends, axis=2)[:, :, None] == np.sort(self.edges, axis=1)
+        middles = self.corners + same.all(axis=3).argmax(axis=2)
+        object.__setattr__(self, "faces", np.hstack([self.face_corners, middles]))
+
+    @property
+    def plural(self) -> str:
+        """Name of several such elements."""
+        return self.name.removesuffix("on") + "a"
+
+    @property
+    def corners(self) -> int:
+        """Number of the element's corners."""
+        return int(self.edges.max()) + 1
+
+    @property
+    def facet_corners(self) -> int:
+        """Number of a face's corners."""
+        return int(self.face_corners.shape[1])
+
+    def order(self, nodes: int) -> int:
+        """Order of an element with so many nodes, 1 or 2."""
+        return 1 if nodes == self.corners else 2
+
+    def vtk(self, nodes: int) -> Ints:
+        """Nodes of an element with so many in the order of VTK, Abaqus and meshio."""
+        order = np.concatenate([np.arange(self.corners), self.corners + self.vtk_edges])
+        return order[:nodes]
+
+
+TETRAHEDRON: Final = CellShape(
+    "tetrahedron",
+    "triangle",
+    np.array([[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]]),
+    np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+    vtk_edges=np.array([0, 1, 2, 3, 5, 4]),
+    reference=np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float),
+    spokes=np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]),
+)
+
+HEXAHEDRON: Final = CellShape(
+    "hexahedron",
+    "quadrilateral",
+    np.array(
+        [
+            *([0, 1], [0, 3], [0, 4], [1, 2], [1, 5], [2, 3]),
+            *([2, 6], [3, 7], [4, 5], [4, 7], [5, 6], [6, 7]),
+        ]
+    ),
+    np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]),
+    vtk_edges=np.array([0, 3, 5, 1, 8, 10, 11, 9, 2, 4, 6, 7]),
+    reference=np.array(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
+        dtype=float,
+    ),
+    spokes=np.array(
+        [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]]
+    ),
+)
+
+BY_NODES: Final = {4: TETRAHEDRON, 10: TETRAHEDRON, 8: HEXAHEDRON, 20: HEXAHEDRON}
+"""The shape of an element, by its number of nodes."""
+
+FACET_CORNERS: Final = {3: 3, 6: 3, 4: 4, 8: 4}
+"""Corners of a facet, by its number of nodes."""
+
+
+def to_vtk(cells: Ints) -> Ints:
+    """Cells of :class:`~dolfingrip.meshes.solid.SolidMesh` in the order of VTK."""
+    return cells[:, BY_NODES[cells.shape[1]].vtk(cells.shape[1])]
+
+
+def from_vtk(cells: Ints) -> Ints:
+    """Cells in the order of VTK in that of :class:`~dolfingrip.meshes.solid.SolidMesh`."""
+    return cells[:, np.argsort(BY_NODES[cells.shape[1]].vtk(cells.shape[1]))]

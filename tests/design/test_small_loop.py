@@ -1,0 +1,57 @@
+"""The demo's design loop, on a short finger: real simulations, nothing computed twice."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+import typer
+from experiments.small import short
+
+from dolfingrip.config import load
+from dolfingrip.design import small_loop
+from dolfingrip.design.store import Store
+
+DESIGNS = ("morph.xi1=0:0.6:4", "morph.xi2=-0.4:0:3")
+SETTINGS = short("experiment.max_pressure_kPa=25")
+
+
+def test_settings_are_coarser_never_finer() -> None:
+    coarse = small_loop.settings(load(None, ["mesh.edge_size_mm=2", "finger.wall_mm=1.8"]))
+    assert (coarse.mesh.size_mm, coarse.mesh.edge_size_mm) == (small_loop.SIZE_MM, None)
+    assert coarse.finger.wall_mm == 1.8
+    assert coarse.experiment.step_kPa == coarse.experiment.max_pressure_kPa == 250
+    assert small_loop.settings(load(None, ["mesh.size_mm=14"])).mesh.size_mm == 14
+
+
+def test_from_designs_to_a_choice_that_is_computed_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    small_loop.run(SETTINGS, tmp_path, DESIGNS)
+    with Store(tmp_path / "doe") as store:
+        rows = {row["key"]: row for row in store.rows()}
+    assert len(rows) == 12
+    assert {row["status"] for row in rows.values()} == {"done"}
+    facts = json.loads((tmp_path / "optimum" / "optimum.json").read_text(encoding="utf-8"))
+    by_role = {one["role"]: one for one in facts["designs"]}
+    assert set(by_role) == {"chosen", "original", "polished"}
+    chosen, original = by_role["chosen"], by_role["original"]
+    assert chosen["surrogate"]["cog_offset_mm"] <= small_loop.COG_MAX_MM
+    # the original is a design of the campaign, too
+    computed = next(row for row in rows.values() if not any(row["inputs"].values()))
+    assert original["fem"]["force_N"] == pytest.approx(computed["outputs"]["force_N"], rel=1e-9)
+    assert chosen["force_over_original"] == pytest.approx(
+        chosen["fem"]["force_N"] / original["fem"]["force_N"] - 1
+    )
+    assert matplotlib.image.imread(tmp_path / "optimum" / "pareto.png")[..., :3].std() > 0.01
+    small_loop.run(SETTINGS, tmp_path, DESIGNS)
+    with Store(tmp_path / "doe") as store:
+        assert {row["key"]: row for row in store.rows()} == rows
+
+    # a choice that cannot be made is no success
+    monkeypatch.setattr(small_loop, "COG_MAX_MM", -50.0)
+    with pytest.raises(typer.Exit) as ended:
+        small_loop.run(SETTINGS, tmp_path, DESIGNS)
+    assert ended.value.exit_code == 1

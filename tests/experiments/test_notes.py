@@ -1,0 +1,29 @@
+"""Doubts about the choice of the element."""
+
+from __future__ import annotations
+
+import pytest
+
+from dolfingrip import config
+from dolfingrip.experiments.notes import notes
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        ([], []),
+        (["material.nu=0.48"], []),
+        (["solver.element=P1"], ["linear tetrahedra are too stiff"]),
+        (["material.nu=0.499", "solver.element=P2"], ["nu = 0.499 is nearly incompressible"]),
+        (
+            ["material.bulk_MPa=14650", "solver.element=P2"],
+            ["nu = 0.4999 is nearly incompressible"],
+        ),
+        (["material.nu=0.499", "solver.element=P2-P1"], []),
+    ],
+)
+def test_notes(overrides: list[str], said: list[str]) -> None:
+    """One line for each doubt, none about the element that suits the material."""
+    found = notes(config.load(None, overrides))
+    assert len(found) == len(said)
+    assert all(part in line for part, line in zip(said, found, strict=True))
