@@ -25,9 +25,9 @@ TWO_CYCLES = (
     "contact.self_contact=false",
     "experiment.max_pressure_kPa=20",
     "experiment.step_kPa=20",
-    "experiment.cycles=2",
-    "experiment.hold_s=2",
-    "experiment.hold_readings=1",
+    "protocol.time_s=[0, 0.8, 2.8, 3.2, 3.6, 5.6, 6.4]",
+    "protocol.pressure_kPa=[0, 20, 20, 10, 20, 20, 0]",
+    "protocol.cycle=[1, 1, 1, 1, 2, 2, 2]",
 )
 READINGS = ("angle_deg", "force_N", "tip_x_mm", "tip_z_mm", "cavity_volume_mm3")
 
