@@ -23,7 +23,7 @@ QUANTITIES = {
 }
 """By experiment."""
 
-DEFAULT = "P2 2.8"
+DEFAULT = "S2 1"
 """The default mesh."""
 
 
@@ -32,7 +32,8 @@ class Point:
     """One mesh.
 
     Attributes:
-        mesh: element, size, and size at concave edges where that is another (mm).
+        mesh: element, size (mm; of S2 the refinement), and size at concave edges where that is
+            another (mm).
         size: equivalent element size, (number of tetrahedra)^(−1/3).
         seconds: of solving.
     """

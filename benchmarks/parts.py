@@ -31,6 +31,10 @@ UNIFORM_MM = {
 GRADED_MM = ((4.0, 2.0), (2.8, 1.4), (2.8, 1.0), (2.8, 0.7))
 """Element sizes of the convergence table, and pairs of these and sizes at concave edges."""
 
+REFINED = (1, 2, 3)
+HEXAHEDRA_EDGE_MM = (1.0, 0.6, 0.3)
+"""Refinements of the default mesh of hexahedra, and its sizes at concave edges."""
+
 GROWTH_MM = {"P2": (6.0, 4.0, 2.8, 2.0, 1.5, 1.2, 0.95), "P1": (2.0, 1.2, 0.9, 0.7, 0.55, 0.46)}
 """Element sizes that give 10,000 to 300,000 dofs."""
 
@@ -73,9 +77,14 @@ def _convergence() -> dict[str, Spec]:
         for size in uniform
     ]
     sizes += [
-        (f"P2 {size:g}/{edge:g}", [f"mesh.size_mm={size}", f"mesh.edge_size_mm={edge}"])
+        (
+            f"P2 {size:g}/{edge:g}",
+            ["solver.element=P2", f"mesh.size_mm={size}", f"mesh.edge_size_mm={edge}"],
+        )
         for size, edge in GRADED_MM
     ]
+    sizes += [(f"S2 {number}", [f"mesh.refine={number}"]) for number in REFINED]
+    sizes += [(f"S2 1/{edge:g}", [f"mesh.edge_size_mm={edge}"]) for edge in HEXAHEDRA_EDGE_MM]
     return {
         f"{kind} {name}": _run(kind, *overrides)
         for name, overrides in sizes
@@ -140,8 +149,11 @@ PARTS: dict[str, Part] = {
         },
     ),
     "blocked": Part(
-        "blocked force to 250 kPa, default P2 half finger, self-contact",
-        {"dolfingrip": _run("blocked_force")},
+        "blocked force to 250 kPa, half finger, self-contact",
+        {
+            "dolfingrip": _run("blocked_force"),
+            "P2": _run("blocked_force", "solver.element=P2"),
+        },
     ),
     "paper": Part(
         "blocked force to 250 kPa, 35,140 linear tetrahedra, whole finger, self-contact",
@@ -152,10 +164,12 @@ PARTS: dict[str, Part] = {
         {"dolfingrip": _run("bending", *PAPER)},
     ),
     "calculix": Part(
-        "free bending to 250 kPa, P2 and C3D10 on the default mesh, same energy",
+        "free bending to 250 kPa, P2 and C3D10 on one mesh, same energy",
         {
-            "calculix": _peer("calculix", controls={"longest": CALCULIX_STEP}, once=True),
-            "dolfingrip": _peer("bending", energy="split"),
+            "calculix": _peer(
+                "calculix", "solver.element=P2", controls={"longest": CALCULIX_STEP}, once=True
+            ),
+            "dolfingrip": _peer("bending", "solver.element=P2", energy="split"),
         },
     ),
     "felupe": Part(
@@ -191,7 +205,11 @@ PARTS: dict[str, Part] = {
         {
             f"{ranks}": {
                 **_run(
-                    "bending", *FREE, "mesh.size_mm=1.5", "experiment.max_pressure_kPa=50"
+                    "bending",
+                    *FREE,
+                    "solver.element=P2",
+                    "mesh.size_mm=1.5",
+                    "experiment.max_pressure_kPa=50",
                 ),
                 "ranks": ranks,
             }

@@ -81,7 +81,6 @@ REFUSED = {
     "finger.depth_mm=3": "finger.wall_mm = 1.6: thicker than half a bellows",
     # keys that exclude one another
     "material.bulk_MPa=1": "material.bulk_MPa = 1.0: allowed: above 2/3 mu_MPa",
-    "mesh.edge_size_mm=5": "mesh.edge_size_mm = 5.0: allowed: above 0 and up to s",
     "solver.min_step_kPa=30": "solver.min_step_kPa = 30.0: allowed: above 0 and up to max_step_kPa",
     "experiment.step_kPa=300": "experiment.step_kPa = 300.0: allowed: above 0 and up to max_pressu",
     "plate.contact_length_mm=91": "plate.contact_length_mm = 91.0: allowed: above 0 and up to fing",
@@ -114,6 +113,16 @@ def test_bad_input_is_one_line_with_key_value_and_range(assignment: str) -> None
     said = _complaint(assignment)
     assert REFUSED[assignment] in said
     assert "\n" not in said
+
+
+def test_edges_are_no_coarser_than_the_rest() -> None:
+    said = _complaint("mesh.size_mm=4", "mesh.edge_size_mm=5")
+    assert said == "mesh.edge_size_mm = 5.0: allowed: above 0 and up to size_mm = 4 mm"
+
+
+def test_a_number_of_tetrahedra_is_refused_for_hexahedra() -> None:
+    said = _complaint("solver.element=S2", "mesh.target_elements=4000")
+    assert said.startswith("mesh.target_elements = 4000: a number of tetrahedra; allowed: with ")
 
 
 def test_both_nu_and_bulk_modulus_are_refused() -> None:
