@@ -160,3 +160,10 @@ def test_what_cannot_be_adapted_says_so() -> None:
     ):
         with pytest.raises(ConfigError, match=said):
             config.load(None, [f"extensions.{change}"]).adapted()
+
+
+@pytest.mark.parametrize("name", ["mullins", "bulk_modulus"])
+def test_what_a_pressure_field_does_not_go_with_is_refused(name: str) -> None:
+    settings = small.short("solver.element=P2-P1", f"extensions.{name}={{}}")
+    with pytest.raises(ConfigError, match=rf"^extensions\.{name}: allowed: with solver.element"):
+        small.model(settings, plate=False)
