@@ -86,7 +86,8 @@ class BarrierContact:
             shape=(len(vertices), len(self.surface.rest)),
         )
         touched = abs(parts) @ abs(self.surface.weights)
-        return np.argwhere(sp.triu(touched.T @ touched, 1).toarray()).astype(np.int64)
+        pairs = sp.coo_array(sp.triu(touched.T @ touched, 1))
+        return np.column_stack([pairs.row, pairs.col]).astype(np.int64)
 
     # -- energy --------------------------------------------------------------------------------
 

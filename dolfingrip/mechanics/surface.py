@@ -51,7 +51,7 @@ class Surface:
     ) -> None:
         self._comm = space.mesh.comm
         index_map = space.dofmap.index_map
-        self._range = index_map.local_range
+        self._first, self._end = index_map.local_range
         local = _facet_nodes(space, domain, facets)
         global_nodes = index_map.local_to_global(local.ravel().astype(np.int32))
         gathered = self._comm.allgather(global_nodes.reshape(local.shape))
@@ -80,7 +80,6 @@ class Surface:
 
     def _number(self, nodes: np.ndarray) -> None:
         """Take global displacement nodes as those of the surface."""
-        self._first, self._end = self._range
         self.nodes = nodes
         self.owned = np.flatnonzero((nodes >= self._first) & (nodes < self._end))
         self._owned_local = (nodes[self.owned] - self._first).astype(np.int32)
@@ -135,10 +134,9 @@ def _turned(facets: np.ndarray, corners: int) -> np.ndarray:
         turn = np.argsort(facets[:, :3], axis=1)
         parts = [facets[:, i : i + 3] for i in range(0, facets.shape[1], 3)]
         return np.concatenate([np.take_along_axis(p, turn, axis=1) for p in parts], axis=1)
-    around = facets
-    turn = (around[:, :4].argmin(axis=1)[:, None] + np.arange(4)) % 4
+    turn = (facets[:, :4].argmin(axis=1)[:, None] + np.arange(4)) % 4
     parts = [
-        np.take_along_axis(around[:, i : i + 4], turn, axis=1) for i in range(0, around.shape[1], 4)
+        np.take_along_axis(facets[:, i : i + 4], turn, axis=1) for i in range(0, facets.shape[1], 4)
     ]
     back = parts[0][:, 3] < parts[0][:, 1]
     parts[0][back] = parts[0][back][:, [0, 3, 2, 1]]
