@@ -9,14 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 from dolfingrip.design.answer import WORKER_LOST, Answer
 from dolfingrip.design.cluster import Where, connected
 from dolfingrip.design.evaluate import Task, work
+from dolfingrip.design.interrupts import interrupts_answered_by
 from dolfingrip.design.plan import Design, Plan
 from dolfingrip.design.spool import Spool
 from dolfingrip.design.store import Store
+
+_INTERRUPT = object()  # what Ctrl-C puts among the answers
 
 
 class SchedulerGone(Exception):
@@ -108,20 +112,29 @@ def _compute(
     standing: Standing,
     progress: Callable[[Standing], None],
 ) -> None:
-    from distributed import as_completed
-
-    with connected(where) as client:
-        futures = {}
+    # An interrupt is one more item of the queue: raised wherever the signal comes, it can end up in
+    # a destructor, which swallows it, and the campaign would go on.
+    arrived: SimpleQueue[Any] = SimpleQueue()
+    with (
+        connected(where) as client,
+        interrupts_answered_by(lambda number, frame: arrived.put(_INTERRUPT)),
+    ):
+        keys = {}
         for design in designs:
             task = Task(
                 design.key, design.config, plan.quantities, plan.objective, where.ranks,
                 str(spool.folder),
             )  # fmt: skip
             # Dask's key is the design's: a scheduler that still computes it takes up that
-            futures[client.submit(work, task, key=f"design-{design.key}")] = design.key
+            future = client.submit(work, task, key=f"design-{design.key}")
+            keys[future] = design.key
+            future.add_done_callback(arrived.put)
         # in the order of completion, each dropped as it is stored
-        for future in as_completed(list(futures)):
-            answer = _answer(future, futures.pop(future), spool)
+        while keys:
+            future = arrived.get()
+            if future is _INTERRUPT:
+                raise KeyboardInterrupt
+            answer = _answer(future, keys.pop(future), spool)
             if store.record(answer):
                 standing.count(answer)
                 progress(standing)

@@ -6,7 +6,6 @@ import logging
 import os
 import signal
 import sys
-import threading
 import tomllib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip.complaint import ConfigError
+from dolfingrip.design.interrupts import interrupts_answered_by
 
 LOST_WORKERS = 2
 """How many workers may die on a design before it is called failed."""
@@ -82,7 +82,8 @@ def _local(where: Where) -> Any:
     from distributed import LocalCluster
 
     os.environ["OMP_NUM_THREADS"] = "1"
-    with _interrupts_ignored():
+    # processes started meanwhile leave Ctrl-C to this one, which ends them
+    with interrupts_answered_by(signal.SIG_IGN):
         return LocalCluster(
             n_workers=where.workers,
             threads_per_worker=1,
@@ -91,19 +92,6 @@ def _local(where: Where) -> Any:
             dashboard_address="127.0.0.1:0",  # any free port
             silence_logs=logging.CRITICAL,
         )
-
-
-@contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """Processes started meanwhile leave Ctrl-C to this one, which ends them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def _slurm(where: Where) -> Any:

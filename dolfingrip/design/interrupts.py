@@ -1,0 +1,22 @@
+"""Who answers Ctrl-C for a while."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+@contextmanager
+def interrupts_answered_by(handler: Callable[[int, Any], None] | signal.Handlers) -> Iterator[None]:
+    """SIGINT goes to the handler; outside the main thread, which alone gets it, nothing changes."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
