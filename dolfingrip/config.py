@@ -250,7 +250,7 @@ class Solver(Section):
         "near 0.5, S2 on hexahedra (20 nodes, 8 integration points); default: S2, or P2 on "
         "tetrahedra of a file or by number",
     )
-    rtol: float = Field(1e-8, gt=0, lt=1, description="residual, relative to the step's first")
+    rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")
     max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")
@@ -281,7 +281,7 @@ class Contact(Section):
 
     self_contact: bool = Field(True, description="bellows cannot pass through one another")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
-    stiffness_MPa: float = Field(0.3, gt=0, description="of the barrier")
+    stiffness_MPa: float = Field(0.1, gt=0, description="of the barrier")
     spacing_mm: float = Field(
         2.5, gt=0, le=100, description="hexahedra: largest distance of contact points"
     )
@@ -295,7 +295,7 @@ class Plate(Section):
     normal: Vector = Field((1.0, 0.0, 0.0), description="of the untilted plate, towards the finger")
     contact_length_mm: float = Field(10.0, gt=0, description="length of finger facing it, from tip")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
-    stiffness_MPa: float = Field(0.3, gt=0, description="of the barrier")
+    stiffness_MPa: float = Field(0.1, gt=0, description="of the barrier")
 
     @model_validator(mode="after")
     def _direction(self) -> Plate:

@@ -15,6 +15,9 @@ MIDPOINTS = {
 }
 """Midpoints of their edges."""
 
+TOUCH = 1 + 1e-9
+"""s up to which the plate is felt: what just touches it, up to round-off, feels its stiffness."""
+
 
 def nodal_rule(facet: str, degree: int) -> dict[str, object]:
     """Measure metadata that integrates at the facet's displacement nodes.
@@ -48,16 +51,21 @@ def distance(u: Expr, domain: ufl.Mesh, normal: Expr, offset: Expr) -> Expr:
 def energy(gap: Expr, width: Expr, stiffness: Expr) -> Expr:
     """Barrier potential per reference area (mJ/mm²), zero from ``width`` on.
 
-    ψ = −κ ĝ (1 − s)² ln s,  s = g/ĝ < 1
+    ψ = ½ κ ĝ (1 − s)²,          s = g/ĝ from ½ to 1
+    ψ = −¼ κ ĝ (ln 2s − ½),      s < ½
 
-    which is twice continuously differentiable at s = 1 and unbounded at s = 0 (Li et al.,
-    Incremental Potential Contact, ACM Trans. Graph. 39, 2020, eq. 6).
+    the two-stage barrier of Chen et al. 2025: quadratic, so that Newton's method finds a touch
+    in a step, then unbounded at s = 0, and twice continuously differentiable in between. (That of
+    Li et al., Incremental Potential Contact, ACM Trans. Graph. 39, 2020, is smooth at s = 1, too,
+    but without stiffness there: a finger lying on its plate would pass it in the first step.)
 
     Args:
         gap: distance g from the plane (mm), positive.
         width: distance ĝ at which contact is first felt (mm).
-        stiffness: κ (MPa); the contact pressure is 1.2 κ at s = ½.
+        stiffness: κ (MPa); the contact pressure is κ (1 − s), so κ/2 at s = ½.
     """
     s = gap / width
-    inside = -stiffness * width * (1 - s) ** 2 * ufl.ln(s)
-    return ufl.conditional(ufl.lt(s, 1), inside, 0 * s)
+    first = (1 - s) ** 2 / 2
+    second = -(ufl.ln(2 * s) - 0.5) / 4
+    inside = ufl.conditional(ufl.lt(s, 0.5), second, first)
+    return ufl.conditional(ufl.lt(s, TOUCH), stiffness * width * inside, 0 * s)

@@ -16,7 +16,7 @@ from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config, ConfigError, Solver
 from dolfingrip.experiments import schedule
 from dolfingrip.experiments.display import displayed
 from dolfingrip.experiments.keeper import Keeper, Row
@@ -155,6 +155,16 @@ def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
     return CouponModel(config, model, history, moved, site.parameters)
 
 
+def _strict(config: Config) -> Solver:
+    """The solver's settings with a relative tolerance for a bar whose end is moved.
+
+    Its first residual is not that of the force to be found, of the order of μ, but that of a
+    stretch without narrowing, of the order of λ.
+    """
+    mu, lmbda = config.material.mu_MPa, config.material.lmbda_MPa
+    return config.solver.model_copy(update={"rtol": config.solver.rtol * mu / (lmbda + mu)})
+
+
 def readings(config: Config) -> list[schedule.Reading]:
     """When the bar is read, and at which displacement (mm).
 
@@ -216,7 +226,7 @@ def run(
         keep = None
         if out is not None:
             keep = stack.enter_context(Keeper(out, KIND, config, bar.model, profile))
-        newton = Newton(bar.model, config.solver, profile)
+        newton = Newton(bar.model, _strict(bar.config), profile)
         result.failure = march(
             KIND,
             LoadPath(newton, longest),

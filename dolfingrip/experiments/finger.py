@@ -42,6 +42,7 @@ class FingerModel:
         model: what is solved.
         plate: the force sensor's.
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
+        enclosed: UFL form of the meshed cavity's volume (mm³).
         volume: the cavity's, where it is led.
         scalars: numbers to solve for that extensions add, if any.
         parameters: constants of the potential by name, that sensitivities are taken to.
@@ -51,6 +52,7 @@ class FingerModel:
     model: Model
     plate: RigidPlate | None
     cavity: Control
+    enclosed: ufl.Form
     volume: VolumeControl | None = None
     scalars: ScalarUnknowns | None = None
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
@@ -129,6 +131,8 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         memories.append(scalars)
         if sensor is not None:
             sensor.travel_mm = partial(scalars.change, sensor.offset)
+    cavity = domain.surface("cavity", quadrature_degree=3 * degree)
+    enclosed = cavity_pressure.volume_density(u, mesh) * cavity
     volume = None
     if config.experiment.control == "volume":
         if site.unknowns:
@@ -136,11 +140,11 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
             raise ConfigError(
                 f'extensions.{name}: allowed: with experiment.control = "pressure" only'
             )
-        cavity = domain.surface("cavity", quadrature_degree=3 * degree)
-        density = cavity_pressure.volume_density(u, mesh)
-        volume = VolumeControl(model, by_pressure, density * cavity)
+        volume = VolumeControl(model, by_pressure, enclosed)
         model.controls["cavity_volume_mm3"] = volume
-    return FingerModel(config, model, sensor, by_pressure, volume, scalars, site.parameters)
+    return FingerModel(
+        config, model, sensor, by_pressure, enclosed, volume, scalars, site.parameters
+    )
 
 
 def _element(config: Config, domain: Domain) -> str:

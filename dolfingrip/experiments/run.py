@@ -24,6 +24,7 @@ from dolfingrip.mechanics.newton import Newton
 from dolfingrip.mechanics.path import LoadPath
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.state import State
+from dolfingrip.mechanics.summit import Summit
 
 __all__ = ["Kind", "PlatePose", "Result", "Row", "run"]
 
@@ -72,7 +73,12 @@ def run(
         )
         newton = Newton(finger.model, config.solver, profile, finger.border)
         rest = finger.model.state()
-        path = LoadPath(newton, _longest(config, rest), lambda: _intersecting(finger))
+        path = LoadPath(
+            newton,
+            _longest(config, rest),
+            accept=lambda: _intersecting(finger),
+            passable=lambda: _passable(finger),
+        )
         stops = [
             Stop(landing.controls(config, rest), landing.branch, landing.cycle)
             for landing in landings(config)
@@ -121,6 +127,14 @@ def _longest(config: Config, rest: State) -> dict[str, float]:
         return {"pressure_kPa": config.solver.max_step_kPa, **longest}
     volume = rest.controls["cavity_volume_mm3"]
     return {"cavity_volume_mm3": config.experiment.step_volume_ratio * volume, **longest}
+
+
+def _passable(finger: FingerModel) -> bool:
+    """Whether an unbordered finger goes on at a falling pressure where its volume is led."""
+    if finger.border is not None:
+        return False
+    settings = finger.config.solver
+    return Summit(finger.model, finger.cavity, finger.enclosed, settings).is_near()
 
 
 def _intersecting(finger: FingerModel) -> str:

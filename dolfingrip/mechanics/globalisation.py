@@ -10,7 +10,7 @@ import numpy as np
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.model import Model
 
-CHORD = 0.02
+CHORD = 0.01
 """An iteration that brought the residual below this part of the one before leaves a tangent
 good enough for the next iteration, too; factorising it is what costs."""
 
@@ -67,14 +67,18 @@ class Globalisation:
         self._residual_norm = residual_norm
         self.start()
 
-    def start(self) -> None:
-        """Forget the last solve."""
+    def start(self, scale_N: float | None = None) -> None:
+        """Forget the last solve.
+
+        Args:
+            scale_N: force (N) that the relative tolerance refers to; default: the first residual.
+        """
         self.bound = ""
         self.keep_factors = False
         self._short = 0
-        self._scale = 0.0
+        self._scale_N = scale_N
         self._peak = 0.0
-        self._last = 0.0
+        self._last = self._before = 0.0
         self._settled = False
         self._stagnates = False
 
@@ -94,19 +98,20 @@ class Globalisation:
         """
         if not np.isfinite(norm):
             return Verdict.NOT_A_NUMBER
-        if iteration == 0:
-            self._scale = norm
+        if self._scale_N is None:
+            self._scale_N = norm
         if iteration <= EARLY:
             self._peak = max(self._peak, norm)
         if self._short > PATIENCE:
             return Verdict.STUCK
-        tolerance = self._settings.rtol * max(self._scale, scale)
+        tolerance = self._settings.rtol * max(self._scale_N, scale)
         if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
             return Verdict.CONVERGED
         self.keep_factors = norm < CHORD * self._last and not self.bound
         self._settled = iteration >= SETTLED
-        self._stagnates = iteration > EARLY and norm > STUBBORN * self._last
-        self._last = norm
+        # also against the one before: pairs that touch and part in turn make it jump up and down
+        self._stagnates = iteration > EARLY and norm > STUBBORN * min(self._last, self._before)
+        self._before, self._last = self._last, norm
         if iteration > EARLY and norm > HOPELESS * self._peak:
             return Verdict.HOPELESS
         return Verdict.GO_ON

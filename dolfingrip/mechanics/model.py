@@ -18,6 +18,9 @@ from dolfingrip.mechanics.potential import Potential
 from dolfingrip.mechanics.state import State
 from dolfingrip.mechanics.unknowns import Unknowns
 
+SHORTEST = 1e-6
+"""Fraction of a step below which none is looked for."""
+
 
 class StepBound(Protocol):
     """What limits the length of a Newton step."""
@@ -219,16 +222,28 @@ class Model:
         return fraction, reason
 
     def admissible_step(self, step: np.ndarray) -> tuple[float, str]:
-        """As :meth:`max_step`, shortened until no element inverts (J stays above a tenth)."""
-        fraction, reason = self.max_step(step)
+        """As :meth:`max_step`, shortened until no element inverts (J stays above a tenth).
+
+        Inversion is looked at first: contact is searched along the whole way, and that of a step
+        gone astray is long.
+        """
+        fraction, reason = self._upright(step, 1.0)
+        allowed, bound = self.max_step(fraction * step)
+        if allowed < 1.0:
+            fraction, inverted = self._upright(step, allowed * fraction)
+            reason = inverted or bound
+        return fraction, reason
+
+    def _upright(self, step: np.ndarray, longest: float) -> tuple[float, str]:
+        """``longest``, halved until that part of ``step`` inverts no element, and why."""
         step = self.unknowns.parts(step)[0]
         start = self.u.x.array.copy()
-        smallest = self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN)
+        least = 0.1 * min(self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN), 1.0)
+        fraction, reason = longest, ""
         try:
-            while fraction > 1e-6:
+            while fraction > SHORTEST:
                 self.u.x.array[:] = start + fraction * step
-                now = self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN)
-                if now > 0.1 * min(smallest, 1.0):
+                if self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN) > least:
                     return fraction, reason
                 fraction, reason = fraction / 2, "inverted"
         finally:

@@ -15,6 +15,7 @@ from dolfingrip.mechanics.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.model import Model
 from dolfingrip.mechanics.ordering import cheapest
+from dolfingrip.mechanics.predictor import Guess
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.tangent import Tangent
 
@@ -119,6 +120,11 @@ class Newton:
         snes.setFromOptions()
         return snes
 
+    @property
+    def bordered(self) -> bool:
+        """Whether there are unknowns besides the model's."""
+        return self._border is not None
+
     # -- callbacks -----------------------------------------------------------------------------
 
     def _take(self, x: PETSc.Vec) -> None:
@@ -181,12 +187,22 @@ class Newton:
 
     # -- solve ---------------------------------------------------------------------------------
 
-    def solve(self) -> Solve:
-        """Iterate from the model's present state; the state is changed even if this fails."""
+    def solve(self, guess: Guess | None = None) -> Solve:
+        """Iterate from the model's present state; the state is changed even if this fails.
+
+        Args:
+            guess: start there instead; the tolerance still refers to the present state's residual.
+        """
         model = self.model
-        self._globalisation.start()
-        if model.potential.carried is not None:
-            model.potential.carried.reset()
+        carried = model.potential.carried
+        if guess is not None and carried is not None:
+            self._globalisation.start(self._residual_norm())
+            model.unknowns.set_local(guess.unknowns)
+            carried.stress.x.array[:] = guess.stress
+        else:
+            self._globalisation.start()
+            if carried is not None:
+                carried.reset()
         self._x.array[:] = model.unknowns.owned()
         with self.profile.phase("linear solve"):
             self._snes.solve(None, self._x)

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from dolfingrip.mechanics.failure import Failure, FailureKind
 from dolfingrip.mechanics.newton import Ending, Newton, Solve
+from dolfingrip.mechanics.predictor import Predictor
 from dolfingrip.mechanics.state import State
 
 SOFT = 0.2
@@ -40,14 +41,16 @@ class Arrival:
 class LoadPath:
     """Leads a model along straight lines between prescribed controls, time among them.
 
-    A step that fails is taken back and halved; steps grow again after easy ones. The solver's time
-    limit counts from here, and is looked at before each step.
+    A step starts from where the path so far leads, as long as that is straight. One that fails is
+    taken back and halved; steps grow again after easy ones. The solver's time limit counts from
+    here, and is looked at before each step.
 
     Args:
         newton: solver of the model.
         longest: longest step of each control that limits the step (``pressure_kPa`` to the
             solver's ``max_step_kPa`` by default); a control that is absent does not.
         accept: called after each converged step; returns a reason to reject it, or "".
+        passable: asked at the last good state, whether equilibrium goes on there at a falling load.
     """
 
     def __init__(
@@ -55,16 +58,23 @@ class LoadPath:
         newton: Newton,
         longest: Mapping[str, float] | None = None,
         accept: Callable[[], str] = lambda: "",
+        passable: Callable[[], bool] = lambda: False,
     ) -> None:
         self.newton = newton
         self.model = newton.model
         settings = newton.settings
         self._longest = longest or {"pressure_kPa": settings.max_step_kPa}
         self._accept = accept
+        self._passable = passable
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
+        # what borders the displacement would have to be guessed along with it
+        self._predictor = None if newton.bordered else Predictor(self.model)
+        self._direction: dict[str, float] = {}
+        self._end: dict[str, float] = {}
+        self._place = 0.0  # along the path, in longest steps
 
     def advance(self, target: Mapping[str, float]) -> Arrival:
         """Go to ``target`` (controls by name); stop at the last good state on failure."""
@@ -87,6 +97,7 @@ class LoadPath:
                 return dict(target)
             return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
 
+        self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
         done, iterations, steps, cuts = 0.0, 0, 0, 0
         while done < 1.0:
             if self._late():
@@ -96,7 +107,9 @@ class LoadPath:
             # no sliver is left for a last step
             reach = 1.0 if done + 1.01 * length >= 1.0 else done + length
             self.model.prescribe(at(reach))
-            solve = self.newton.solve()
+            ahead = self._place + (reach - done) * whole
+            guess = self._predictor.guess(ahead) if self._predictor else None
+            solve = self.newton.solve(guess)
             iterations += solve.iterations
             rejected = self._accept() if solve.converged else ""
             if solve.converged and not rejected:
@@ -104,19 +117,34 @@ class LoadPath:
                 self._stiffest = max(self._stiffest, stiffness)
                 done, steps = reach, steps + 1
                 self.model.accept_step()
+                self._place, self._end = ahead, at(reach)
+                if self._predictor:
+                    self._predictor.keep(ahead)
                 good = self.model.state()
                 if solve.iterations <= COMFORTABLE:
                     self._length = min(2 * self._length, 1.0)
                 continue
             self.model.restore(good)
+            if self._predictor:
+                self._predictor.restart(self._place)
             cuts += 1
             self._length = (reach - done) * whole / 2
             if self._length < self._shortest:
                 back = self._shortest / whole / 2
-                soft = self._is_soft(at(done - back), back * whole, good)
+                soft = self._is_soft(at(done - back), back * whole, good) or self._passable()
                 failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
                 return Arrival(iterations, steps, cuts, failure)
         return Arrival(iterations, steps, cuts)
+
+    def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
+        """Take ``direction``, the change of each control in a longest step, from ``start`` on."""
+        straight = start == self._end and all(
+            math.isclose(change, self._direction[name], rel_tol=1e-6, abs_tol=1e-12)
+            for name, change in direction.items()
+        )
+        if not straight and self._predictor:
+            self._predictor.restart(self._place)
+        self._direction = direction
 
     def _late(self) -> bool:
         """Whether the time is over, the same on all ranks."""

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import ufl
+from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from dolfingrip.forms import mixed_neo_hookean, neo_hookean, plate
 
@@ -94,25 +95,33 @@ def barrier(gap: float, width: float = 0.1, stiffness: float = 2.0) -> float:
 
 def test_barrier_reach() -> None:
     """Nothing from the width on; more and more without bound towards the plane."""
-    assert barrier(0.1) == barrier(0.25) == 0.0
+    assert barrier(0.1001) == barrier(0.25) == 0.0
     gaps = np.geomspace(1e-12, 0.0999, 60)
     energies = np.array([barrier(gap) for gap in gaps])
     assert (np.diff(energies) < 0).all()
     assert (energies > 0).all()
-    assert barrier(1e-300) > 100.0
+    assert barrier(1e-300) > 30.0
 
 
-def test_barrier_pressure_at_half_width() -> None:
-    """−dψ/dg = κ (2 (1 − s)(−ln s) + (1 − s)²/s) = 1.193 κ at s = ½, as documented."""
-    pressure = -slope(barrier, 0.05, 1e-6)
-    assert pressure == pytest.approx(2.0 * (np.log(2) + 0.5), rel=1e-7)
+def test_barrier_pressure() -> None:
+    """−dψ/dg = κ (1 − s) down to s = ½, then κ/4s: κ/2 where they meet."""
+    for s, pressure in ((0.8, 0.2), (0.5 + 1e-3, 0.499), (0.5 - 1e-3, 0.25 / 0.499), (0.1, 2.5)):
+        assert -slope(barrier, 0.1 * s, 1e-7) == pytest.approx(2.0 * pressure, rel=1e-6)
 
 
-def test_barrier_is_smooth_at_its_width() -> None:
-    """ψ ~ κ ĝ (1 − s)³ near s = 1: value, slope and curvature all go to zero there."""
+def test_barrier_is_stiff_at_first_touch() -> None:
+    """d²ψ/dg² = κ/ĝ just inside, also where round-off puts the skin just outside."""
+    gap = ufl.variable(ufl.as_ufl(0.1 * (1 + 1e-12)))
+    energy = plate.energy(gap, ufl.as_ufl(0.1), ufl.as_ufl(2.0))
+    curvature = apply_derivatives(ufl.diff(ufl.diff(energy, gap), gap))
+    assert float(curvature(())) == pytest.approx(20.0)
+
+
+def test_barrier_begins_gently() -> None:
+    """ψ = κ ĝ (1 − s)²/2 near s = 1: value and slope go to zero there."""
     for closeness in (1e-2, 1e-3):
         energy = barrier(0.1 * (1 - closeness))
-        assert energy == pytest.approx(2.0 * 0.1 * closeness**3, rel=closeness)
+        assert energy == pytest.approx(2.0 * 0.1 * closeness**2 / 2, rel=1e-9)
 
 
 @pytest.mark.parametrize(

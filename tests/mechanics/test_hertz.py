@@ -77,7 +77,7 @@ def test_hertz() -> None:
     for axis in (0, 1):
         solid.hold(bodies.plane(axis, 0.0), axis)
     solid.hold(equator, 2)
-    newton = Newton(solid.model, Solver(rtol=1e-8, max_iterations=60))
+    newton = Newton(solid.model, Solver(rtol=1e-8, atol_N=1e-12, max_iterations=60))
     pole = np.linalg.norm(solid.nodes, axis=1).argmin()
     top = equator(solid.nodes.T)
 

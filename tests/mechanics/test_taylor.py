@@ -2,7 +2,8 @@
 
 A Taylor remainder of second order in the step tells that a derivative is right; of first
 order, that it is not. The orders approach 2 as the step vanishes, so 1.9 is asked at steps
-of a tenth of an element and less.
+of a tenth of an element and less. Where the plate is felt the steps are shorter: its curvature
+jumps where a node comes to touch it.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from mechanics import bodies, taylor
 
 SEED = 20240611
 ENERGIES = ("neo-Hookean", "cavity pressure", "plate", "gravity", "all")
+STEP = {"plate": 1e-4, "all": 1e-4}
+"""First step (mm), where not 0.01."""
 
 
 @pytest.fixture(params=ENERGIES)
@@ -64,7 +67,7 @@ def test_gradient(hollow: bodies.Body, energy: str) -> None:
     if energy == "gravity":  # linear in u: no remainder at all but round-off
         assert value(0.1) - value(0.0) == pytest.approx(0.1 * slope, rel=1e-12)
         return
-    assert taylor.rates(value, slope, 0.01).min() > 1.9
+    assert taylor.rates(value, slope, STEP.get(energy, 0.01)).min() > 1.9
 
 
 def test_hessian(hollow: bodies.Body, energy: str) -> None:
@@ -83,7 +86,7 @@ def test_hessian(hollow: bodies.Body, energy: str) -> None:
     if energy == "gravity":
         assert not slope.any()
         return
-    assert taylor.rates(gradient, slope, 0.01).min() > 1.9
+    assert taylor.rates(gradient, slope, STEP.get(energy, 0.01)).min() > 1.9
 
 
 def test_carried_stress_follows_to_first_order(hollow: bodies.Body) -> None:

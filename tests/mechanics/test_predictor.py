@@ -1,0 +1,94 @@
+"""Where a load step starts: exact for cubics, fewer iterations, the same solutions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mechanics import bodies
+
+from dolfingrip.config import Solver
+from dolfingrip.mechanics import predictor
+from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.path import LoadPath
+
+SEED = 5
+SETTINGS = Solver(rtol=1e-10, max_step_kPa=40.0, min_step_kPa=5.0)
+RISE = [40.0, 80.0, 120.0, 160.0, 200.0]
+
+
+@pytest.fixture
+def solid() -> bodies.Body:
+    """The hollow cube on its clamp, linear elements."""
+    solid = bodies.body(bodies.hollow_cube(), 1)
+    solid.hold(bodies.plane(2, 0.0))
+    return solid
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_weights_are_exact(count: int) -> None:
+    """A polynomial through all places is met at any place."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    places = np.cumsum(rng.uniform(0.2, 1.0, count))
+    polynomial = np.polynomial.Polynomial(rng.uniform(-1, 1, count))
+    ahead = places[-1] + 0.7
+    weights = predictor.lagrange(places, ahead)
+    assert weights.sum() == pytest.approx(1.0)
+    assert weights @ polynomial(places) == pytest.approx(polynomial(ahead), rel=1e-11)
+
+
+def led(solid: bodies.Body, pressures_kPa: list[float]) -> tuple[list[int], list[np.ndarray]]:
+    """Iterations and displacements at each of the pressures, in turn."""
+    path = LoadPath(Newton(solid.model, SETTINGS))
+    iterations, displacements = [], []
+    for pressure in pressures_kPa:
+        arrival = path.advance({"pressure_kPa": pressure})
+        assert arrival.failure is None
+        assert arrival.cuts == 0
+        iterations.append(arrival.iterations)
+        displacements.append(solid.model.u.x.array.copy())
+    return iterations, displacements
+
+
+def test_prediction_saves_iterations_and_changes_nothing_else(
+    solid: bodies.Body, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the fourth state on the steps start from the first three and more."""
+    led_by, found = led(solid, RISE)
+    solid.displace(np.zeros_like(solid.nodes))
+    solid.model.prescribe({"pressure_kPa": 0.0})
+    monkeypatch.setattr(predictor, "FEWEST", 99)
+    plain, expected = led(solid, RISE)
+    assert led_by[:2] == plain[:2]
+    assert sum(led_by[2:]) < 0.75 * sum(plain[2:])
+    for here, there in zip(found, expected, strict=True):
+        np.testing.assert_allclose(here, there, atol=1e-8 * np.abs(there).max())
+
+
+def test_a_turn_is_a_new_path(solid: bodies.Body, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is predicted on the way back from what was seen on the way there."""
+    guessed: list[bool] = []
+    plain = Newton.solve
+
+    def solve(self: Newton, guess: predictor.Guess | None = None) -> object:
+        guessed.append(guess is not None)
+        return plain(self, guess)
+
+    monkeypatch.setattr(Newton, "solve", solve)
+    led(solid, [*RISE, *RISE[-2::-1]])
+    assert guessed == [False, False, True, True, True, False, False, True, True]
+
+
+def test_a_state_set_from_outside_is_a_new_path(solid: bodies.Body) -> None:
+    """A path that is not where it had been left does not look back."""
+    path = LoadPath(Newton(solid.model, SETTINGS))
+    rest = solid.model.state()
+    for pressure in RISE[:3]:
+        path.advance({"pressure_kPa": pressure})
+    solid.model.restore(rest)
+    arrival = path.advance({"pressure_kPa": 160.0})
+    assert arrival.failure is None
+    found = solid.model.u.x.array.copy()
+    solid.model.restore(rest)
+    assert LoadPath(Newton(solid.model, SETTINGS)).advance({"pressure_kPa": 160.0}).failure is None
+    np.testing.assert_allclose(found, solid.model.u.x.array, atol=1e-8 * np.abs(found).max())

@@ -1,0 +1,34 @@
+"""The pressure's maximum is found where it is near, and only there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mechanics import bodies
+
+from dolfingrip.config import Solver
+from dolfingrip.forms import cavity_pressure
+from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.summit import Summit
+
+GREATEST_KPA = 316.0
+"""The balloon's, see test_failure."""
+
+
+@pytest.mark.parametrize(
+    ("part", "near"), [(0.3, False), (0.6, False), (0.9, False), (0.999, True)]
+)
+def test_summit(balloon: bodies.Body, part: float, near: bool) -> None:
+    """A fifth of its volume more takes the balloon past what it bears, from near there alone."""
+    model = balloon.model
+    settings = Solver(rtol=1e-9)
+    arrival = LoadPath(Newton(model, settings)).advance({"pressure_kPa": part * GREATEST_KPA})
+    assert arrival.failure is None
+    before = model.state()
+    ds = model.domain.surface("cavity", quadrature_degree=6)
+    volume = cavity_pressure.volume_density(balloon.u, model.domain.mesh) * ds
+    assert Summit(model, model.controls["pressure_kPa"], volume, settings).is_near() is near
+    after = model.state()
+    assert after.controls == before.controls
+    np.testing.assert_array_equal(after.displacement, before.displacement)
