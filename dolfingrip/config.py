@@ -281,7 +281,7 @@ class Contact(Section):
 
     self_contact: bool = Field(True, description="bellows cannot pass through one another")
     barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
-    stiffness_MPa: float = Field(0.1, gt=0, description="of the barrier")
+    stiffness_MPa: float = Field(0.03, gt=0, description="of the barrier")
     spacing_mm: float = Field(
         2.5, gt=0, le=100, description="hexahedra: largest distance of contact points"
     )

@@ -18,11 +18,11 @@ MOVED = 1e-4
 class BarrierContact:
     """Surfaces repel one another within the barrier's width and never pass.
 
-    Π_contact = κ ĝ Σ A b(s²), s = d/ĝ, over the pairs of vertex–face and edge–edge at a distance
-    d below the width ĝ (Li et al. 2020), weighted by area so that it converges with the mesh (Li
-    et al., Convergent Incremental Potential Contact, 2023). b(t) = ½ (1 − t)², from t = ½ on
-    −¼ (ln 2t − ½): the two stages (Chen et al. 2025) of the plate's barrier, but in s², hence
-    four times as stiff at first touch with the same κ.
+    Π_contact = −κ ĝ Σ A (1 − s²)² ln s², s = d/ĝ, over the pairs of vertex–face and edge–edge at
+    a distance d below the width ĝ (Li et al. 2020), weighted by area so that it converges with
+    the mesh (Li et al., Convergent Incremental Potential Contact, 2023). Unlike the plate's it has
+    no stiffness at first touch: as the bellows slide along one another, pairs come and go there,
+    and Newton's method would jump between them.
 
     Args:
         surface: vertices and triangles of all bodies.
@@ -41,8 +41,7 @@ class BarrierContact:
             np.asfortranarray(surface.edges),
             np.asfortranarray(surface.triangles),
         )
-        self._barrier = ipctk.TwoStageBarrier()
-        self._potential = ipctk.BarrierPotential(self._barrier, width_mm, stiffness_MPa, True)
+        self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
         self._spread = sp.kron(surface.weights, sp.eye_array(3), format="csr")
         self._ccd = ipctk.AdditiveCCD()
         self._found: tuple[np.ndarray, ipctk.NormalCollisions] | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from enum import Enum, auto
 
@@ -33,6 +34,13 @@ PATIENCE = 2
 """How many such steps in a row are borne."""
 
 
+SEARCHED = 4
+"""Residuals that a search looks at beyond the first two."""
+
+ENOUGH = 0.3
+"""Part of the work at the start of a step that may be left where a search ends."""
+
+
 class Verdict(Enum):
     """What a residual norm means."""
 
@@ -54,17 +62,23 @@ class Globalisation:
     Args:
         model: whose steps are bounded.
         settings: tolerances.
-        residual_norm: norm of the residual (N) at the model's present displacement.
+        residual_along: product of the residual at the model's present displacement with a step
+            (mJ), and its norm (N).
 
     Attributes:
         bound: name of what cut the last step, "" if nothing did.
         keep_factors: the tangent of the last iteration is good enough for the next.
     """
 
-    def __init__(self, model: Model, settings: Solver, residual_norm: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        model: Model,
+        settings: Solver,
+        residual_along: Callable[[np.ndarray], tuple[float, float]],
+    ) -> None:
         self._model = model
         self._settings = settings
-        self._residual_norm = residual_norm
+        self._residual_along = residual_along
         self.start()
 
     def start(self, scale_N: float | None = None) -> None:
@@ -78,7 +92,7 @@ class Globalisation:
         self._short = 0
         self._scale_N = scale_N
         self._peak = 0.0
-        self._last = self._before = 0.0
+        self._recent: deque[float] = deque(maxlen=3)
         self._settled = False
         self._stagnates = False
 
@@ -107,11 +121,13 @@ class Globalisation:
         tolerance = self._settings.rtol * max(self._scale_N, scale)
         if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
             return Verdict.CONVERGED
-        self.keep_factors = norm < CHORD * self._last and not self.bound
+        self.keep_factors = (
+            bool(self._recent) and norm < CHORD * self._recent[-1] and not self.bound
+        )
         self._settled = iteration >= SETTLED
-        # also against the one before: pairs that touch and part in turn make it jump up and down
-        self._stagnates = iteration > EARLY and norm > STUBBORN * min(self._last, self._before)
-        self._before, self._last = self._last, norm
+        # not against the last alone: pairs that touch and part in turn make it jump up and down
+        self._stagnates = iteration > EARLY and norm > STUBBORN * min(self._recent)
+        self._recent.append(norm)
         if iteration > EARLY and norm > HOPELESS * self._peak:
             return Verdict.HOPELESS
         return Verdict.GO_ON
@@ -125,12 +141,52 @@ class Globalisation:
         return fraction
 
     def _search(self, step: np.ndarray, longest: float) -> float:
-        """The fraction of ``step`` with the smallest residual among the longest and its halves."""
+        """The fraction of ``step``, up to the longest, where the forces do no more work along it.
+
+        Regula falsi on the residual's product with the step (Matthies & Strang, Int. J. Numer.
+        Methods Eng. 14, 1979): Π has its minimum along the step there, also where pairs that
+        touch and part make the residual jump. Its norm, where the step leads uphill.
+        """
         unknowns = self._model.unknowns
         start = unknowns.local()
-        best = (np.inf, longest)
-        for fraction in longest * 0.5 ** np.arange(4):
+
+        def work(fraction: float) -> tuple[float, float]:
             unknowns.set_local(start + fraction * step)
-            best = min(best, (self._residual_norm(), float(fraction)))
-        unknowns.set_local(start)
-        return best[1]
+            return self._residual_along(step)
+
+        try:
+            first, _ = work(0.0)
+            last, norm = work(longest)
+            if first > 0:
+                return self._smallest(work, longest, norm)
+            return _root(lambda fraction: work(fraction)[0], first, longest, last)
+        finally:
+            unknowns.set_local(start)
+
+    @staticmethod
+    def _smallest(
+        work: Callable[[float], tuple[float, float]], longest: float, norm: float
+    ) -> float:
+        """Among the longest and its halves the fraction with the smallest residual."""
+        halves = [float(half) for half in longest * 0.5 ** np.arange(1, SEARCHED)]
+        return min((norm, longest), *((work(half)[1], half) for half in halves))[1]
+
+
+def _root(work: Callable[[float], float], first: float, end: float, last: float) -> float:
+    """Where ``work`` falls to a part of its value at 0 or less; ``end`` where it does not."""
+    near, far = (0.0, first), (end, last)
+    if last <= ENOUGH * abs(first):
+        return end
+    found = end
+    for _ in range(SEARCHED):
+        found = near[0] - near[1] * (far[0] - near[0]) / (far[1] - near[1])
+        value = work(found)
+        if abs(value) <= ENOUGH * abs(first):
+            break
+        if value > 0:
+            far = (found, value)
+            near = (near[0], near[1] / 2)  # as Illinois does, lest one end stays for ever
+        else:
+            near = (found, value)
+            far = (far[0], far[1] / 2)
+    return found

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -94,7 +95,7 @@ class Newton:
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
-        self._globalisation = Globalisation(model, settings, self._residual_norm)
+        self._globalisation = Globalisation(model, settings, self._residual_along)
         self._snes = self._make_snes()
 
     def _make_snes(self) -> PETSc.SNES:
@@ -134,6 +135,12 @@ class Newton:
     def _residual_norm(self) -> float:
         self.model.assemble_equations(self._trial)
         return float(self._trial.norm())
+
+    def _residual_along(self, step: np.ndarray) -> tuple[float, float]:
+        """Product of the residual with a local array of the unknowns, and its norm."""
+        norm = self._residual_norm()
+        own = self._trial.array_r @ self.model.unknowns.owned_part(step)
+        return float(self.model.comm.allreduce(own, MPI.SUM)), norm
 
     def _form_residual(self, _snes: Any, x: PETSc.Vec, residual: PETSc.Vec) -> None:
         with self.profile.phase("residual"):

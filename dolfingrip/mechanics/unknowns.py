@@ -60,6 +60,11 @@ class Unknowns:
         pairs = zip(self._fields, self._owned, strict=True)
         return np.concatenate([field.x.array[:owned] for field, owned in pairs])
 
+    def owned_part(self, local: np.ndarray) -> np.ndarray:
+        """The owned values of a local array, in the order of a vector."""
+        pairs = zip(self.parts(local), self._owned, strict=True)
+        return np.concatenate([values[:owned] for values, owned in pairs])
+
     def set_owned(self, values: np.ndarray) -> None:
         """Set the fields to a vector's values, ghosts from their owners."""
         start = 0

@@ -12,8 +12,6 @@ from dolfingrip.mechanics.newton import Newton
 from dolfingrip.mechanics.surface import Surface
 
 WIDTH = 0.02
-STIFFNESS = 0.05
-"""MPa: about the blocks' pressure, so that the gap closes by a few percent of the width."""
 NU = 0.3
 PUSH = WIDTH / 2
 TOP = 2 + WIDTH
@@ -30,7 +28,7 @@ def stacked(lower: int, upper: int) -> bodies.Body:
     )
     body = bodies.body(solid, 1, nu=NU)
     surface = Surface(body.u.function_space, solid, solid.facets("skin"))
-    body.model.contact = BarrierContact(surface, WIDTH, STIFFNESS)
+    body.model.contact = BarrierContact(surface, WIDTH, 1.0)
     return body
 
 
