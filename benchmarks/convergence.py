@@ -34,8 +34,8 @@ class Point:
     Attributes:
         mesh: element, size (mm; of S2 the refinement), and size at concave edges where that is
             another (mm).
-        size: equivalent element size, (number of tetrahedra)^(−1/3).
-        seconds: of solving.
+        size: equivalent element size, (number of elements)^(−1/3).
+        seconds: processor time of the run.
     """
 
     mesh: str
@@ -62,7 +62,7 @@ def points(outcome: Outcome, kind: str) -> list[Point]:
                 run["dofs"],
                 run["elements"] ** (-1 / 3),
                 value,
-                run["solve_s"],
+                run["processor_s"],
                 run["load"][0],
             )
         )
@@ -70,7 +70,7 @@ def points(outcome: Outcome, kind: str) -> list[Point]:
 
 
 def series(outcome: Outcome, kind: str, name: str) -> list[Point]:
-    """The meshes of ``P2 uniform``, ``P2 graded``, ``P1 uniform`` or ``P2-P1 uniform``."""
+    """The meshes of an element, ``P2`` or another, that are ``uniform`` or ``graded``."""
     element, spacing = name.split()
     return [
         point
@@ -80,19 +80,17 @@ def series(outcome: Outcome, kind: str, name: str) -> list[Point]:
 
 
 def limits(outcome: Outcome) -> dict[str, Limit]:
-    """What angle and force tend to, by experiment, from the uniform quadratic meshes.
+    """What angle and force tend to, by experiment, from the refinements of the default mesh.
 
-    The graded meshes, which approach by another way, widen the uncertainty where their finest
-    lies outside it.
+    All other meshes, which approach by other ways, widen the uncertainty where they lie beyond.
     """
     found = {}
     for kind in QUANTITIES:
-        uniform = series(outcome, kind, "P2 uniform")
+        uniform = series(outcome, kind, "S2 uniform")
         if len(uniform) < 2:
             continue
         limit = extrapolate([p.size for p in uniform], [p.value for p in uniform])
-        graded = series(outcome, kind, "P2 graded")
-        beyond = max((p.value - limit.value for p in graded), default=0.0)
+        beyond = max(p.value - limit.value for p in points(outcome, kind))
         uncertainty = max(limit.uncertainty, beyond)
         found[kind] = Limit(limit.value, limit.order, uncertainty)
     return found

@@ -12,15 +12,15 @@ from benchmarks.orders import exponent
 from benchmarks.outcomes import Outcome
 from dolfingrip.report import theme
 
-COLOURS = {"P2": theme.BLUE, "P1": theme.ORANGE}
-MARKERS = {"P2": "o", "P1": "s"}
+COLOURS = {"S2": theme.GREEN, "P2": theme.BLUE, "P1": theme.ORANGE}
+MARKERS = {"S2": "^", "P2": "o", "P1": "s"}
 
 
 def growth_points(outcome: Outcome, element: str) -> list[tuple[float, float, float]]:
-    """(dofs, seconds of solving, MB) of each mesh, by dofs."""
+    """(dofs, seconds of processor time, MB) of each mesh, by dofs."""
     labels = [label for label in outcome.runs if label.split()[0] == element]
     points = [
-        tuple(outcome.median(label, key) for key in ("dofs", "solve_s", "peak_MB"))
+        tuple(outcome.median(label, key) for key in ("dofs", "processor_s", "peak_MB"))
         for label in labels
     ]
     return sorted(points)  # type: ignore[arg-type]
@@ -44,7 +44,7 @@ def _draw_growth(outcome: Outcome, path: Path) -> None:
             dofs, seconds = points[:, 0], points[:, 1]
             label = f"{element}: dofs$^{{{exponent(dofs, seconds):.2f}}}$"
             axes.loglog(dofs, seconds, MARKERS[element] + "-", color=colour, label=label)
-        axes.set(xlabel="displacement dofs", ylabel="time of solving (s)")
+        axes.set(xlabel="displacement dofs", ylabel="processor time (s)")
         axes.set_title("Free bending to 50 kPa, one core", fontsize=9)
         axes.legend()
         figure.savefig(path)
@@ -57,8 +57,9 @@ def _draw_precision(outcome: Outcome, path: Path) -> None:
         figure, panels = plt.subplots(1, 2, figsize=(7.2, 3.2), layout="constrained")
         for axes, (kind, quantity) in zip(panels, QUANTITIES.items(), strict=True):
             for name, colour, marker in (
+                ("S2 uniform", theme.GREEN, "^"),
+                ("S2 graded", theme.GREEN, "v"),
                 ("P2 uniform", theme.BLUE, "o"),
-                ("P2 graded", theme.GREEN, "^"),
                 ("P1 uniform", theme.ORANGE, "s"),
                 ("P2-P1 uniform", theme.PURPLE, "D"),
             ):
@@ -67,13 +68,14 @@ def _draw_precision(outcome: Outcome, path: Path) -> None:
                     continue
                 error = [abs(p.value / best[kind].value - 1) * 100 for p in points]
                 seconds = [p.seconds for p in points]
-                axes.loglog(seconds, error, marker + "-", color=colour, label=name)
+                line = "--" if name.endswith("graded") else "-"
+                axes.loglog(seconds, error, marker + line, color=colour, label=name)
             if kind in best:
                 floor = best[kind].uncertainty / abs(best[kind].value) * 100
                 axes.axhspan(1e-4, floor, color=theme.PALE, alpha=0.5, lw=0)
                 axes.set_ylim(bottom=max(floor / 3, 1e-3))
             axes.axhline(1.0, color=theme.GREY, lw=0.8, ls="--")
-            axes.set(xlabel="time of solving (s)", ylabel=f"error of the {quantity.name} (%)")
+            axes.set(xlabel="processor time (s)", ylabel=f"error of the {quantity.name} (%)")
             axes.legend()
         figure.savefig(path)
         plt.close(figure)

@@ -145,7 +145,7 @@ def _errors(found: Found) -> Iterator[Line]:
 
 
 def _growth(found: Found) -> Iterator[Line]:
-    for element in ("P2", "P1"):
+    for element in ("S2", "P2", "P1"):
         what = f"growth of time with dofs, {element}"
         measured = growth_points(found["growth"], element) if "growth" in found else []
         if len(measured) < 3:

@@ -93,7 +93,8 @@ def _convergence(found: Found, folder: Path) -> Iterator[str]:
         measured = points(found["convergence"], kind)
         if not measured:
             continue
-        yield f"| size (mm) | tetrahedra | dofs | {quantity.name} ({quantity.unit}) | error | s |"
+        value = f"{quantity.name} ({quantity.unit})"
+        yield f"| mesh | elements | dofs | {value} | error | processor s |"
         yield "|---|--:|--:|--:|--:|--:|"
         for p in measured:
             error = f"{p.value / best[kind].value - 1:+.2%}" if kind in best else ""
@@ -107,11 +108,14 @@ def _convergence(found: Found, folder: Path) -> Iterator[str]:
             order = "no order is seen" if isnan(limit.order) else f"order {limit.order:.2f}"
             yield (
                 f"The {quantity.name} tends to {limit.value:.4g} ± {limit.uncertainty:.2g} "
-                f"{quantity.unit} ({order} in (tetrahedra)^(−1/3), three finest uniform quadratic "
-                "meshes; sharp concave edges keep it below that of smooth solutions)."
+                f"{quantity.unit} ({order} in (elements)^(−1/3), from the refinements of the "
+                "default mesh; sharp concave edges keep it below that of smooth solutions)."
             )
             yield ""
-    yield "A second size is that at concave edges."
+    yield (
+        "P1, P2 and P2-P1 are tetrahedra of that size (mm), S2 hexahedra, the default mesh divided "
+        "so often. A second number is the size at concave edges (mm)."
+    )
     yield ""
     if (folder / "error_time.png").exists():
         yield "![error against time](error_time.png)"
@@ -123,9 +127,9 @@ def _growth(found: Found, folder: Path) -> Iterator[str]:
         return
     yield "## Growth with dofs"
     yield ""
-    yield "| element | dofs | solve s | GB |"
+    yield "| element | dofs | processor s | GB |"
     yield "|---|--:|--:|--:|"
-    for element in ("P2", "P1"):
+    for element in ("S2", "P2", "P1"):
         for dofs, seconds, peak in growth_points(found["growth"], element):
             yield f"| {element} | {dofs:,.0f} | {seconds:.1f} | {peak / 1000:.2f} |"
     yield ""

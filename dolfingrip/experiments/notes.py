@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dolfingrip.config import Config
 
-NEARLY_INCOMPRESSIBLE = 0.49
-"""Poisson's ratio from which quadratic displacements alone lock, too."""
+NEARLY_INCOMPRESSIBLE = {"P2": 0.49, "S2": 0.47}
+"""Poisson's ratio above which quadratic displacements alone are not enough: tetrahedra lock, and
+on hexahedra Newton's method takes several times the iterations."""
 
 
 def notes(config: Config) -> list[str]:
@@ -16,9 +17,10 @@ def notes(config: Config) -> list[str]:
             'solver.element = "P1": linear tetrahedra are too stiff in thin walls (tip '
             'displacement 38 % too small with walls of 1 mm); take "P2"'
         ]
-    if element == "P2" and config.material.poisson > NEARLY_INCOMPRESSIBLE:
+    quadratic = element or ("S2" if config.hexahedra else "P2")
+    if config.material.poisson > NEARLY_INCOMPRESSIBLE.get(quadratic, 0.5):
         return [
-            f'solver.element = "P2": nu = {config.material.poisson:.4g} is nearly '
-            'incompressible, where it locks and converges slowly; take "P2-P1"'
+            f'solver.element = "{quadratic}": nu = {config.material.poisson:.4g} is nearly '
+            'incompressible, where it converges slowly; take "P2-P1"'
         ]
     return []

@@ -12,7 +12,9 @@ from dolfingrip.experiments.notes import notes
     ("overrides", "said"),
     [
         ([], []),
-        (["material.nu=0.48"], []),
+        (["material.nu=0.465"], []),
+        (["material.nu=0.48"], ['"S2": nu = 0.48 is nearly incompressible']),
+        (["material.nu=0.48", "mesh.target_elements=3000"], []),
         (["solver.element=P1"], ["linear tetrahedra are too stiff"]),
         (["material.nu=0.499", "solver.element=P2"], ["nu = 0.499 is nearly incompressible"]),
         (
