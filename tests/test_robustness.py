@@ -41,7 +41,8 @@ def test_fingers_are_within_their_ranges(points: list[Inputs], shared: Config) -
         settings = config.from_dict(robustness.design_of(point, shared).config)
         finger = settings.finger
         assert finger.bellows_mm - 2 * finger.wall_mm >= robustness.CLEAR_MM
-        assert settings.hexahedra
+        assert settings.mesh.size_mm <= robustness.LARGEST_MM
+        assert settings.solver.element == "P2-P1"
         assert settings.experiment.max_pressure_kPa == 300
     for key, (low, high) in robustness.RANGES.items():  # the ranges are made use of
         values = [point[key] for point in points]
