@@ -240,11 +240,12 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=0, help="of sampled candidates")
     parser.add_argument("--seed", type=int, default=0, help="of the samples")
     parser.add_argument("--one", action="append", default=[], metavar="KEY=VALUE,…")
-    parser.add_argument("--size-mm", type=float, default=10.0, help="of the elements")
+    parser.add_argument("--size-mm", type=float, default=7.0, help="of the elements")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument("--workers", type=int, default=1)
     asked = parser.parse_args()
     console = Console()
-    base = configuration.load(None, [f"mesh.size_mm={asked.size_mm}"])
+    base = configuration.load(None, [f"mesh.size_mm={asked.size_mm}", *asked.overrides])
     wanted = sampled(base, asked.parameter, asked.number, asked.seed) if asked.number else []
     for text in asked.one:
         inputs = {key: float(value) for key, value in (p.split("=") for p in text.split(","))}

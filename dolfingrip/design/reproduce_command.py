@@ -14,7 +14,7 @@ from rich.table import Table
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design import doe_commands, optimise_command, study_command, train_command
-from dolfingrip.options import check_writable, console
+from dolfingrip.options import ConfigFile, check_writable, console
 
 PAPER = {
     2.5: (0.236, -0.363, -7.7),
@@ -26,10 +26,14 @@ PAPER = {
 MEASURED_KPA = 250.0
 """Where the paper compares forces; its designs were optimised at 300 kPa."""
 
+READ = ("experiment.step_kPa=50",)
+"""Readings of which that is one."""
+
 
 def reproduce(
     out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/reproduce"),
     workers: Annotated[int, typer.Option(min=1, help="Local processes.")] = 1,
+    config: ConfigFile = None,
     overrides: Annotated[
         list[str] | None,
         typer.Option("--set", "-s", metavar="KEY=VALUE", help="e.g. mesh.size_mm=4; repeatable."),
@@ -48,7 +52,9 @@ def reproduce(
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
     check_writable(out)
     doe, surrogate, optimum = out / "doe", out / "surrogate", out / "optimum"
-    settings = [f"--set={each}" for each in overrides or ()]
+    settings = [f"--set={each}" for each in (*READ, *(overrides or ()))]
+    if config is not None:
+        settings.append(f"--config={config}")
     varied = [f"--parameter={each}" for each in parameter or ()]
     limits = [f"--cog-max={limit:g}" for limit in PAPER]
     many = f"--workers={workers}"
