@@ -5,14 +5,14 @@
 Each effect at its default values against the base model, loading and unloading, effects with a
 clock at two rates. A finger that is there already is not computed again, so that the script can be
 stopped and started; what is there is drawn. ``--publish`` makes ``benchmarks/fingerprints.csv``
-and ``docs/fingerprints.png`` of it. The whole takes about WHOLE minutes of CPU time.
+and ``docs/fingerprints.png`` of it. The whole takes about 16 minutes of CPU time.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from shutil import copyfile
 from typing import Any
@@ -39,6 +39,8 @@ LABELS = {"bending": "Δ angle (°)", "blocked_force": "Δ force (N)"}
 COLOURS = {"fast": theme.BLUE, "slow": theme.ORANGE}
 ACROSS = 3
 """Effects side by side."""
+ROUNDING = 1e-4
+"""Angles (°) and forces (N) below which nothing has changed but where Newton's method stopped."""
 HERE = Path(__file__).resolve().parent
 TABLE, PAGE = HERE / "fingerprints.csv", HERE.parent / "docs" / "fingerprints.png"
 
@@ -104,35 +106,36 @@ def draw(names: Sequence[str], folder: Path) -> Path:
         for place, name in enumerate(names):
             pair = panels.flat[2 * place : 2 * place + 2]
             for axes, kind in zip(pair, COLUMNS, strict=True):
-                for rate in rates(name):
-                    _line(axes, change(computed(name, rate, folder), base, kind), rate)
-                axes.axhline(0, color=theme.GREY, lw=0.8, zorder=1)
-                axes.set_title(f"{name}: {LABELS[kind]}", fontsize=7.5)
-                axes.tick_params(labelsize=7)
+                lines = {rate: computed(name, rate, folder) for rate in rates(name)}
+                _panel(axes, {rate: change(line, base, kind) for rate, line in lines.items()})
+                axes.set_title(f"{name}: {LABELS[kind]}", fontsize=8)
+                axes.tick_params(labelsize=7.5)
                 if place >= len(names) - ACROSS:
-                    axes.set_xlabel("pressure (kPa)", fontsize=7.5)
+                    axes.set_xlabel("pressure (kPa)", fontsize=8)
         handles = [
             plt.Line2D([], [], color=COLOURS[rate], ls=style, label=f"{words}{branch}")
             for rate, words in (("fast", f"{RATES['fast']:g} kPa/s or any rate, "),
                                 ("slow", f"{RATES['slow']:g} kPa/s, "))
             for style, branch in (("-", "loading"), ("--", "unloading"))
         ]  # fmt: skip
-        figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=7.5)
+        figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
         path = folder / "fingerprints.png"
-        figure.savefig(path)
+        figure.savefig(path, dpi=150)
         plt.close(figure)
     return path
 
 
-def _line(axes: Axes, points: np.ndarray, rate: str) -> None:
-    turn = int(np.argmax(points[:, 0]))
-    colour = COLOURS[rate]
-    axes.plot(*points[: turn + 1].T, "-", color=colour, lw=1.3)
-    axes.plot(*points[turn:].T, "--", color=colour, lw=1.3)
-    # what is round-off is not to fill its panel
-    low, high = axes.get_ylim()
-    if high - low < 1e-3:
-        axes.set_ylim(-1e-2, 1e-2)
+def _panel(axes: Axes, lines: Mapping[str, np.ndarray]) -> None:
+    """Changes from the base model (pressure, change), by rate."""
+    for rate, points in lines.items():
+        turn = int(np.argmax(points[:, 0]))
+        axes.plot(*points[: turn + 1].T, "-", color=COLOURS[rate], lw=1.3)
+        axes.plot(*points[turn:].T, "--", color=COLOURS[rate], lw=1.3)
+    axes.axhline(0, color=theme.GREY, lw=0.8, zorder=1)
+    if max(np.abs(points[:, 1]).max() for points in lines.values()) < ROUNDING:
+        axes.set_ylim(-1, 1)
+        axes.set_yticks([0])
+        axes.text(0.5, 0.56, "none", ha="center", fontsize=8, transform=axes.transAxes)
 
 
 def table(names: Sequence[str], folder: Path) -> list[dict[str, Any]]:
