@@ -21,8 +21,8 @@ class Locking(Effect):
     2.8 mm by default. On quadratic tetrahedra (``solver.element = "P2"``) the mesh stays.
 
     Prior: none; a choice of the model and no property of the finger.
-    Fingerprint: angle lower by a third and more, force less so; nearly one factor at all
-    pressures. Loading and unloading agree.
+    Fingerprint: angle lower by 60 % at 25 kPa and by 50 % at 250 kPa, force by 15 and 22 %. Loading
+    and unloading agree.
     Confused with: the modulus, wall thickness.
     """
 

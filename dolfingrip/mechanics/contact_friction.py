@@ -22,7 +22,9 @@ class FrictionalContact(BarrierContact):
     Incremental Potential Contact, ACM Trans. Graph. 39, 2020, sec. 5), so that friction has a
     potential and the tangent stays symmetric; the error is of the order of the load step, and a
     touch rubs from the step after it on. f' rises smoothly from 0 to 1, which it reaches at
-    |s| = ε: below it friction is a spring's.
+    |s| = ε: below it friction is a spring's. The spring is at rest as a step begins, whatever
+    friction there was before, so that surfaces that stick creep by up to ε in each step, also
+    where the load rests.
 
     Args:
         surface: vertices and triangles of all bodies.
