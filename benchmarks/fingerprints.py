@@ -1,18 +1,20 @@
 """What each effect does to angle and force: a page of small plots and a table.
 
-    scripts/run python -m benchmarks.fingerprints [--only prony,mullins] [--out FOLDER]
+    scripts/run python -m benchmarks.fingerprints [--only prony,mullins] [--out FOLDER] [--publish]
 
 Each effect at its default values against the base model, loading and unloading, effects with a
 clock at two rates. A finger that is there already is not computed again, so that the script can be
-stopped and started; what is there is drawn.
+stopped and started; what is there is drawn. ``--publish`` makes ``benchmarks/fingerprints.csv``
+and ``docs/fingerprints.png`` of it. The whole takes about 16 minutes of CPU time.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from shutil import copyfile
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -20,17 +22,13 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from dolfingrip import config
+from dolfingrip.design import rows
 from dolfingrip.experiments.run import Kind, run
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.report import theme
 
-OVERRIDES = (
-    "mesh.size_mm=4.5",
-    "mesh.edge_size_mm=4.5",
-    "experiment.max_pressure_kPa=200",
-    "experiment.unload=true",
-)
-"""A coarse finger: right in kind; figures are 5 % off."""
+OVERRIDES = ("experiment.step_kPa=12.5", "experiment.unload=true")
+"""The reference finger to 250 kPa and back, read often enough to see where bellows touch."""
 
 RATES = {"fast": 100.0, "slow": 2.0}
 """kPa/s."""
@@ -41,6 +39,10 @@ LABELS = {"bending": "Δ angle (°)", "blocked_force": "Δ force (N)"}
 COLOURS = {"fast": theme.BLUE, "slow": theme.ORANGE}
 ACROSS = 3
 """Effects side by side."""
+ROUNDING = 1e-4
+"""Angles (°) and forces (N) below which nothing has changed but where Newton's method stopped."""
+HERE = Path(__file__).resolve().parent
+TABLE, PAGE = HERE / "fingerprints.csv", HERE.parent / "docs" / "fingerprints.png"
 
 
 def settings(name: str, rate: str) -> list[str]:
@@ -104,61 +106,64 @@ def draw(names: Sequence[str], folder: Path) -> Path:
         for place, name in enumerate(names):
             pair = panels.flat[2 * place : 2 * place + 2]
             for axes, kind in zip(pair, COLUMNS, strict=True):
-                for rate in rates(name):
-                    _line(axes, change(computed(name, rate, folder), base, kind), rate)
-                axes.axhline(0, color=theme.GREY, lw=0.8, zorder=1)
-                axes.set_title(f"{name}: {LABELS[kind]}", fontsize=7.5)
-                axes.tick_params(labelsize=7)
+                lines = {rate: computed(name, rate, folder) for rate in rates(name)}
+                _panel(axes, {rate: change(line, base, kind) for rate, line in lines.items()})
+                axes.set_title(f"{name}: {LABELS[kind]}", fontsize=8)
+                axes.tick_params(labelsize=7.5)
                 if place >= len(names) - ACROSS:
-                    axes.set_xlabel("pressure (kPa)", fontsize=7.5)
+                    axes.set_xlabel("pressure (kPa)", fontsize=8)
         handles = [
             plt.Line2D([], [], color=COLOURS[rate], ls=style, label=f"{words}{branch}")
             for rate, words in (("fast", f"{RATES['fast']:g} kPa/s or any rate, "),
                                 ("slow", f"{RATES['slow']:g} kPa/s, "))
             for style, branch in (("-", "loading"), ("--", "unloading"))
         ]  # fmt: skip
-        figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=7.5)
+        figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8)
         path = folder / "fingerprints.png"
-        figure.savefig(path)
+        figure.savefig(path, dpi=150)
         plt.close(figure)
     return path
 
 
-def _line(axes: Axes, points: np.ndarray, rate: str) -> None:
-    turn = int(np.argmax(points[:, 0]))
-    colour = COLOURS[rate]
-    axes.plot(*points[: turn + 1].T, "-", color=colour, lw=1.3)
-    axes.plot(*points[turn:].T, "--", color=colour, lw=1.3)
-    # what is round-off is not to fill its panel
-    low, high = axes.get_ylim()
-    if high - low < 1e-3:
-        axes.set_ylim(-1e-2, 1e-2)
+def _panel(axes: Axes, lines: Mapping[str, np.ndarray]) -> None:
+    """Changes from the base model (pressure, change), by rate."""
+    for rate, points in lines.items():
+        turn = int(np.argmax(points[:, 0]))
+        axes.plot(*points[: turn + 1].T, "-", color=COLOURS[rate], lw=1.3)
+        axes.plot(*points[turn:].T, "--", color=COLOURS[rate], lw=1.3)
+    axes.axhline(0, color=theme.GREY, lw=0.8, zorder=1)
+    if max(np.abs(points[:, 1]).max() for points in lines.values()) < ROUNDING:
+        axes.set_ylim(-1, 1)
+        axes.set_yticks([0])
+        axes.text(0.5, 0.56, "none", ha="center", fontsize=8, transform=axes.transAxes)
 
 
-def table(names: Sequence[str], folder: Path) -> str:
-    """Markdown: change at the highest pressure, half-way back and after venting, by effect."""
+def table(names: Sequence[str], folder: Path) -> list[dict[str, Any]]:
+    """A row for the base model and for each effect and rate.
+
+    Angle and force at the highest pressure, and their changes from the base model: half-way up,
+    there, half-way back and vented. Places that a run did not come to are empty.
+    """
     base = computed(BASE, "fast", folder)
     top = int(np.argmax(base["bending"]["pressure_kPa"]))
-    lines = [
-        f"Base model at {base['bending']['pressure_kPa'][top]:g} kPa: "
-        f"{base['bending']['reading'][top]:.2f}°, {base['blocked_force']['reading'][top]:.3f} N.",
-        "",
-        "| effect | rate (kPa/s) | Δ angle (°) | half-way back | vented "
-        "| Δ force (N) | half-way back | vented |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for name in names:
+    places = {"half_up": top // 2, "top": top, "half_back": 2 * top - top // 2, "vented": 2 * top}
+    made: list[dict[str, Any]] = []
+    for name in (BASE, *names):
         for rate in rates(name):
             found = computed(name, rate, folder)
-            cells = []
-            for kind in COLUMNS:
-                points = change(found, base, kind)
-                for place in (top, top + top // 2, 2 * top):
-                    there = place < len(points)  # else the run ended before
-                    cells.append(f"{points[place, 1]:+.3f}" if there else "–")
-            shown = f"{RATES[rate]:g}" if name in CLOCKS else "any"
-            lines.append(f"| {name} | {shown} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+            row: dict[str, Any] = {"effect": name}
+            row["rate_kPa_per_s"] = f"{RATES[rate]:g}" if name in CLOCKS else "any"
+            for kind, column in COLUMNS.items():
+                quantity, unit = column.split("_")
+                reading, changes = found[kind]["reading"], change(found, base, kind)[:, 1]
+                row[column] = f"{reading[top]:.5g}" if top < len(reading) else ""
+                for place, index in places.items():
+                    there = index < len(changes)
+                    # + 0 turns what is rounded to −0 into 0
+                    value = f"{round(changes[index], 4) + 0:.4f}" if there else ""
+                    row[f"{quantity}_change_{place}_{unit}"] = value
+            made.append(row)
+    return made
 
 
 def main() -> None:
@@ -166,6 +171,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Fingerprints of the model extensions.")
     parser.add_argument("--only", help="effects, joined by commas; default: all")
     parser.add_argument("--out", type=Path, default=Path("out/fingerprints"))
+    parser.add_argument("--publish", action="store_true", help="to benchmarks/ and docs/, too")
     asked = parser.parse_args()
     names = asked.only.split(",") if asked.only else list(NAMES)
     unknown = [name for name in names if name not in NAMES]
@@ -175,10 +181,15 @@ def main() -> None:
     for name in names:
         for rate in rates(name):
             computed(name, rate, asked.out)
-    text = table(names, asked.out)
-    (asked.out / "fingerprints.md").write_text(text, encoding="utf-8")
-    print(text)
-    print(draw(names, asked.out))
+    found = table(names, asked.out)
+    rows.write(asked.out / "fingerprints.csv", found)
+    for row in found:
+        print(*row.values(), sep="\t")
+    page = draw(names, asked.out)
+    print(page)
+    if asked.publish:
+        copyfile(asked.out / "fingerprints.csv", TABLE)
+        copyfile(page, PAGE)
 
 
 if __name__ == "__main__":

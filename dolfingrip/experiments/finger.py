@@ -19,6 +19,7 @@ from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.border import Border
 from dolfingrip.mechanics.contact import BarrierContact
+from dolfingrip.mechanics.contact_friction import FrictionalContact
 from dolfingrip.mechanics.domain import Domain
 from dolfingrip.mechanics.element import CELL, displacement_element, integration_degree
 from dolfingrip.mechanics.history import History
@@ -100,10 +101,18 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         terms.append(sensor.energy)
     memories: list[Memory] = [history]
 
-    contact = None
+    contact: BarrierContact | None = None
     if config.contact.self_contact:
         surface = Surface(space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm)
-        contact = BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
+        barrier = config.contact.barrier_mm, config.contact.stiffness_MPa
+        coefficient, slip_mm = site.rubbing
+        if coefficient:
+            contact = FrictionalContact(
+                surface, *barrier, u=u, coefficient=coefficient, slip_mm=slip_mm
+            )
+            memories.append(contact)
+        else:
+            contact = BarrierContact(surface, *barrier)
     by_pressure = Control(pressure, KPA)
     supply = _supply(config, by_pressure)
     model = Model(

@@ -22,8 +22,9 @@ class BulkModulus(Effect):
 
     Prior: ΔK = 100 ± 100 MPa, an engineering guess: solid polyurethane has more than 1 GPa, printed
     parts have pores; the default Poisson's ratio of 0.45 is K = 28 MPa.
-    Fingerprint: angle and force lower by nearly the same few per cent at all pressures: walls that
-    cannot change their volume are stiffer where they bend as plates. Loading and unloading agree.
+    Fingerprint: angle lower by 4.6 % at 25 kPa and 3.6 % at 250 kPa, force by 0.4 and 2.0 %: walls
+    that cannot change their volume are stiffer where they bend as plates. Loading and unloading
+    agree.
     Confused with: the modulus, wall thickness, locking of coarse meshes.
     """
 

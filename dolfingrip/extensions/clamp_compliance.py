@@ -25,8 +25,9 @@ class ClampCompliance(Effect):
 
     Prior: c = 0.01 ± 0.01 mm/N and c_φ = (2 ± 2)e-5 rad/(N mm), a printed bracket (engineering
     guess).
-    Fingerprint: force lower by the share that the finger's stiffness at its tip has of the clamp's;
-    the angle against the plate lower. Free bending of a weightless finger does not feel it.
+    Fingerprint: force lower by the share that the finger's stiffness at its tip has of the clamp's,
+    0.4 to 0.6 %; the angle against the plate lower. Free bending of a weightless finger does not
+    feel it.
     Confused with: the sensor's compliance, the plate's gap.
     """
 

@@ -22,8 +22,8 @@ class CoarseMesh(Effect):
     Hexahedra are never fewer than one across a wall, so that a factor beyond two changes little.
 
     Prior: 1.5 ± 0.5, a choice and no property of the finger (engineering guess).
-    Fingerprint: angle and force lower by nearly one small factor (1 to 2 % for one and a half),
-    most where concave edges open. Loading and unloading agree.
+    Fingerprint: angle and force higher by 1 to 2 %, unevenly over the pressures. Loading and
+    unloading agree.
     Confused with: the modulus, wall thickness.
     """
 

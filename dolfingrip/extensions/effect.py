@@ -117,7 +117,7 @@ class Effect(Section):
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         """More energies of a finger (mJ of the meshed part), as forms in ``site.u``.
 
-        May also change the set-up at hand: ``site.held``, ``site.plate``.
+        May also change the set-up at hand: ``site.held``, ``site.plate``, ``site.rubbing``.
         """
         return ()
 

@@ -33,6 +33,7 @@ NAMES = (
     "plate_gap",
     "plate_tilt",
     "plate_friction",
+    "bellows_friction",
     # from the regulator to the cavity
     "pressure_gain",
     "pressure_offset",

@@ -13,14 +13,16 @@ if TYPE_CHECKING:
 
 
 class Locking(Effect):
-    """Linear instead of quadratic tetrahedra.
+    """Linear tetrahedra instead of quadratic elements.
 
-    u_h ∈ P₁ instead of P₂ (``solver.element = "P1"``) on the same mesh: walls of one element
-    across cannot bend, nearly incompressible ones hardly deform.
+    u_h ∈ P₁ (``solver.element = "P1"``): walls of one element across cannot bend, nearly
+    incompressible ones hardly deform. As there are linear elements on tetrahedra only, the mesh
+    changes, too: a finger that would be meshed in hexahedra gets tetrahedra of ``mesh.size_mm``,
+    2.8 mm by default. On quadratic tetrahedra (``solver.element = "P2"``) the mesh stays.
 
     Prior: none; a choice of the model and no property of the finger.
-    Fingerprint: angle lower by a third and more, force less so; nearly one factor at all
-    pressures. Loading and unloading agree.
+    Fingerprint: angle lower by 60 % at 25 kPa and by 50 % at 250 kPa, force by 15 and 22 %. Loading
+    and unloading agree.
     Confused with: the modulus, wall thickness.
     """
 

@@ -26,7 +26,8 @@ class Mullins(Effect):
     Prior: r from 1.5 to 3 for thermoplastic polyurethane; m = 0.1 ± 0.1 MPa, the energy at 15 to
     20 % strain, and β = 0.1 ± 0.1 are engineering guesses.
     Fingerprint: the first unloading, and all that follows up to the same pressure, has larger
-    angles and forces than the first loading; then loading and unloading agree, at any rate.
+    angles and forces than the first loading, by 40 and 10 % half-way back from 250 kPa; then
+    loading and unloading agree, at any rate.
     Confused with: viscoelasticity (a loop in every cycle, which depends on the rate), permanent
     set (a loop that does not close).
     """

@@ -23,8 +23,9 @@ class Ogden(Effect):
 
     Prior: α = 1 ± 0.4, an engineering guess; α = 2 is neo-Hooke. The softening of printed
     NinjaFlex asks for the lowest exponents (see mooney_rivlin, whose one parameter fits it better).
-    Fingerprint: α below 2: at low pressure angle and force are the base model's, then rise above
-    it; α above 2 the other way. Loading and unloading agree, at any rate.
+    Fingerprint: α below 2: at low pressure angle and force are the base model's, then the angle
+    rises above it, by 2.1 % at 250 kPa for α = 1, the force by 0.2 %; α above 2 the other way.
+    Loading and unloading agree, at any rate.
     Confused with: Mooney–Rivlin (both soften), Yeoh's and Gent's energies (both stiffen).
     """
 

@@ -24,10 +24,11 @@ class PermanentSet(Effect):
 
     Prior: a set of 1 to 5° is some 5 % of the angle, so g ε_y is 1 % at wall strains of 20 %:
     g = 0.2 ± 0.1 and ε_y = 0.05 ± 0.03, the split being an engineering guess.
-    Fingerprint: the angle does not return to 0 after the first cycle; a loop between loading and
-    unloading in every cycle that does not depend on the rate; a stiffer start after each turn.
+    Fingerprint: the angle does not return to 0 after the first cycle (7.5° are left, of 140°, and
+    0.01 N); a loop between loading and unloading in every cycle that does not depend on the rate,
+    −11 and +4 % of the angle at 125 kPa; a stiffer start after each turn.
     Confused with: the angle's drift, viscoelasticity after a short rest (a set that goes away),
-    friction between bellows, Mullins softening (a loop in the first cycle only, no set).
+    friction on the plate, Mullins softening (a loop in the first cycle only, no set).
     """
 
     kind: ClassVar = "dissipative"

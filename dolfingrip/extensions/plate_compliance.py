@@ -22,7 +22,7 @@ class PlateCompliance(Effect):
 
     Prior: 0.02 ± 0.01 mm/N, load cells having about 50 N/mm; spread an engineering guess.
     Fingerprint: force lower by the share that the finger's stiffness at its tip has of the sensor's
-    (below 1 % for a soft finger); the tip moves towards the plate. Free bending is untouched.
+    (0.05 %); the tip moves towards the plate. Free bending is untouched.
     Confused with: the force's gain, compliance of the clamp, a gap.
     """
 

@@ -19,8 +19,8 @@ class PlateGap(Effect):
     pressed already is another experiment.
 
     Prior: 0.3 ± 0.3 mm (engineering guess).
-    Fingerprint: no force up to the pressure at which the tip arrives, then a curve that is
-    lower by nearly the same amount at all pressures. Free bending is untouched.
+    Fingerprint: no force up to the pressure at which the tip arrives, then a curve that is lower by
+    nearly the same amount at all pressures, 0.007 to 0.009 N for 0.3 mm. Free bending is untouched.
     Confused with: the force's offset (there at no pressure, too), permanent set, a clamp or
     sensor that gives way.
     """

@@ -16,8 +16,9 @@ class PressureOffset(Effect):
     the one at the offset.
 
     Prior: 0 ± 3 kPa, regulators' zeros.
-    Fingerprint: shifts the pressure axis: a force at no pressure; angle and force by the offset
-    times their slope. As the angle is 0 at first in any case, its offset shows in its slope only.
+    Fingerprint: shifts the pressure axis: a force at no pressure (0.01 N for 1 kPa); angle and
+    force by the offset times their slope. As the angle is 0 at first in any case, its offset shows
+    in its slope only, 0.2 % at most.
     Confused with: the force's offset, the plate's gap.
     """
 

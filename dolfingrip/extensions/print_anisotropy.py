@@ -27,7 +27,8 @@ class PrintAnisotropy(Effect):
     Prior: k = 0 ± 0.3 MPa, 14 % of Young's modulus along the raster, and a raster within 5° of
     the finger's axis; both engineering guesses.
     Fingerprint: along the finger it stiffens the base layer more than the bellows' walls, most of
-    which run across: the angle falls, the force less. Loading and unloading agree.
+    which run across: the angle falls by 9 % at 25 kPa and 12 % at 250 kPa, the force by 1 % at
+    most. Loading and unloading agree.
     Confused with: base-layer thickness, the modulus.
     """
 

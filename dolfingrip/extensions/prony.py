@@ -28,9 +28,11 @@ class Prony(Effect):
 
     Prior: Σg 0.1 to 0.3 and τ from 1 to 1000 s for thermoplastic polyurethane.
     Fingerprint: angle and force lag behind the pressure; loading and unloading form a loop whose
-    width depends on the rate; readings creep during a wait. Faster ramps read stiffer.
+    width depends on the rate; readings creep during a wait. Faster ramps read stiffer: at 250 kPa
+    the angle is lower by 18 % at 100 kPa/s, by 3 % at 2 kPa/s, the force by 8 and 1 %; up to 5° are
+    left as the finger is vented.
     Confused with: Mullins softening (a loop that does not depend on the rate and shrinks after the
-    first cycle), line lag (a loop that closes as the pressure settles), friction between bellows.
+    first cycle), line lag (a loop that closes as the pressure settles), friction.
     """
 
     kind: ClassVar = "dissipative"

@@ -33,6 +33,8 @@ class Site:
             and put a term of its own in their place.
         parameters: constants of the potential by name, that sensitivities are taken to.
         unknowns: constants of the further terms that are solved for, by name.
+        rubbing: coefficient of friction where the skin touches itself, and the slip (mm) at which
+            it is full; no part of the potential's forms.
     """
 
     config: Config
@@ -45,6 +47,7 @@ class Site:
     held: dict[int, list[str]] = field(default_factory=dict)
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
     unknowns: dict[str, fem.Constant] = field(default_factory=dict)
+    rubbing: tuple[float, float] = (0.0, 1.0)
 
     @property
     def strain(self) -> Expr:

@@ -22,7 +22,8 @@ class TemperatureDrift(Effect):
     Prior: c = −0.0075 ± 0.0025 1/°C, thermoplastic polyurethane loses 0.5 to 1 % per °C; a drift
     of 0 ± 2 °C over 1000 ± 1000 s, a laboratory's, is an engineering guess.
     Fingerprint: angle and force by one factor that creeps with time, cycle after cycle, whatever
-    the pressure does; loading and unloading differ by what passes in between.
+    the pressure does; loading and unloading differ by what passes in between (0.2 % of the angle
+    after 125 s).
     Confused with: viscoelasticity and Mullins softening, which depend on what was done; the
     force's drift, which leaves the angle alone.
     """

@@ -7,6 +7,7 @@ import pytest
 from extensions import trial
 
 from dolfingrip.experiments import run
+from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS
 
@@ -16,6 +17,8 @@ CYCLES = (
     "experiment.step_kPa=5",
     "experiment.cycles=2",
 )
+TOUCHING = ("finger.gap_mm=0.15", "contact.self_contact=true")
+"""Bellows near enough to touch at these pressures, for what acts where they do."""
 DISSIPATIVE = [effect for effect in EFFECTS if effect.kind == "dissipative"]
 YIELDING = {"yield_strain": 0.005}
 """Below the small strains of this finger."""
@@ -23,12 +26,12 @@ ONCE = ("mullins",)
 """What is softened does not soften again up to the same pressure."""
 
 
-def work(on: dict[type[Effect], dict[str, float]]) -> np.ndarray:
+def work(on: dict[type[Effect], dict[str, float]], *overrides: str) -> np.ndarray:
     """∮ p dV of both cycles, by the product of the ranges of p and V.
 
     By the trapezoidal rule: nothing for an elastic finger, which returns through the same points.
     """
-    result = run("blocked_force", trial.configured(on, *CYCLES), comm=trial.SELF)
+    result = run("blocked_force", trial.configured(on, *CYCLES, *overrides), comm=trial.SELF)
     assert result.failure is None
     pressure, volume = result.column("pressure_kPa"), result.column("cavity_volume_mm3")
     cycle = result.column("cycle")
@@ -38,13 +41,15 @@ def work(on: dict[type[Effect], dict[str, float]]) -> np.ndarray:
     return np.array(found) / (np.ptp(pressure) * np.ptp(volume))
 
 
-def test_an_elastic_cycle_takes_nothing() -> None:
-    assert np.abs(work({})).max() < 1e-7
+@pytest.mark.parametrize("overrides", [(), TOUCHING], ids=["free", "touching"])
+def test_an_elastic_cycle_takes_nothing(overrides: tuple[str, ...]) -> None:
+    assert np.abs(work({}, *overrides)).max() < 1e-7
 
 
 @pytest.mark.parametrize("effect", DISSIPATIVE, ids=[each.name() for each in DISSIPATIVE])
 def test_a_cycle_takes_work(effect: type[Effect]) -> None:
-    first, second = work({effect: YIELDING if effect.name() == "permanent_set" else {}})
+    values = {effect: YIELDING if effect.name() == "permanent_set" else {}}
+    first, second = work(values, *(TOUCHING if effect is BellowsFriction else ()))
     print(f"{effect.name()}: {first:.2e} of p V in the first cycle, {second:.2e} in the second")
     assert first > 1e-5
     if effect.name() in ONCE:

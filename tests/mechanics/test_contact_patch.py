@@ -5,31 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mechanics import bodies
+from mechanics.stacks import NU, PUSH, TOP, WIDTH, is_upper, stacked
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.contact import BarrierContact
 from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.surface import Surface
-
-WIDTH = 0.02
-NU = 0.3
-PUSH = WIDTH / 2
-TOP = 2 + WIDTH
-
-
-def stacked(lower: int, upper: int) -> bodies.Body:
-    """Unit cubes of ``lower``³ and ``upper``³ cells, one barrier's width apart along z."""
-    solid = bodies.domain(
-        bodies.join(
-            [bodies.box((n, n, n)) for n in (lower, upper)],
-            np.array([[0, 0, 0], [0, 0, 1 + WIDTH]]),
-        ),
-        {"skin": lambda x: np.ones(x.shape[1], dtype=bool)},
-    )
-    body = bodies.body(solid, 1, nu=NU)
-    surface = Surface(body.u.function_space, solid, solid.facets("skin"))
-    body.model.contact = BarrierContact(surface, WIDTH, 1.0)
-    return body
 
 
 @pytest.mark.parametrize(("lower", "upper"), [(3, 3), (3, 4)], ids=["matching", "not matching"])
@@ -45,7 +24,7 @@ def test_blocks_pressed_together(lower: int, upper: int) -> None:
         blocks.hold(bodies.plane(axis, 0.0), axis)
     blocks.hold(bodies.plane(2, TOP), 2)
     z = blocks.nodes[:, 2]
-    blocks.displace(np.where(z > 1 + WIDTH / 2, -PUSH, 0.0)[:, None] * [0, 0, 1])
+    blocks.displace(np.where(is_upper(blocks.nodes), -PUSH, 0.0)[:, None] * [0, 0, 1])
     assert Newton(blocks.model, Solver(rtol=1e-9, max_iterations=60)).solve().converged
 
     u = blocks.displacement()

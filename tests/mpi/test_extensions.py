@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import Result, coupon, run
+from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.extensions.mooney_rivlin import MooneyRivlin
 
@@ -18,6 +19,13 @@ CYCLES = (
     "experiment.max_pressure_kPa=20",
     "experiment.step_kPa=20",
     "experiment.cycles=2",
+)
+
+TOUCHING = (
+    "finger.gap_mm=0.3",
+    "experiment.max_pressure_kPa=75",
+    "experiment.step_kPa=25",
+    "experiment.unload=true",
 )
 
 
@@ -37,6 +45,21 @@ def test_a_finger_with_all_other_than_elastic_effects_at_once() -> None:
     settings = trial.configured({effect: {} for effect in on}, *trial.STRICT, *CYCLES)
     alone, together = (run("blocked_force", settings, comm=comm) for comm in (trial.SELF, WORLD))
     _compare(alone, together, "angle_deg", "force_N", "tip_x_mm", "cavity_pressure_kPa")
+
+
+def test_a_finger_with_all_elastic_effects_at_once() -> None:
+    on = [effect for effect in EFFECTS if effect.kind == "elastic"]
+    settings = trial.configured({effect: {} for effect in on}, *trial.STRICT, *CYCLES)
+    alone, together = (run("blocked_force", settings, comm=comm) for comm in (trial.SELF, WORLD))
+    _compare(alone, together, "angle_deg", "force_N", "tip_x_mm")
+
+
+def test_bellows_that_rub() -> None:
+    settings = trial.configured({BellowsFriction: {}}, *trial.STRICT, *TOUCHING)
+    alone, together = (run("blocked_force", settings, comm=comm) for comm in (trial.SELF, WORLD))
+    gap = alone.column("contact_gap_mm")
+    assert (gap < settings.contact.barrier_mm).sum() > 2  # they rub from the second of these on
+    _compare(alone, together, "angle_deg", "force_N", "tip_x_mm", "contact_gap_mm")
 
 
 @pytest.mark.parametrize("grip", ["sliding", "clamped"])
