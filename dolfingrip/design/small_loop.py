@@ -14,7 +14,7 @@ from dolfingrip.design import doe_commands, optimise_command, train_command
 from dolfingrip.design.reproduce_command import step
 
 SIZE_MM = 10.0
-"""A design then costs some 2.5 s; its force is an eighth below that of the default mesh."""
+"""Coarser than the default: the demo shows the loop, not the figures."""
 
 LONGEST_STEP_KPA = 100.0
 """The cheapest way to the one reading, at the highest pressure."""
