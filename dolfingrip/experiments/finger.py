@@ -140,8 +140,8 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         memories.append(scalars)
         if sensor is not None:
             sensor.travel_mm = partial(scalars.change, sensor.offset)
-    cavity = domain.surface("cavity", quadrature_degree=3 * degree)
-    enclosed = cavity_pressure.volume_density(u, mesh) * cavity
+    exactly = domain.surface("cavity", quadrature_degree=3 * degree)
+    enclosed = cavity_pressure.volume_density(u, mesh) * exactly
     volume = None
     if config.experiment.control == "volume":
         if site.unknowns:

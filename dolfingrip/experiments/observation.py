@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 from dolfingrip.experiments.bellows import BellowsGaps
 from dolfingrip.experiments.finger import FingerModel
-from dolfingrip.forms import cavity_pressure, tip_face
+from dolfingrip.forms import tip_face
 from dolfingrip.mechanics import jit
 
 
@@ -32,7 +32,6 @@ class Observation:
         degree = u.function_space.ufl_element().degree
         tip = model.domain.surface("tip", quadrature_degree=2 * degree)
         clamp = model.domain.surface("clamp", quadrature_degree=1)
-        cavity = model.domain.surface("cavity", quadrature_degree=3 * degree)
         x = ufl.SpatialCoordinate(mesh)
 
         def form(integral: ufl.Form) -> fem.Form:
@@ -41,7 +40,7 @@ class Observation:
         one = fem.Constant(mesh, 1.0)
         self._moved = [form(u[i] * tip) for i in range(3)]
         self._area_vector = [form(tip_face.area_vector(u, mesh)[i] * tip) for i in range(3)]
-        self._volume = form(cavity_pressure.volume_density(u, mesh) * cavity)
+        self._volume = form(finger.enclosed)
         self._tip_area = self._integrate(form(one * tip))
         tip_centre = [self._integrate(form(x[i] * tip)) / self._tip_area for i in (0, 2)]
         clamp_area = self._integrate(form(one * clamp))

@@ -227,23 +227,27 @@ class Model:
         Inversion is looked at first: contact is searched along the whole way, and that of a step
         gone astray is long.
         """
-        fraction, reason = self._upright(step, 1.0)
+        least = 0.1 * min(self._smallest_jacobian(), 1.0)
+        fraction, reason = self._upright(step, 1.0, least)
         allowed, bound = self.max_step(fraction * step)
         if allowed < 1.0:
-            fraction, inverted = self._upright(step, allowed * fraction)
+            fraction, inverted = self._upright(step, allowed * fraction, least)
             reason = inverted or bound
         return fraction, reason
 
-    def _upright(self, step: np.ndarray, longest: float) -> tuple[float, str]:
-        """``longest``, halved until that part of ``step`` inverts no element, and why."""
+    def _smallest_jacobian(self) -> float:
+        """Smallest det F on all ranks."""
+        return float(self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN))
+
+    def _upright(self, step: np.ndarray, longest: float, least: float) -> tuple[float, str]:
+        """``longest``, halved until that part of ``step`` leaves J above ``least``, and why."""
         step = self.unknowns.parts(step)[0]
         start = self.u.x.array.copy()
-        least = 0.1 * min(self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN), 1.0)
         fraction, reason = longest, ""
         try:
             while fraction > SHORTEST:
                 self.u.x.array[:] = start + fraction * step
-                if self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN) > least:
+                if self._smallest_jacobian() > least:
                     return fraction, reason
                 fraction, reason = fraction / 2, "inverted"
         finally:

@@ -48,13 +48,11 @@ class Solve:
         ending: converged, or why not.
         iterations: Newton iterations taken.
         residual_N: norm of the last residual.
-        negative_pivots: of the last factorisation; more than 0 where Π is no minimum.
     """
 
     ending: Ending
     iterations: int
     residual_N: float
-    negative_pivots: int
 
     @property
     def converged(self) -> bool:
@@ -221,7 +219,6 @@ class Newton:
             self._ending(self._snes.getConvergedReason()),
             iterations,
             float(self._snes.getFunctionNorm()),
-            self.negative_pivots() if iterations else 0,
         )
 
     def negative_pivots(self) -> int:
