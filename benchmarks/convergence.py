@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from benchmarks.orders import Limit, extrapolate
 from benchmarks.outcomes import Outcome
+from benchmarks.parts import UNGRADED_MM
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +71,27 @@ def points(outcome: Outcome, kind: str) -> list[Point]:
 
 
 def series(outcome: Outcome, kind: str, name: str) -> list[Point]:
-    """The meshes of an element, ``P2`` or another, that are ``uniform`` or ``graded``."""
+    """The meshes of an element, ``P2`` or another, that belong together.
+
+    ``uniform`` are those without a size at concave edges; of hexahedra, that is divisions of the
+    default mesh. ``ungraded`` and ``graded`` have one.
+    """
     element, spacing = name.split()
+
+    def kind_of(mesh: str) -> str:
+        if "/" not in mesh:
+            return "uniform"
+        return "ungraded" if mesh.endswith(f"/{UNGRADED_MM:g}") else "graded"
+
     return [
         point
         for point in points(outcome, kind)
-        if point.mesh.split()[0] == element and ("/" in point.mesh) == (spacing == "graded")
+        if point.mesh.split()[0] == element and kind_of(point.mesh) == spacing
     ]
 
 
 def limits(outcome: Outcome) -> dict[str, Limit]:
-    """What angle and force tend to, by experiment, from the refinements of the default mesh.
+    """What angle and force tend to, by experiment, from divisions of the default mesh.
 
     All other meshes, which approach by other ways, widen the uncertainty where they lie beyond.
     """

@@ -58,7 +58,7 @@ def _draw_precision(outcome: Outcome, path: Path) -> None:
         for axes, (kind, quantity) in zip(panels, QUANTITIES.items(), strict=True):
             for name, colour, marker in (
                 ("S2 uniform", theme.GREEN, "^"),
-                ("S2 graded", theme.GREEN, "v"),
+                ("S2 ungraded", theme.GREEN, "v"),
                 ("P2 uniform", theme.BLUE, "o"),
                 ("P1 uniform", theme.ORANGE, "s"),
                 ("P2-P1 uniform", theme.PURPLE, "D"),
@@ -69,7 +69,8 @@ def _draw_precision(outcome: Outcome, path: Path) -> None:
                 error = [abs(p.value / best[kind].value - 1) * 100 for p in points]
                 seconds = [p.seconds for p in points]
                 line = "--" if name.endswith("graded") else "-"
-                axes.loglog(seconds, error, marker + line, color=colour, label=name)
+                label = "S2" if name == "S2 uniform" else name.removesuffix(" uniform")
+                axes.loglog(seconds, error, marker + line, color=colour, label=label)
             if kind in best:
                 floor = best[kind].uncertainty / abs(best[kind].value) * 100
                 axes.axhspan(1e-4, floor, color=theme.PALE, alpha=0.5, lw=0)

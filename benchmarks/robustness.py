@@ -76,7 +76,6 @@ OURS = (
     "solver.element=P2-P1",
     "solver.max_step_kPa=50",
     "solver.min_step_kPa=1",
-    "solver.max_iterations=20",
 )
 """Where the settings differ from those of ``dolfingrip doe``: many of these fingers are too soft
 for its long steps, and one that ends at a limit point costs as much as several that do not, the

@@ -183,6 +183,9 @@ class Material(Section):
 HEXAHEDRON_MM, TETRAHEDRON_MM = 7.0, 2.8
 """Largest element where ``mesh.size_mm`` is not given, by the shape of the cells."""
 
+EDGE_WALLS = 1 / 8
+"""Hexahedra at concave edges in walls, where ``mesh.edge_size_mm`` is not given."""
+
 
 class Mesh(Section):
     """Resolution of the mesh, or a mesh file of one's own."""
@@ -205,7 +208,8 @@ class Mesh(Section):
         None,
         gt=0,
         le=100,
-        description="element size at concave edges; default: size_mm",
+        description="element size at concave edges; default: an eighth of the wall for "
+        "hexahedra, size_mm for tetrahedra",
     )
     refine: int = Field(
         1, ge=1, le=16, description="hexahedra alone: each is divided so often along each axis"
@@ -213,6 +217,13 @@ class Mesh(Section):
     target_elements: int | None = Field(
         None, ge=100, le=5_000_000, description="scale both sizes to this number of tetrahedra"
     )
+
+    def hexahedra_mm(self, finger: Finger) -> tuple[float, float]:
+        """Largest hexahedron and that at concave edges (mm)."""
+        size = HEXAHEDRON_MM if self.size_mm is None else self.size_mm
+        if self.edge_size_mm is None:
+            return size, min(size, EDGE_WALLS * finger.wall_mm)
+        return size, self.edge_size_mm
 
     @model_validator(mode="after")
     def _sizes(self) -> Mesh:
@@ -280,10 +291,10 @@ class Contact(Section):
     """Barrier contact (incremental potential contact) of the outer skin with itself."""
 
     self_contact: bool = Field(True, description="bellows cannot pass through one another")
-    barrier_mm: float = Field(0.1, gt=0, le=10, description="distance at which contact is felt")
-    stiffness_MPa: float = Field(0.03, gt=0, description="of the barrier")
+    barrier_mm: float = Field(0.2, gt=0, le=10, description="distance at which contact is felt")
+    stiffness_MPa: float = Field(0.005, gt=0, description="of the barrier")
     spacing_mm: float = Field(
-        2.5, gt=0, le=100, description="hexahedra: largest distance of contact points"
+        2.0, gt=0, le=100, description="hexahedra: largest distance of contact points"
     )
 
 

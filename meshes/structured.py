@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.config import HEXAHEDRON_MM, Finger, Mesh
+from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.cells import Ints
 from dolfingrip.meshes.finger import THINNEST_MM, Box, boxes, refuse_slivers
@@ -72,13 +72,8 @@ def structured_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
 
 
 def grid(finger: Finger, mesh: Mesh) -> Grid:
-    """The grid whose planes all faces of the finger lie in, refined towards concave edges if asked.
-
-    Lines of constant x and y serve all bellows; along z each would be repeated for every one
-    of them, so there the cells follow ``size_mm`` alone.
-    """
-    size = HEXAHEDRON_MM if mesh.size_mm is None else mesh.size_mm
-    edge = mesh.edge_size_mm or size
+    """The grid whose planes all faces of the finger lie in, refined towards concave edges."""
+    size, edge = mesh.hexahedra_mm(finger)
     body, cavity, gaps = boxes(finger)
     walls = [_unique(v for box in (body, *cavity, *gaps) for v in box[axis]) for axis in range(3)]
     if mesh.half:
@@ -88,8 +83,10 @@ def grid(finger: Finger, mesh: Mesh) -> Grid:
     floor = finger.base_layer_mm
     valley = floor + finger.channel_mm + finger.wall_mm
     inner = [finger.chamber_width_mm / 2, finger.channel_width / 2]
-    rising = [[floor, valley], [-y for y in inner], []]
-    falling = [[valley], inner, []]
+    # inside a cavity and in a gap between bellows, the solid's corners are concave at both ends
+    starts, ends = zip(*(box[2] for box in (*cavity, *gaps)), strict=True)
+    rising = [[floor, valley], [-y for y in inner], list(starts)]
+    falling = [[valley], inner, list(ends)]
     _limit(finger, mesh, size, edge)
     planes = [
         _planes(walls[axis], rising[axis], falling[axis], size, edge, mesh.refine)

@@ -75,7 +75,7 @@ def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float
     """Close log scales with too many and too few elements; None where met or not found."""
     within = math.log1p(TOLERANCE) * 0.99
     fine = coarse = None
-    scale, slope = 0.0, -2.0
+    scale, slope = 0.0, -2.1  # walls thinner than the elements
     value = miss(scale, scale, 1.0)
     for _ in range(_TRIES):
         if abs(value) <= within:
@@ -89,8 +89,8 @@ def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float
         if fine is not None and coarse is not None:
             if abs(coarse - fine) <= _CLOSE:
                 return fine, coarse
-            inner = 0.1 * (coarse - fine)
-            if not min(fine + inner, coarse - inner) <= new <= max(fine + inner, coarse - inner):
+            # a secant that would hardly move an end is no better than that end
+            if not fine + within / 4 <= new <= coarse - within / 4:
                 new = (fine + coarse) / 2
         before, scale = (scale, value), new
         value = miss(scale, scale, 1.0)

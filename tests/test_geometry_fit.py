@@ -59,6 +59,7 @@ def test_candidates_are_judged_by_the_paper(tmp_path: Path) -> None:
     fingers = geometry_fit.fingers(candidate)
     plan = Plan(Config(), tuple(fingers[0]), tuple(fingers))
     pressures = [0.0, 50.0, 100.0, 150.0, 200.0, 250.0]
+    width = Config().contact.barrier_mm
     with Store(tmp_path, write=True) as store:
         store.add(plan.facts(), plan.designs())
         for design, force in zip(plan.designs(), (4.0, 3.8, 4.4, 5.0), strict=True):
@@ -76,7 +77,14 @@ def test_candidates_are_judged_by_the_paper(tmp_path: Path) -> None:
                     curve={
                         "blocked_pressure_kPa": pressures,
                         "force_N": curve,
-                        "blocked_contact_gap_mm": [None, 1.5, 0.8, 0.1, 0.1, 0.1],
+                        "blocked_contact_gap_mm": [
+                            None,
+                            1.5,
+                            (1.5 + width) / 2,
+                            width,
+                            width,
+                            width,
+                        ],
                     },
                 )
             )

@@ -29,7 +29,7 @@ def settings(config: Config) -> Config:
     """``config`` on a coarse mesh, read at its highest pressure only."""
     data = config.model_dump(mode="json")
     size = max(SIZE_MM, config.mesh.size_mm or 0.0)
-    data["mesh"] |= {"size_mm": size, "edge_size_mm": None, "target_elements": None}
+    data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
     data["experiment"]["step_kPa"] = config.experiment.max_pressure_kPa
     data["solver"]["max_step_kPa"] = max(LONGEST_STEP_KPA, config.solver.max_step_kPa)
     return configuration.from_dict(data)

@@ -94,7 +94,9 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     sensor = _plate(config, domain, u) if plate else None
     history = History(u, integration_degree(space))
     known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda, "gravity.weight_N_mm3": weight}
-    site = Site(config, domain, u, mu, lmbda, history, sensor, _held(domain), known)
+    site = Site(
+        config, domain, u, mu, lmbda, history, sensor, _held(domain), known, pressure=pressure
+    )
     density = site.strain_energy(lambda strain: strain_energy(strain, p, mu, lmbda))
     terms += site.terms()
     if sensor is not None:

@@ -42,7 +42,9 @@ class CoarseMesh(Effect):
                 "made from sizes; mesh.file is one already"
             )
         changes: dict[str, float] = {"size_mm": config.size_mm * self.factor}
-        if mesh.edge_size_mm is not None:
+        if config.hexahedra:
+            changes["edge_size_mm"] = mesh.hexahedra_mm(config.finger)[1] * self.factor
+        elif mesh.edge_size_mm is not None:
             changes["edge_size_mm"] = mesh.edge_size_mm * self.factor
         if mesh.target_elements is not None:
             changes["target_elements"] = max(round(mesh.target_elements / self.factor**3), 100)

@@ -33,6 +33,7 @@ class Site:
             and put a term of its own in their place.
         parameters: constants of the potential by name, that sensitivities are taken to.
         unknowns: constants of the further terms that are solved for, by name.
+        pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
         rubbing: coefficient of friction where the skin touches itself, and the slip (mm) at which
             it is full; no part of the potential's forms.
     """
@@ -47,6 +48,7 @@ class Site:
     held: dict[int, list[str]] = field(default_factory=dict)
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
     unknowns: dict[str, fem.Constant] = field(default_factory=dict)
+    pressure: fem.Constant | None = None
     rubbing: tuple[float, float] = (0.0, 1.0)
 
     @property

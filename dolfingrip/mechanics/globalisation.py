@@ -9,9 +9,9 @@ from enum import Enum, auto
 import numpy as np
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.model import Model
+from dolfingrip.mechanics.model import INVERTED, Model
 
-CHORD = 0.01
+CHORD = 0.001
 """An iteration that brought the residual below this part of the one before leaves a tangent
 good enough for the next iteration, too; factorising it is what costs."""
 
@@ -33,8 +33,10 @@ SHORTEST_STEP = 1e-3
 PATIENCE = 2
 """How many such steps in a row are borne."""
 
+FOLDED = 5
+"""How many steps in a row that elements would invert in: the next would, too."""
 
-SEARCHED = 4
+SEARCHED = 8
 """Residuals that a search looks at beyond the first two."""
 
 ENOUGH = 0.3
@@ -63,7 +65,7 @@ class Globalisation:
         model: whose steps are bounded.
         settings: tolerances.
         residual_along: product of the residual at the model's present displacement with a step
-            (mJ), and its norm (N).
+            (mJ).
 
     Attributes:
         bound: name of what cut the last step, "" if nothing did.
@@ -74,7 +76,7 @@ class Globalisation:
         self,
         model: Model,
         settings: Solver,
-        residual_along: Callable[[np.ndarray], tuple[float, float]],
+        residual_along: Callable[[np.ndarray], float],
     ) -> None:
         self._model = model
         self._settings = settings
@@ -90,6 +92,7 @@ class Globalisation:
         self.bound = ""
         self.keep_factors = False
         self._short = 0
+        self._inverted = 0
         self._scale_N = scale_N
         self._peak = 0.0
         self._recent: deque[float] = deque(maxlen=3)
@@ -98,8 +101,8 @@ class Globalisation:
 
     @property
     def stuck(self) -> bool:
-        """Whether the last step was too short to make progress."""
-        return self._short > 0
+        """Whether the last step was too short to make progress, or one of many to the same end."""
+        return self._short > 0 or self._inverted > FOLDED
 
     def judge(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
         """What the residual norm (N) at the start of ``iteration`` means.
@@ -116,7 +119,7 @@ class Globalisation:
             self._scale_N = norm
         if iteration <= EARLY:
             self._peak = max(self._peak, norm)
-        if self._short > PATIENCE:
+        if self._short > PATIENCE or self._inverted > FOLDED:
             return Verdict.STUCK
         tolerance = self._settings.rtol * max(self._scale_N, scale)
         if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
@@ -137,7 +140,8 @@ class Globalisation:
         fraction, self.bound = self._model.admissible_step(step)
         if self._stagnates or (self.bound and self._settled):
             fraction = self._search(step, fraction)
-        self._short = self._short + 1 if fraction < SHORTEST_STEP else 0
+        self._short = self._short + 1 if abs(fraction) < SHORTEST_STEP else 0
+        self._inverted = self._inverted + 1 if self.bound == INVERTED else 0
         return fraction
 
     def _search(self, step: np.ndarray, longest: float) -> float:
@@ -145,37 +149,30 @@ class Globalisation:
 
         Regula falsi on the residual's product with the step (Matthies & Strang, Int. J. Numer.
         Methods Eng. 14, 1979): Π has its minimum along the step there, also where pairs that
-        touch and part make the residual jump. Its norm, where the step leads uphill.
+        touch and part make the residual jump. A step that leads uphill, as one to a saddle does
+        where a bellow slides over another's edge, is searched backwards: down to either side.
         """
         unknowns = self._model.unknowns
         start = unknowns.local()
 
-        def work(fraction: float) -> tuple[float, float]:
+        def work(fraction: float) -> float:
             unknowns.set_local(start + fraction * step)
             return self._residual_along(step)
 
         try:
-            first, _ = work(0.0)
-            last, norm = work(longest)
-            if first > 0:
-                return self._smallest(work, longest, norm)
-            return _root(lambda fraction: work(fraction)[0], first, longest, last)
+            first = work(0.0)
+            if first <= 0:
+                return _root(work, first, longest)
+            back, self.bound = self._model.admissible_step(-step)
+            return -_root(lambda fraction: -work(-fraction), -first, back)
         finally:
             unknowns.set_local(start)
 
-    @staticmethod
-    def _smallest(
-        work: Callable[[float], tuple[float, float]], longest: float, norm: float
-    ) -> float:
-        """Among the longest and its halves the fraction with the smallest residual."""
-        halves = [float(half) for half in longest * 0.5 ** np.arange(1, SEARCHED)]
-        return min((norm, longest), *((work(half)[1], half) for half in halves))[1]
 
-
-def _root(work: Callable[[float], float], first: float, end: float, last: float) -> float:
-    """Where ``work`` falls to a part of its value at 0 or less; ``end`` where it does not."""
-    near, far = (0.0, first), (end, last)
-    if last <= ENOUGH * abs(first):
+def _root(work: Callable[[float], float], first: float, end: float) -> float:
+    """Where ``work``, ``first`` at 0, comes near 0 up to ``end``; ``end`` where it does not."""
+    near, far = (0.0, first), (end, work(end))
+    if far[1] <= ENOUGH * abs(first):
         return end
     found = end
     for _ in range(SEARCHED):

@@ -18,6 +18,9 @@ from dolfingrip.mechanics.potential import Potential
 from dolfingrip.mechanics.state import State
 from dolfingrip.mechanics.unknowns import Unknowns
 
+INVERTED = "inverted"
+"""Name of what bounds a step that would turn an element inside out."""
+
 SHORTEST = 1e-6
 """Fraction of a step below which none is looked for."""
 
@@ -249,7 +252,7 @@ class Model:
                 self.u.x.array[:] = start + fraction * step
                 if self._smallest_jacobian() > least:
                     return fraction, reason
-                fraction, reason = fraction / 2, "inverted"
+                fraction, reason = fraction / 2, INVERTED
         finally:
             self.u.x.array[:] = start
-        return 0.0, "inverted"
+        return 0.0, INVERTED

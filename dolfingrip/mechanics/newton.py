@@ -14,7 +14,7 @@ from dolfingrip.config import Solver
 from dolfingrip.mechanics.border import Border
 from dolfingrip.mechanics.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.mixed_tangent import MixedTangent
-from dolfingrip.mechanics.model import Model
+from dolfingrip.mechanics.model import INVERTED, Model
 from dolfingrip.mechanics.ordering import cheapest
 from dolfingrip.mechanics.predictor import Guess
 from dolfingrip.mechanics.profile import Profile
@@ -134,11 +134,11 @@ class Newton:
         self.model.assemble_equations(self._trial)
         return float(self._trial.norm())
 
-    def _residual_along(self, step: np.ndarray) -> tuple[float, float]:
-        """Product of the residual with a local array of the unknowns, and its norm."""
-        norm = self._residual_norm()
+    def _residual_along(self, step: np.ndarray) -> float:
+        """Product of the residual with a local array of the unknowns."""
+        self.model.assemble_equations(self._trial)
         own = self._trial.array_r @ self.model.unknowns.owned_part(step)
-        return float(self.model.comm.allreduce(own, MPI.SUM)), norm
+        return float(self.model.comm.allreduce(own, MPI.SUM))
 
     def _form_residual(self, _snes: Any, x: PETSc.Vec, residual: PETSc.Vec) -> None:
         with self.profile.phase("residual"):
@@ -235,7 +235,7 @@ class Newton:
         if reason > 0:
             return Ending.CONVERGED
         if self._globalisation.stuck:
-            inverted = self._globalisation.bound == "inverted"
+            inverted = self._globalisation.bound == INVERTED
             return Ending.INVERTED if inverted else Ending.BLOCKED
         if reason == reasons.DIVERGED_MAX_IT:
             return Ending.ITERATIONS

@@ -12,6 +12,12 @@ from dolfingrip.mechanics.model import Model
 MOST, FEWEST = 4, 3
 """States that the polynomial goes through: at most, so cubic, and at least."""
 
+CLEAR = 0.9
+"""Part of the way to a bound that is taken: on it the barrier would be felt too much."""
+
+WORTH = 0.3
+"""A shorter part of the way to the state ahead saves no iteration."""
+
 
 @dataclass(frozen=True, slots=True)
 class Guess:
@@ -56,16 +62,24 @@ class Predictor:
             self._kept.append((place, guess))
 
     def guess(self, place: float) -> Guess | None:
-        """The state at ``place``; None where too few are known or a bound lies on the way."""
+        """The state at ``place``, or close to it as far as the bounds let; None if not far."""
         if len(self._kept) < FEWEST:
             return None
         places = np.array([kept for kept, _ in self._kept])
         weights = lagrange(places, place)
         states = [state for _, state in self._kept]
         unknowns = np.tensordot(weights, [state.unknowns for state in states], 1)
-        if self._model.admissible_step(unknowns - states[-1].unknowns)[0] < 1.0:
+        stress = np.tensordot(weights, [state.stress for state in states], 1)
+        last = states[-1]
+        part, _ = self._model.admissible_step(unknowns - last.unknowns)
+        if part < 1.0:
+            part *= CLEAR
+        if part < WORTH:
             return None
-        return Guess(unknowns, np.tensordot(weights, [state.stress for state in states], 1))
+        return Guess(
+            last.unknowns + part * (unknowns - last.unknowns),
+            last.stress + part * (stress - last.stress),
+        )
 
 
 def lagrange(places: np.ndarray, place: float) -> np.ndarray:

@@ -20,7 +20,10 @@ SETTINGS = short("experiment.max_pressure_kPa=25")
 
 def test_settings_are_coarser_never_finer() -> None:
     coarse = small_loop.settings(load(None, ["mesh.edge_size_mm=2", "finger.wall_mm=1.8"]))
-    assert (coarse.mesh.size_mm, coarse.mesh.edge_size_mm) == (small_loop.SIZE_MM, None)
+    assert (coarse.mesh.size_mm, coarse.mesh.edge_size_mm) == (
+        small_loop.SIZE_MM,
+        small_loop.SIZE_MM,
+    )
     assert coarse.finger.wall_mm == 1.8
     assert coarse.experiment.step_kPa == coarse.experiment.max_pressure_kPa == 250
     assert small_loop.settings(load(None, ["mesh.size_mm=14"])).mesh.size_mm == 14

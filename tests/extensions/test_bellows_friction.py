@@ -7,12 +7,13 @@ import pytest
 from experiments import small
 from extensions import trial
 
+from dolfingrip.config import Contact
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.mechanics.contact import BarrierContact
 
 CYCLES = (
-    "finger.gap_mm=0.3",
+    "finger.gap_mm=0.4",
     "experiment.max_pressure_kPa=100",
     "experiment.step_kPa=25",
     "experiment.cycles=2",
@@ -41,7 +42,8 @@ def test_two_cycles(smooth: Result) -> None:
     pressure, gap = rough.column("pressure_kPa"), rough.column("contact_gap_mm")
     top = int(np.argmax(pressure))
     early = np.flatnonzero(pressure[:top] <= TOUCH_kPa)
-    assert gap[early[-2]] > 0.1 > gap[early[-1]]  # they touch at the last of these
+    width = Contact().barrier_mm
+    assert gap[early[-2]] > width > gap[early[-1]]  # they touch at the last of these
     for name in READINGS:
         change = rough.column(name) - smooth.column(name)
         scale = np.abs(smooth.column(name)).max()

@@ -17,7 +17,8 @@ def test_blocks_pressed_together(lower: int, upper: int) -> None:
 
     Bars with free sides under the stress E ε, ε = (push − closing of the gap)/2 = 0.5 %, where
     finite strain changes E ε and ν ε by less than 1 %. Where vertices of one face meet no
-    vertices of the other, a barrier is uneven by its own compression at most.
+    vertices of the other, a barrier is uneven by one and a half of its own compression at most:
+    vertices near edges are pushed by several pairs, the price of forces that never jump.
     """
     blocks = stacked(lower, upper)
     for axis in (0, 1, 2):
@@ -52,5 +53,5 @@ def test_blocks_pressed_together(lower: int, upper: int) -> None:
     assert ends[0] == pytest.approx(-ends[1], rel=1e-6)
     assert abs(ends[0]) == pytest.approx(young * strain, rel=0.01)
     assert 0.0 < closing < 0.05 * WIDTH
-    assert max(np.ptp(u[below, 2]), np.ptp(u[above, 2])) < closing
+    assert max(np.ptp(u[below, 2]), np.ptp(u[above, 2])) < 1.5 * closing
     assert u[side, 0].mean() == pytest.approx(NU * strain, rel=0.01)

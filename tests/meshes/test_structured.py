@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Finger, Mesh
+from dolfingrip.meshes.finger import boxes, gap_intervals
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.measures import centroid
 from dolfingrip.meshes.quality import check
@@ -37,15 +38,32 @@ def test_grading_and_refinement() -> None:
     """At concave edges cells of the asked size on the hollow side; each divided by ``refine``."""
     edge = 0.4
     graded = grid(Finger(), Mesh(edge_size_mm=edge))
-    x, y = graded.planes[:2]
+    x, y, z = graded.planes
     valley, floor, side = 7.6, 3.5, 8.4
-    for plane, value, hollow in ((x, valley, 1), (x, floor, 1), (y, side, -1)):
+    gap, chamber = gap_intervals(Finger())[0], boxes(Finger())[1][1][2]
+    for plane, value, hollow in (
+        (x, valley, 1),
+        (x, floor, 1),
+        (y, side, -1),
+        (z, gap[0], 1),
+        (z, gap[1], -1),
+        (z, chamber[0], 1),
+        (z, chamber[1], -1),
+    ):
         at = int(np.abs(plane - value).argmin())
         assert plane[at] == pytest.approx(value, abs=1e-12)
         assert abs(plane[at + hollow] - plane[at]) == pytest.approx(edge, rel=1e-9)
     twice = grid(Finger(), Mesh(edge_size_mm=edge, refine=2))
     for coarse, fine in zip(graded.planes, twice.planes, strict=True):
         np.testing.assert_allclose(fine[::2], coarse, atol=1e-12)
+
+
+def test_an_eighth_of_the_wall_at_edges() -> None:
+    thick = Finger(wall_mm=2.0)
+    for default, told in zip(
+        grid(thick, Mesh()).planes, grid(thick, Mesh(edge_size_mm=0.25)).planes, strict=True
+    ):
+        np.testing.assert_array_equal(default, told)
 
 
 def test_largest_cell() -> None:

@@ -1,0 +1,58 @@
+"""The search along a Newton step: down to where the forces do no more work, either way."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dolfingrip.config import Solver
+from dolfingrip.mechanics.globalisation import ENOUGH, Globalisation
+
+
+class Line:
+    """One unknown x in the wells of Π = (x² − 1)² / 4, of force x³ − x."""
+
+    def __init__(self, x: float, longest: float = 1.0) -> None:
+        self.x = np.array([x])
+        self._longest = longest
+        self.unknowns = SimpleNamespace(local=self.x.copy, set_local=self._set)
+
+    def _set(self, values: np.ndarray) -> None:
+        self.x[:] = values
+
+    def admissible_step(self, step: np.ndarray) -> tuple[float, str]:
+        return self._longest, "" if self._longest == 1 else "contact"
+
+    def work(self, step: np.ndarray) -> float:
+        return float((self.x**3 - self.x) @ step)
+
+
+def taken(line: Line, step: float) -> tuple[float, Globalisation]:
+    """Fraction of ``step`` that is taken where the residual has stagnated."""
+    model: Any = line
+    rules = Globalisation(model, Solver(), line.work)
+    for iteration in range(7):
+        rules.judge(iteration, 1.0)
+    return rules.fraction(np.array([step])), rules
+
+
+@pytest.mark.parametrize("longest", [1.0, 0.9])
+@pytest.mark.parametrize(("x", "step"), [(0.2, 1.4), (0.2, -1.4), (-0.1, 2.0), (1.4, -0.8)])
+def test_ends_in_a_well(x: float, step: float, longest: float) -> None:
+    """Also where the step leads over the hill at 0, as to a saddle."""
+    line = Line(x, longest)
+    start = line.work(np.array([step]))
+    fraction, rules = taken(line, step)
+    assert line.x == [x]  # nothing has moved yet
+    assert np.sign(fraction) == -np.sign(start)
+    line.x[:] += fraction * step
+    assert abs(line.work(np.array([step]))) <= ENOUGH * abs(start)
+    assert (line.x**2 - 1) ** 2 < (x**2 - 1) ** 2
+    assert rules.bound == ("" if longest == 1 else "contact")
+
+
+def test_a_whole_step_where_there_is_still_work() -> None:
+    assert taken(Line(2.0), -0.3)[0] == 1.0
