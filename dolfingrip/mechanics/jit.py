@@ -20,6 +20,10 @@ FLAGS = [
     "-freciprocal-math",
 ]
 
+PATIENCE_s = 600
+"""How long another process may take to compile what this one needs, too. By default it is ten
+seconds: less than the longest forms take on a busy machine."""
+
 
 def _processor() -> str:
     """What the compiler may use on this machine: the processor's instruction sets."""
@@ -37,4 +41,5 @@ def options() -> dict[str, Any]:
     return {
         "cffi_extra_compile_args": FLAGS,
         "cache_dir": str(cache / "fenics" / key),
+        "timeout": PATIENCE_s,
     }
