@@ -33,9 +33,9 @@ class PlateFriction(Effect):
     finger stuck to a plate that it has left. The plate has no mass and does not move along.
 
     Prior: μ = 0.6 ± 0.2, thermoplastic polyurethane 0.3 to 1.0.
-    Fingerprint: the tip slides less: a loop at any rate, in every cycle; the force up to 1 % higher
-    while loading, up to some 100 kPa, then lower, by 6.5 % at 250 kPa; unloading, 2 to 4 % higher
-    below 125 kPa. Free bending is untouched.
+    Fingerprint: the tip slides less: a loop at any rate, in every cycle; the force 0.5 % higher
+    while loading up to 50 kPa, then lower, by 5.4 % at 250 kPa; unloading, 2 to 4 % higher between
+    60 and 160 kPa. Free bending is untouched.
     Confused with: permanent set (a loop in free bending, too), friction between bellows (a loop
     where they touch), the plate's tilt.
     """
