@@ -138,6 +138,7 @@ def test_sag_of_a_cantilever() -> None:
         ("plate_gap.offset_mm=0.5", "plate", "gap_mm", 1.5),
         ("plate_tilt.offset_deg=-3", "plate", "tilt_deg", 1.0),
         ("coarse_mesh.factor=2", "mesh", "size_mm", 14.0),
+        ("coarse_mesh.factor=2", "mesh", "edge_size_mm", 0.4),
         ("locking.linear=true", "solver", "element", "P1"),
         ("no_self_contact.left_out=true", "contact", "self_contact", False),
         ("no_self_contact.left_out=false", "contact", "self_contact", True),
@@ -151,6 +152,13 @@ def test_what_becomes_of_the_configuration(
     assert getattr(getattr(found, section), key) == (
         expected if isinstance(expected, str) else pytest.approx(expected)
     )
+
+
+def test_tetrahedra_that_lock_do_not_take_over_how_hexahedra_are_graded() -> None:
+    graded = ("mesh.edge_size_mm=7", "extensions.locking={}")
+    assert config.load(None, graded).adapted().mesh.edge_size_mm is None
+    kept = config.load(None, ("solver.element=P2", "mesh.edge_size_mm=1", *graded[1:])).adapted()
+    assert kept.mesh.edge_size_mm == 1
 
 
 def test_what_cannot_be_adapted_says_so() -> None:
