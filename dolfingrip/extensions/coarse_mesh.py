@@ -22,8 +22,9 @@ class CoarseMesh(Effect):
     Hexahedra are never fewer than one across a wall: what grows are those at concave edges.
 
     Prior: 1.5 ± 0.5, a choice and no property of the finger (engineering guess).
-    Fingerprint: angle and force lower by 0.4 to 0.8 %. Of an ungraded mesh (``mesh.edge_size_mm`` as
-    large as the rest) higher by 1 to 2 %, unevenly over the pressures. Loading and unloading agree.
+    Fingerprint: angle and force lower by 0.4 to 0.8 %. Of a mesh that is not graded
+    (``mesh.edge_size_mm`` as large as the rest) higher by 1 to 2 %, unevenly over the pressures.
+    Loading and unloading agree.
     Confused with: the modulus, wall thickness.
     """
 

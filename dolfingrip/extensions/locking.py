@@ -18,7 +18,8 @@ class Locking(Effect):
     u_h ∈ P₁ (``solver.element = "P1"``): walls of one element across cannot bend, nearly
     incompressible ones hardly deform. As there are linear elements on tetrahedra only, the mesh
     changes, too: a finger that would be meshed in hexahedra gets tetrahedra of ``mesh.size_mm``,
-    2.8 mm by default, not graded. On quadratic tetrahedra (``solver.element = "P2"``) the mesh stays.
+    2.8 mm by default, not graded. On quadratic tetrahedra (``solver.element = "P2"``) the mesh
+    stays.
 
     Prior: none; a choice of the model and no property of the finger.
     Fingerprint: angle lower by 62 % at 25 kPa and by 53 % at 250 kPa, force by 16 and 25 %. Loading
