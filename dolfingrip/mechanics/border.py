@@ -26,7 +26,10 @@ class Border(Protocol):
         ...
 
     def limit(self, step: np.ndarray, fraction: float) -> float:
-        """At most ``fraction`` of ``step`` (local dofs, mm), bounded by their change."""
+        """At most ``fraction`` of ``step`` (local dofs, mm), bounded by their change.
+
+        Negative where the step is taken backwards, their change with it.
+        """
         ...
 
     def advance(self, fraction: float) -> None:

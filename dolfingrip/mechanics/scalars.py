@@ -101,13 +101,13 @@ class ScalarUnknowns:
         return float(self._model.comm.allreduce(local, MPI.SUM))
 
     def limit(self, step: np.ndarray, fraction: float) -> float:
-        """At most ``fraction`` of ``step``: each bound keeps a tenth of its distance."""
+        """At most ``fraction`` (below 0: backwards) of ``step``; bounds keep a tenth of a gap."""
         gaps = [bound.gap_mm for bound in self._model.bounds if hasattr(bound, "gap_mm")]
         dofs, values = self._model.u.x.array, self._get()
         step = self._model.unknowns.parts(step)[0]
         start, least = dofs.copy(), [0.1 * gap() for gap in gaps]
         try:
-            while fraction > 1e-6:
+            while abs(fraction) > 1e-6:
                 dofs[:] = start + fraction * step
                 self._set(values + fraction * self._change)
                 if all(gap() >= low for gap, low in zip(gaps, least, strict=True)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from experiments import small
 from extensions import trial
 
 from dolfingrip.experiments import run
@@ -36,3 +37,17 @@ def test_free_bending_has_no_plate() -> None:
     on = {PlateCompliance: {}}
     free = [run("bending", trial.configured(e, *COMMON), comm=trial.SELF) for e in ({}, on)]
     np.testing.assert_array_equal(free[0].column("angle_deg"), free[1].column("angle_deg"))
+
+
+def test_a_step_is_bounded_either_way() -> None:
+    """Taken backwards a step leads into the plate that it leads away from."""
+    finger = small.model(trial.configured({PlateCompliance: {}}, *COMMON), plate=True)
+    assert finger.border is not None
+    away = np.zeros_like(finger.model.u.x.array)
+    away[0::3] = 1.0
+    gap = finger.plate.gap_mm()
+    assert 0 < gap < 1
+    assert finger.border.limit(away, 1.0) == 1.0
+    back = finger.border.limit(away, -1.0)
+    assert -0.9 * gap <= back < -0.4 * gap
+    assert finger.border.limit(-away, 1.0) == -back
