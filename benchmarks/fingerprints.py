@@ -21,13 +21,18 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
+from benchmarks.parts import UNGRADED_MM
 from dolfingrip import config
 from dolfingrip.design import rows
 from dolfingrip.experiments.run import Kind, run
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.report import theme
 
-OVERRIDES = ("experiment.step_kPa=12.5", "experiment.unload=true", "mesh.edge_size_mm=7")
+OVERRIDES = (
+    "experiment.step_kPa=12.5",
+    "experiment.unload=true",
+    f"mesh.edge_size_mm={UNGRADED_MM}",
+)
 """The reference finger to 250 kPa and back, read often enough to see where bellows touch; on an
 ungraded mesh, as what is told is what an effect changes."""
 

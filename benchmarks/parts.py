@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from dolfingrip.config import HEXAHEDRON_MM
+
 Spec = dict[str, Any]
 
 FREE = ["contact.self_contact=false"]
@@ -31,7 +33,7 @@ UNIFORM_MM = {
 GRADED_MM = ((2.8, 1.4), (2.8, 0.7))
 """Element sizes of the convergence table, and pairs of these and sizes at concave edges."""
 
-UNGRADED_MM = 7.0
+UNGRADED_MM = HEXAHEDRON_MM
 """Size at concave edges that leaves a mesh of hexahedra without any grading."""
 
 REFINED = (1, 2)

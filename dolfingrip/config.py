@@ -225,6 +225,11 @@ class Mesh(Section):
             return size, min(size, EDGE_WALLS * finger.wall_mm)
         return size, self.edge_size_mm
 
+    def tetrahedra_mm(self) -> tuple[float, float]:
+        """Largest tetrahedron and that at concave edges (mm)."""
+        size = TETRAHEDRON_MM if self.size_mm is None else self.size_mm
+        return size, self.edge_size_mm or size
+
     @model_validator(mode="after")
     def _sizes(self) -> Mesh:
         if self.edge_size_mm is None or self.size_mm is None:
@@ -490,9 +495,9 @@ class Config(Section):
     @property
     def size_mm(self) -> float:
         """Largest element of a mesh made from sizes (mm)."""
-        if self.mesh.size_mm is not None:
-            return self.mesh.size_mm
-        return HEXAHEDRON_MM if self.hexahedra else TETRAHEDRON_MM
+        mesh = self.mesh
+        sizes = mesh.hexahedra_mm(self.finger) if self.hexahedra else mesh.tetrahedra_mm()
+        return sizes[0]
 
     def sideways(self) -> tuple[str, object] | None:
         """The key and value of a load that a half finger cannot bear, where there is one."""

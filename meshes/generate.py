@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gmsh
 
-from dolfingrip.config import TETRAHEDRON_MM, Finger, Mesh
+from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import finger as geometry
 from dolfingrip.meshes.gmsh_model import current_mesh, session
 from dolfingrip.meshes.grading import (
@@ -52,8 +52,7 @@ def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
     MeshError
         Where Gmsh fails, or the target number of elements is not met within 1 %.
     """
-    size = TETRAHEDRON_MM if mesh.size_mm is None else mesh.size_mm
-    edge_size = mesh.edge_size_mm or size
+    size, edge_size = mesh.tetrahedra_mm()
     if edge_size > size:
         raise MeshError(
             f"mesh.edge_size_mm = {edge_size}: allowed: above 0 and up to size_mm = {size:g} mm"

@@ -100,9 +100,14 @@ class Globalisation:
         self._stagnates = False
 
     @property
+    def _folds(self) -> bool:
+        """Whether elements would have inverted in too many steps in a row."""
+        return self._inverted > FOLDED
+
+    @property
     def stuck(self) -> bool:
         """Whether the last step was too short to make progress, or one of many to the same end."""
-        return self._short > 0 or self._inverted > FOLDED
+        return self._short > 0 or self._folds
 
     def judge(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
         """What the residual norm (N) at the start of ``iteration`` means.
@@ -119,7 +124,7 @@ class Globalisation:
             self._scale_N = norm
         if iteration <= EARLY:
             self._peak = max(self._peak, norm)
-        if self._short > PATIENCE or self._inverted > FOLDED:
+        if self._short > PATIENCE or self._folds:
             return Verdict.STUCK
         tolerance = self._settings.rtol * max(self._scale_N, scale)
         if norm <= max(self._settings.atol_N, tolerance) and not self.bound:

@@ -68,18 +68,15 @@ class Predictor:
         places = np.array([kept for kept, _ in self._kept])
         weights = lagrange(places, place)
         states = [state for _, state in self._kept]
-        unknowns = np.tensordot(weights, [state.unknowns for state in states], 1)
-        stress = np.tensordot(weights, [state.stress for state in states], 1)
         last = states[-1]
-        part, _ = self._model.admissible_step(unknowns - last.unknowns)
+        step = np.tensordot(weights, [state.unknowns for state in states], 1) - last.unknowns
+        part, _ = self._model.admissible_step(step)
         if part < 1.0:
             part *= CLEAR
         if part < WORTH:
             return None
-        return Guess(
-            last.unknowns + part * (unknowns - last.unknowns),
-            last.stress + part * (stress - last.stress),
-        )
+        stress = np.tensordot(weights, [state.stress for state in states], 1)
+        return Guess(last.unknowns + part * step, last.stress + part * (stress - last.stress))
 
 
 def lagrange(places: np.ndarray, place: float) -> np.ndarray:
