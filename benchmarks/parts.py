@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from dolfingrip.config import HEXAHEDRON_MM
+from dolfingrip.specimen import HEXAHEDRON_MM
 
 Spec = dict[str, Any]
 
