@@ -74,7 +74,7 @@ def facts(
         },
         "newton": {
             "iterations": newton.iterations,
-            "factorisations": newton.factorisations,
+            "factorisations": newton.factors.count,
             "load_steps": sum(row["load_steps"] for row in result.rows),
             "matrix_patterns": newton.tangent.patterns + 1,
         },

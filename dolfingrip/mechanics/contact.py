@@ -64,34 +64,6 @@ class BarrierContact:
             self._found = (now, self._pairs(now))
         return self._found[1]
 
-    def near_pairs(self, dofs: np.ndarray) -> np.ndarray:
-        """(k, 2) nodes (places in the surface's) of pairs of parts near enough to touch soon.
-
-        All vertices of a vertex–face or edge–edge pair count, also where only some of them are
-        felt at present, so that sliding along a face needs no new pairs.
-        """
-        near = ipctk.Candidates()
-        near.build(self._mesh, self.surface.positions(dofs), self.width_mm)
-        edges, faces = self._mesh.edges, self._mesh.faces
-        found = [
-            np.array([[c.face_id, c.vertex_id] for c in near.fv_candidates]).reshape(-1, 2),
-            np.array([[c.edge0_id, c.edge1_id] for c in near.ee_candidates]).reshape(-1, 2),
-        ]
-        vertices = np.concatenate(
-            [
-                np.column_stack([faces[found[0][:, 0]], found[0][:, 1]]),
-                np.column_stack([edges[found[1][:, 0]], edges[found[1][:, 1]]]),
-            ]
-        )
-        # all nodes that any vertex of a pair moves with are coupled
-        parts = sp.csr_matrix(
-            (np.ones(vertices.size), vertices.ravel(), np.arange(0, vertices.size + 1, 4)),
-            shape=(len(vertices), len(self.surface.rest)),
-        )
-        touched = abs(parts) @ abs(self.surface.weights)
-        pairs = sp.coo_array(sp.triu(touched.T @ touched, 1))
-        return np.column_stack([pairs.row, pairs.col]).astype(np.int64)
-
     # -- energy --------------------------------------------------------------------------------
 
     def value(self, dofs: np.ndarray) -> float:

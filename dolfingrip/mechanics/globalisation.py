@@ -11,9 +11,9 @@ import numpy as np
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.model import INVERTED, Model
 
-CHORD = 0.001
-"""An iteration that brought the residual below this part of the one before leaves a tangent
-good enough for the next iteration, too; factorising it is what costs."""
+FALLING = 0.5
+"""A residual that has not fallen to this part of the one before belongs to a tangent that has
+changed much."""
 
 STUBBORN = 0.7
 """Once the first iterations are over, a residual that falls by less calls a line search."""
@@ -69,7 +69,7 @@ class Globalisation:
 
     Attributes:
         bound: name of what cut the last step, "" if nothing did.
-        keep_factors: the tangent of the last iteration is good enough for the next.
+        far: the tangent is likely to be far from the one before.
     """
 
     def __init__(
@@ -83,14 +83,15 @@ class Globalisation:
         self._residual_along = residual_along
         self.start()
 
-    def start(self, scale_N: float | None = None) -> None:
+    def start(self, scale_N: float | None = None, *, far: bool = False) -> None:
         """Forget the last solve.
 
         Args:
             scale_N: force (N) that the relative tolerance refers to; default: the first residual.
+            far: the start is not where the last solve ended.
         """
         self.bound = ""
-        self.keep_factors = False
+        self.far = far
         self._short = 0
         self._inverted = 0
         self._scale_N = scale_N
@@ -129,9 +130,8 @@ class Globalisation:
         tolerance = self._settings.rtol * max(self._scale_N, scale)
         if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
             return Verdict.CONVERGED
-        self.keep_factors = (
-            bool(self._recent) and norm < CHORD * self._recent[-1] and not self.bound
-        )
+        if self._recent:
+            self.far = norm > FALLING * self._recent[-1]
         self._settled = iteration >= SETTLED
         # not against the last alone: pairs that touch and part in turn make it jump up and down
         self._stagnates = iteration > EARLY and norm > STUBBORN * min(self._recent)

@@ -1,4 +1,4 @@
-"""Newton's method: PETSc SNES with a direct symmetric factorisation."""
+"""Newton's method: PETSc SNES with a symmetric factorisation."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ from petsc4py import PETSc
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.border import Border
+from dolfingrip.mechanics.factors import Factors
 from dolfingrip.mechanics.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.model import INVERTED, Model
-from dolfingrip.mechanics.ordering import cheapest
 from dolfingrip.mechanics.predictor import Guess
 from dolfingrip.mechanics.profile import Profile
 from dolfingrip.mechanics.tangent import Tangent
+
+PREFIX = "dolfingrip_"
+"""Of PETSc's options."""
 
 REASON = {
     Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
@@ -71,7 +74,7 @@ class Newton:
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
-        factorisations: of the tangent; fewer, as a good tangent serves twice.
+        factors: of the tangent; they serve more than once.
     """
 
     def __init__(
@@ -86,7 +89,8 @@ class Newton:
         self.profile = profile or Profile()
         self.tangent = Tangent(model) if model.p is None else MixedTangent(model)
         self.iterations = 0
-        self.factorisations = 0
+        # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
+        self.factors = Factors(PREFIX, self.tangent.graph if model.p is None else None)
         self._border = border
         self._residual = model.unknowns.create_vector()
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
@@ -98,7 +102,7 @@ class Newton:
 
     def _make_snes(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.model.comm)
-        snes.setOptionsPrefix("dolfingrip_")
+        snes.setOptionsPrefix(PREFIX)
         snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.setFunction(self._form_residual, self._residual)
         snes.setJacobian(self._form_tangent, self.tangent.matrix)
@@ -108,14 +112,12 @@ class Newton:
         ksp = snes.getKSP()
         ksp.setType(PETSc.KSP.Type.PREONLY)
         pc = ksp.getPC()
-        pc.setType(PETSc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-        options = PETSc.Options("dolfingrip_")
+        pc.setType(PETSc.PC.Type.PYTHON)
+        pc.setPythonContext(self.factors)
+        options = PETSc.Options(PREFIX)
         options["snes_linesearch_type"] = "basic"
         # a rising residual is no failure: see Globalisation
         options["snes_divergence_tolerance"] = -1
-        options["mat_mumps_icntl_13"] = 1  # counts negative pivots in parallel, too
-        options["mat_mumps_icntl_24"] = 0
         snes.setFromOptions()
         return snes
 
@@ -146,21 +148,15 @@ class Newton:
             self.model.assemble_equations(residual)
 
     def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
-        if self._globalisation.keep_factors:
-            return
         with self.profile.phase("tangent"):
-            self.factorisations += 1
             self._take(x)
             before = self.tangent.matrix
             self.tangent.assemble()
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
-            # read when SNES factorises for the first time; a saddle point's zero diagonal is left
-            # to MUMPS' own choice, as others fail on three ranks
-            if self.factorisations == 1 and self.model.p is None:
-                options = PETSc.Options("dolfingrip_")
-                options["mat_mumps_icntl_7"] = cheapest(self.tangent.matrix)
+            if self._globalisation.far:
+                self.factors.renew()
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
@@ -201,7 +197,7 @@ class Newton:
         model = self.model
         carried = model.potential.carried
         if guess is not None and carried is not None:
-            self._globalisation.start(self._residual_norm())
+            self._globalisation.start(self._residual_norm(), far=True)
             model.unknowns.set_local(guess.unknowns)
             carried.stress.x.array[:] = guess.stress
         else:
@@ -220,15 +216,6 @@ class Newton:
             iterations,
             float(self._snes.getFunctionNorm()),
         )
-
-    def negative_pivots(self) -> int:
-        """Negative pivots of the last factorisation (its inertia).
-
-        Those of a mixed model's pressure are not counted: eliminating it leaves the others.
-        """
-        factor = self._snes.getKSP().getPC().getFactorMatrix()
-        found = int(self.model.comm.allreduce(factor.getMumpsInfog(12), MPI.MAX))
-        return found - self.model.unknowns.multipliers
 
     def _ending(self, reason: int) -> Ending:
         reasons = PETSc.SNES.ConvergedReason

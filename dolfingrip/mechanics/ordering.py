@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
+import scipy.sparse as sp
+from mpi4py import MPI
 from petsc4py import PETSc
 
 CANDIDATES: Final = (2, 4, 6)
@@ -14,18 +17,41 @@ AUTOMATIC: Final = 7
 """MUMPS chooses."""
 
 SMALL: Final = 1000
-"""Unknowns below which no order is worth looking for; PORD ends the process on tiny graphs."""
+"""Nodes below which no order is worth looking for; PORD ends the process on tiny graphs."""
 
 
-def cheapest(matrix: PETSc.Mat) -> int:
+def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
     """The ICNTL(7) among :data:`CANDIDATES` with the fewest operations; the same on all ranks.
 
     Args:
-        matrix: assembled and symmetric. It is factorised once for each candidate.
+        graph: (owned nodes, nodes) symmetric; which nodes a matrix couples, each with itself.
+        comm: communicator of the ranks that own the nodes.
     """
-    if matrix.getSize()[0] < SMALL:
+    if graph.shape[1] < SMALL:
         return AUTOMATIC
-    return min(CANDIDATES, key=lambda ordering: _operations(matrix, ordering))
+    matrix = _laplacian(graph, comm)
+    operations = {ordering: _operations(matrix, ordering) for ordering in CANDIDATES}
+    matrix.destroy()
+    return min(operations, key=operations.__getitem__)
+
+
+def _laplacian(graph: sp.csr_matrix, comm: MPI.Comm) -> PETSc.Mat:
+    """A definite matrix with one unknown for each node: factorised in no time."""
+    owned, count = graph.shape
+    first = sum(comm.allgather(owned)[: comm.rank])
+    row, column = graph.nonzero()
+    upper = column >= row + first
+    value = np.where(column == row + first, np.diff(graph.indptr)[row] + 1.0, -1.0)
+    kept = sp.csr_matrix((value[upper], (row[upper], column[upper])), graph.shape)
+    kept.sort_indices()
+    matrix = PETSc.Mat().create(comm)
+    matrix.setSizes(((owned, count), (owned, count)), bsize=1)
+    matrix.setType(PETSc.Mat.Type.SBAIJ)
+    matrix.setPreallocationCSR(
+        (kept.indptr.astype(PETSc.IntType), kept.indices.astype(PETSc.IntType), kept.data)
+    )
+    matrix.assemble()
+    return matrix
 
 
 def _operations(matrix: PETSc.Mat, ordering: int) -> float:

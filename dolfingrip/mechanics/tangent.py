@@ -16,10 +16,11 @@ class Tangent:
 
     Blocks of 3 × 3, the upper triangle alone: inserting scalars into a full matrix takes as
     long as computing them. Contact couples nodes that no element joins; their places are added
-    with those of pairs that come near, so that from one iteration to the next the symbolic
-    factorisation stays valid.
+    when they are first needed, and stay, so that the symbolic factorisation soon stays valid.
+    Places for pairs that only come near cost more in each factorisation than they save.
 
     Attributes:
+        graph: (owned nodes, nodes) which nodes the elements couple.
         matrix: the PETSc matrix (type SBAIJ), replaced when the pattern grows.
         patterns: how many patterns there were.
     """
@@ -27,13 +28,13 @@ class Tangent:
     def __init__(self, model: Model) -> None:
         self._model = model
         self._form = model.potential.tangent
-        self._elastic = block_graph(self._form)
-        self._rows = self._elastic.shape[0]
+        self.graph = block_graph(self._form)
+        self._rows = self.graph.shape[0]
         self._first = model.u.function_space.dofmap.index_map.local_range[0]
         self._known = np.empty(0, dtype=np.int64)
         self._free = self._free_components()
         self.patterns = 0
-        self.matrix = self._create(self._elastic)
+        self.matrix = self._create(self.graph)
 
     def assemble(self) -> None:
         """Assemble at the model's present state."""
@@ -93,17 +94,15 @@ class Tangent:
         if np.isin(pairs, self._known, assume_unique=True).all():
             return
         assert self._model.contact is not None
-        near = self._model.contact.near_pairs(self._model.u.x.array)
-        keys = np.concatenate([near[:, 0] * count + near[:, 1], near[:, 1] * count + near[:, 0]])
-        self._known = np.unique(np.concatenate([self._known, pairs, keys]))
+        self._known = np.union1d(self._known, pairs)
         nodes = self._model.contact.surface.nodes
         row, column = (nodes[i] for i in np.divmod(self._known, count))
         owned = (row >= self._first) & (row < self._first + self._rows)
         contact = sp.csr_matrix(
             (np.ones(owned.sum()), (row[owned] - self._first, column[owned])),
-            shape=self._elastic.shape,
+            shape=self.graph.shape,
         )
-        self.matrix = self._create((self._elastic + contact).tocsr())
+        self.matrix = self._create((self.graph + contact).tocsr())
 
     # -- contact -------------------------------------------------------------------------------
 
@@ -131,7 +130,7 @@ class Tangent:
         owned = (row >= self._first) & (row < self._first + self._rows)
         graph = sp.csr_matrix(
             (np.flatnonzero(owned) + 1, (row[owned] - self._first, column[owned])),
-            shape=self._elastic.shape,
+            shape=self.graph.shape,
         )
         self._insert(self.matrix, graph, blocks.data[graph.data - 1], add=True)
 

@@ -10,6 +10,8 @@ from mechanics.stacks import NU, PUSH, TOP, WIDTH, is_upper, stacked
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton import Newton
 
+SEED = 11
+
 
 @pytest.mark.parametrize(("lower", "upper"), [(3, 3), (3, 4)], ids=["matching", "not matching"])
 def test_blocks_pressed_together(lower: int, upper: int) -> None:
@@ -55,3 +57,21 @@ def test_blocks_pressed_together(lower: int, upper: int) -> None:
     assert 0.0 < closing < 0.05 * WIDTH
     assert max(np.ptp(u[below, 2]), np.ptp(u[above, 2])) < 1.5 * closing
     assert u[side, 0].mean() == pytest.approx(NU * strain, rel=0.01)
+
+
+def test_edges_on_one_line_do_not_cross() -> None:
+    """Corners of the cubes, one above the other, push apart however rounding turns them.
+
+    Taken for edges that cross, the two on one line have a distance of 0 and an infinite force.
+    """
+    blocks = stacked(3, 3)
+    contact = blocks.model.contact
+    assert contact is not None
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    closer = is_upper(blocks.nodes)[:, None] * [0, 0, -PUSH / 5]
+    for size in np.geomspace(1e-10, 1e-6, 200):
+        # the faces x = 0 stay plane, as on a plane of symmetry
+        turned = rng.uniform(-size, size, blocks.nodes.shape) * (blocks.nodes > 1e-9)
+        blocks.displace(closer + turned)
+        assert np.isfinite(contact.gradient(blocks.u.x.array)).all()

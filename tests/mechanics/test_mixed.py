@@ -90,11 +90,10 @@ def test_carried_stress_follows_both_fields(disturbed: Model) -> None:
 
 
 def test_state_has_the_pressure(panel: Model) -> None:
-    """Loaded, taken back and restored the panel is in equilibrium; its inertia is a minimum's."""
+    """Loaded, taken back and restored the panel is in equilibrium."""
     rest = panel.state()
     newton = Newton(panel, Solver())
     assert LoadPath(newton, {"load_N": 25.0}).advance({"load_N": 50.0}).failure is None
-    assert newton.negative_pivots() == 0
     loaded = panel.state().copy()
     assert loaded.pressure is not None
     assert np.ptp(loaded.pressure) > 1.0

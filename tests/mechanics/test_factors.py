@@ -1,0 +1,105 @@
+"""Factors that serve more than one matrix: exact solves, iterative ones, failures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.factors import RTOL, Factors
+
+SEED = 5
+SIZE = 400
+
+
+class System:
+    """K x = b with K = a band of ones and twos, changed at will, solved once by its factors."""
+
+    def __init__(self) -> None:
+        print("seed", SEED)
+        self.rng = np.random.default_rng(SEED)
+        self.matrix = self._band(np.full(SIZE, 3.0))
+        self.factors = Factors("test_factors_", None)
+        self.ksp = PETSc.KSP().create(MPI.COMM_SELF)
+        self.ksp.setType(PETSc.KSP.Type.PREONLY)
+        self.ksp.getPC().setType(PETSc.PC.Type.PYTHON)
+        self.ksp.getPC().setPythonContext(self.factors)
+        self.right = PETSc.Vec().createWithArray(self.rng.uniform(-1, 1, SIZE), comm=MPI.COMM_SELF)
+
+    @staticmethod
+    def _band(diagonal: np.ndarray) -> PETSc.Mat:
+        upper = sp.diags_array([diagonal, np.ones(SIZE - 1)], offsets=[0, 1]).tocsr()
+        matrix = PETSc.Mat().create(MPI.COMM_SELF)
+        matrix.setSizes((SIZE, SIZE))
+        matrix.setType(PETSc.Mat.Type.SBAIJ)
+        matrix.setPreallocationCSR(
+            (upper.indptr.astype(PETSc.IntType), upper.indices.astype(PETSc.IntType), upper.data)
+        )
+        return matrix
+
+    def stiffen(self, values: np.ndarray) -> None:
+        """Add to the diagonal."""
+        self.matrix.setDiagonal(PETSc.Vec().createWithArray(3.0 + values, comm=MPI.COMM_SELF))
+
+    def error(self) -> float:
+        """Solve, and compare with SciPy; the largest difference by the largest value."""
+        solution = self.right.duplicate()
+        self.ksp.setOperators(self.matrix)
+        self.ksp.solve(self.right, solution)
+        diagonal = self.matrix.getDiagonal().array_r
+        ones = np.ones(SIZE - 1)
+        whole = sp.diags_array([ones, diagonal, ones], offsets=[-1, 0, 1]).tocsc()
+        exact = sp.linalg.spsolve(whole, self.right.array_r)
+        return float(abs(solution.array_r - exact).max() / abs(exact).max())
+
+
+@pytest.fixture
+def system() -> System:
+    return System()
+
+
+def test_its_own_factors_solve_exactly(system: System) -> None:
+    assert system.error() < 1e-12
+    assert system.error() < 1e-12
+    assert system.factors.count == 1
+
+
+def test_factors_serve_a_matrix_near_by(system: System) -> None:
+    """Solved to the tolerance without factorising."""
+    system.error()
+    system.stiffen(system.rng.uniform(0, 0.03, SIZE))
+    assert 1e-12 < system.error() < 100 * RTOL
+    assert system.factors.count == 1
+
+
+def test_a_matrix_far_away_is_factorised(system: System) -> None:
+    system.error()
+    system.stiffen(system.rng.uniform(0, 300, SIZE))
+    assert system.error() < 1e-12
+    assert system.factors.count == 2
+
+
+def test_renewed_factors_are_the_matrix_own(system: System) -> None:
+    system.error()
+    system.stiffen(system.rng.uniform(0, 0.03, SIZE))
+    system.factors.renew()
+    assert system.error() < 1e-12
+    assert system.factors.count == 2
+
+
+def test_another_matrix_is_factorised(system: System) -> None:
+    """As one of another pattern would have to be."""
+    system.error()
+    system.matrix = System._band(np.full(SIZE, 3.001))
+    assert system.error() < 1e-12
+    assert system.factors.count == 2
+
+
+def test_a_singular_matrix_is_reported(system: System) -> None:
+    system.stiffen(np.full(SIZE, -3.0))
+    system.matrix.scale(0.0)
+    system.ksp.setOperators(system.matrix)
+    system.ksp.solve(system.right, system.right.duplicate())
+    assert system.ksp.getConvergedReason() == PETSc.KSP.ConvergedReason.DIVERGED_PCSETUP_FAILED
