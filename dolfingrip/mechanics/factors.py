@@ -10,8 +10,8 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.ordering import AUTOMATIC, cheapest
 
 RTOL: Final = 1e-5
-"""Preconditioned residual of an iterative solve, relative to its first: so the step is as good as
-an exact one. Looser, by a hundred, saves a twentieth of a run and leaves errors of 1e-6 in its figures."""
+"""Preconditioned residual of an iterative solve, relative to its first: a step as good as an exact
+one. A hundred times looser saves a twentieth of a run and leaves errors of 1e-6 in its figures."""
 
 MOST: Final = 8
 """Iterations of GMRES that cost as much as factorising."""
