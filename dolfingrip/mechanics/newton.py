@@ -188,20 +188,21 @@ class Newton:
 
     # -- solve ---------------------------------------------------------------------------------
 
-    def solve(self, guess: Guess | None = None) -> Solve:
+    def solve(self, guess: Guess | None = None, *, careful: bool = False) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
         Args:
             guess: start there instead; the tolerance still refers to the present state's residual.
+            careful: search along each step, which takes more iterations but loses its way less.
         """
         model = self.model
         carried = model.potential.carried
         if guess is not None and carried is not None:
-            self._globalisation.start(self._residual_norm(), far=True)
+            self._globalisation.start(self._residual_norm(), far=True, careful=careful)
             model.unknowns.set_local(guess.unknowns)
             carried.stress.x.array[:] = guess.stress
         else:
-            self._globalisation.start()
+            self._globalisation.start(careful=careful)
             if carried is not None:
                 carried.reset()
         self._x.array[:] = model.unknowns.owned()

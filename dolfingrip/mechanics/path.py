@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from dolfingrip.mechanics.failure import Failure, FailureKind
 from dolfingrip.mechanics.newton import Ending, Newton, Solve
-from dolfingrip.mechanics.predictor import Predictor
+from dolfingrip.mechanics.predictor import Guess, Predictor
 from dolfingrip.mechanics.state import State
 
 SOFT = 0.2
@@ -19,6 +19,9 @@ SOFT = 0.2
 
 COMFORTABLE = 8
 """Newton iterations up to which the next step may be longer."""
+
+ASTRAY = {Ending.DIVERGED, Ending.ITERATIONS, Ending.BLOCKED}
+"""Ends of a solve that may have lost its way: a careful one is tried before a shorter step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +45,8 @@ class LoadPath:
     """Leads a model along straight lines between prescribed controls, time among them.
 
     A step starts from where the path so far leads, as long as that is straight. One that fails is
-    taken back and halved; steps grow again after easy ones. The solver's time limit counts from
-    here, and is looked at before each step.
+    taken back and tried again with care, then halved; steps grow again after easy ones. The
+    solver's time limit counts from here, and is looked at before each step.
 
     Args:
         newton: solver of the model.
@@ -109,8 +112,8 @@ class LoadPath:
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * whole
             guess = self._predictor.guess(ahead) if self._predictor else None
-            solve = self.newton.solve(guess)
-            iterations += solve.iterations
+            solve, taken = self._solve(good, at(reach), guess)
+            iterations += taken
             rejected = self._accept() if solve.converged else ""
             if solve.converged and not rejected:
                 stiffness = self._stiffness((reach - done) * whole, good)
@@ -135,6 +138,18 @@ class LoadPath:
                 failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
                 return Arrival(iterations, steps, cuts, failure)
         return Arrival(iterations, steps, cuts)
+
+    def _solve(
+        self, good: State, controls: Mapping[str, float], guess: Guess | None
+    ) -> tuple[Solve, int]:
+        """The model from ``good``, its state, at ``controls``, its own; iterations in all."""
+        solve = self.newton.solve(guess)
+        if solve.ending not in ASTRAY or self.newton.bordered:
+            return solve, solve.iterations
+        self.model.restore(good)
+        self.model.prescribe(controls)
+        careful = self.newton.solve(careful=True)
+        return careful, solve.iterations + careful.iterations
 
     def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
         """Take ``direction``, the change of each control in a longest step, from ``start`` on."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.globalisation import ENOUGH, Globalisation
+from dolfingrip.mechanics.globalisation import ENOUGH, Globalisation, Verdict
 
 
 class Line:
@@ -56,3 +56,16 @@ def test_ends_in_a_well(x: float, step: float, longest: float) -> None:
 
 def test_a_whole_step_where_there_is_still_work() -> None:
     assert taken(Line(2.0), -0.3)[0] == 1.0
+
+
+def test_care_searches_every_step_and_bears_a_rising_residual() -> None:
+    """What ends another solve, or is taken whole in it, is searched."""
+    model: Any = Line(0.2)
+    for careful, expected in ((False, 1.0), (True, 0.4)):
+        rules = Globalisation(model, Solver(), model.work)
+        rules.start(careful=careful)
+        rules.judge(0, 1.0)
+        fraction = rules.fraction(np.array([2.0]))
+        assert fraction == pytest.approx(expected, abs=0.0 if expected == 1 else 0.1)
+        verdicts = [rules.judge(iteration, 10.0**iteration) for iteration in range(1, 8)]
+        assert (Verdict.HOPELESS in verdicts) is not careful
