@@ -53,7 +53,7 @@ class FrictionalContact(BarrierContact):
 
     def _slip(self, dofs: np.ndarray) -> np.ndarray:
         """(v, 3) displacement of the vertices since the load step's start (mm)."""
-        return np.asfortranarray(self.surface.positions(dofs) - self._before)
+        return np.asfortranarray(self.positions(dofs) - self._before)
 
     # -- energy --------------------------------------------------------------------------------
 
@@ -89,7 +89,7 @@ class FrictionalContact(BarrierContact):
 
     def accept(self) -> None:
         """Take the present positions and normal forces for those of a load step's start."""
-        self._before = self.surface.positions(self._u.x.array)
+        self._before = self.positions(self._u.x.array)
         self._rubbing = ipctk.TangentialCollisions()
         self._rubbing.build(
             self._mesh, self._before, self._felt(self._before), self._potential, self._coefficient

@@ -20,9 +20,6 @@ SPLIT = {
     8: np.array([[0, 4, 7], [1, 5, 4], [2, 6, 5], [3, 7, 6], [4, 5, 7], [5, 6, 7]]),
 }
 
-UNALIGNED = 3e-7
-"""Part of an edge."""
-
 IN_TURN = {4: [0, 1, 3, 2], 8: [0, 1, 3, 2, 4, 6, 7, 5]}
 """From a tensor product's order, with edges 01, 02, 13 and 23, to that of going round."""
 
@@ -79,18 +76,7 @@ class Surface:
         else:
             self.weights = spread[0]
             self.triangles = spread[1].astype(np.int32)
-        self.rest = self._unaligned(self.weights @ rest)
-
-    def _unaligned(self, rest: np.ndarray) -> np.ndarray:
-        """``rest`` with each vertex moved at random by :data:`UNALIGNED` of an edge, or less.
-
-        ipctk 1.6 takes edges on one line that rounding turns by 1e-8 for edges that cross, at a
-        distance of 0 whose barrier is infinite; and the bellows' corners are such edges.
-        """
-        ends = rest[self.triangles]
-        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
-        by = np.random.default_rng(0).uniform(-1, 1, rest.shape)
-        return np.asarray(rest + UNALIGNED * length / np.sqrt(3) * by)
+        self.rest = self.weights @ rest
 
     def _number(self, nodes: np.ndarray) -> None:
         """Take global displacement nodes as those of the surface."""

@@ -36,7 +36,8 @@ def test_spring_in_series(compliance: float) -> None:
 def test_free_bending_has_no_plate() -> None:
     on = {PlateCompliance: {}}
     free = [run("bending", trial.configured(e, *COMMON), comm=trial.SELF) for e in ({}, on)]
-    np.testing.assert_array_equal(free[0].column("angle_deg"), free[1].column("angle_deg"))
+    # iterative solves round as memory happens to be aligned
+    np.testing.assert_allclose(free[0].column("angle_deg"), free[1].column("angle_deg"), rtol=1e-12)
 
 
 def test_a_step_is_bounded_either_way() -> None:

@@ -95,14 +95,17 @@ def test_hessian(pair: BarrierContact) -> None:
 
 
 def test_action_is_reaction(pair: BarrierContact) -> None:
-    """Contact forces have no resultant and no moment: the potential knows distances only."""
+    """Contact forces have no resultant and no moment: the potential knows distances only.
+
+    Moments are of the positions that distances are taken between.
+    """
     start, _ = dofs_near_rest(pair)
     forces = pair.gradient(start)
     size = np.abs(forces).sum()
     assert size > 0.0
     np.testing.assert_allclose(forces.sum(axis=0), 0, atol=1e-13 * size)
     np.testing.assert_allclose(
-        np.cross(pair.surface.positions(start), forces).sum(axis=0), 0, atol=1e-12 * size
+        np.cross(pair.positions(start), forces).sum(axis=0), 0, atol=1e-12 * size
     )
 
 
