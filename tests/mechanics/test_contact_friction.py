@@ -187,7 +187,7 @@ def test_cubes_stick_then_slide() -> None:
         """Friction, force at the top (N) and slip of the faces (mm) in a step along x."""
         before = blocks.displacement()
         blocks.u.x.array[:] = slid(blocks, np.array([by, 0, 0]))
-        assert newton.solve().converged
+        assert newton.solve(careful=True).converged  # sticking, a plain one loses its way
         friction = on_upper(blocks, contact.friction_N(blocks.u.x.array))[0]
         force = blocks.gradient()[top, 0].sum()
         moved = (blocks.displacement() - before)[:, 0]
