@@ -17,7 +17,7 @@ from dolfingrip import complaint, tables
 from dolfingrip.complaint import ConfigError
 from dolfingrip.extensions.index import Extensions
 from dolfingrip.procedure import Branch, Coupon, Experiment, Protocol
-from dolfingrip.section import Section, Vector
+from dolfingrip.section import Section, Vector, check_up_to
 from dolfingrip.section import outside as _outside
 from dolfingrip.specimen import Cog, Finger, Material, Mesh, Morph
 
@@ -73,12 +73,7 @@ class Solver(Section):
 
     @model_validator(mode="after")
     def _steps(self) -> Solver:
-        if self.min_step_kPa > self.max_step_kPa:
-            raise _outside(
-                "min_step_kPa",
-                self.min_step_kPa,
-                f"allowed: above 0 and up to max_step_kPa = {self.max_step_kPa:g} kPa",
-            )
+        check_up_to(self, "min_step_kPa", "max_step_kPa", "kPa")
         return self
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from dolfingrip.section import Section, outside
+from dolfingrip.section import Section, check_up_to, outside
 
 Branch = Literal["loading", "unloading", "hold"]
 Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
@@ -39,12 +39,7 @@ class Experiment(Section):
 
     @model_validator(mode="after")
     def _steps(self) -> Experiment:
-        if self.step_kPa > self.max_pressure_kPa:
-            raise outside(
-                "step_kPa",
-                self.step_kPa,
-                f"allowed: above 0 and up to max_pressure_kPa = {self.max_pressure_kPa:g} kPa",
-            )
+        check_up_to(self, "step_kPa", "max_pressure_kPa", "kPa")
         return self
 
 
@@ -88,12 +83,7 @@ class Coupon(Section):
 
     @model_validator(mode="after")
     def _steps(self) -> Coupon:
-        if self.step_strain > self.max_strain:
-            raise outside(
-                "step_strain",
-                self.step_strain,
-                f"allowed: above 0 and up to max_strain = {self.max_strain:g}",
-            )
+        check_up_to(self, "step_strain", "max_strain")
         return self
 
     @property

@@ -20,3 +20,10 @@ class Section(BaseModel):
 def outside(key: str, value: object, allowed: str) -> PydanticCustomError:
     """What a validator raises about ``key``, a key of the section or below it."""
     return PydanticCustomError("geometry", f"{key} = {value}: {allowed}")
+
+
+def check_up_to(section: Section, key: str, limit: str, unit: str = "") -> None:
+    """Raise what :func:`outside` tells where the value of ``key`` exceeds that of ``limit``."""
+    value, most = getattr(section, key), getattr(section, limit)
+    if value > most:
+        raise outside(key, value, f"allowed: above 0 and up to {limit} = {most:g} {unit}".rstrip())

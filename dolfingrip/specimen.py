@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from dolfingrip.section import Section, outside
+from dolfingrip.section import Section, check_up_to, outside
 
 
 class Finger(Section):
@@ -190,14 +190,8 @@ class Mesh(Section):
 
     @model_validator(mode="after")
     def _sizes(self) -> Mesh:
-        if self.edge_size_mm is None or self.size_mm is None:
-            return self
-        if self.edge_size_mm > self.size_mm:
-            raise outside(
-                "edge_size_mm",
-                self.edge_size_mm,
-                f"allowed: above 0 and up to size_mm = {self.size_mm:g} mm",
-            )
+        if self.edge_size_mm is not None and self.size_mm is not None:
+            check_up_to(self, "edge_size_mm", "size_mm", "mm")
         return self
 
 

@@ -9,6 +9,7 @@ from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model import Model
+from dolfingrip.mechanics.symmetric import symmetric
 from dolfingrip.mechanics.tangent import Tangent, block_graph
 
 
@@ -30,24 +31,13 @@ class MixedTangent(Tangent):
         across, back, within = map(_scalar_graph, model.potential.coupling)
         self._beside = pressure.columns(across)
         self._below = displacement.columns(back) + pressure.columns(within)
-        self._start = int(starts[model.comm.rank, 0])
         super().__init__(model)
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
         """An assembled zero matrix with the places of ``graph`` (owned displacement nodes)."""
         ones = np.ones((graph.nnz, 3, 3))
         pattern = sp.vstack([self._scalars(graph, ones) + self._beside, self._below])
-        row, column = pattern.nonzero()
-        upper = column >= row + self._start
-        zeros = np.zeros(upper.sum())
-        kept = sp.csr_matrix((zeros, (row[upper], column[upper])), pattern.shape)
-        kept.sort_indices()
-        matrix = PETSc.Mat().create(self._model.comm)
-        matrix.setSizes(((kept.shape[0], kept.shape[1]),) * 2, bsize=1)
-        matrix.setType(PETSc.Mat.Type.SBAIJ)
-        matrix.setPreallocationCSR(
-            (kept.indptr.astype(PETSc.IntType), kept.indices.astype(PETSc.IntType), kept.data)
-        )
+        matrix = symmetric(0.0 * pattern, self._model.comm)
         local = np.concatenate([field.numbers() for field in self._fields])
         numbering = PETSc.LGMap().create(local.astype(PETSc.IntType), comm=self._model.comm)
         matrix.setLGMap(numbering, numbering)

@@ -9,6 +9,8 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.symmetric import symmetric
+
 CANDIDATES: Final = (2, 4, 6)
 """MUMPS' ICNTL(7): approximate minimum fill, PORD, minimum degree with quasi-dense rows. On one
 structured mesh the first takes half the operations of the last, on the next three times as many."""
@@ -37,21 +39,10 @@ def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
 
 def _laplacian(graph: sp.csr_matrix, comm: MPI.Comm) -> PETSc.Mat:
     """A definite matrix with one unknown for each node: factorised in no time."""
-    owned, count = graph.shape
-    first = sum(comm.allgather(owned)[: comm.rank])
+    first = sum(comm.allgather(graph.shape[0])[: comm.rank])
     row, column = graph.nonzero()
-    upper = column >= row + first
-    value = np.where(column == row + first, np.diff(graph.indptr)[row] + 1.0, -1.0)
-    kept = sp.csr_matrix((value[upper], (row[upper], column[upper])), graph.shape)
-    kept.sort_indices()
-    matrix = PETSc.Mat().create(comm)
-    matrix.setSizes(((owned, count), (owned, count)), bsize=1)
-    matrix.setType(PETSc.Mat.Type.SBAIJ)
-    matrix.setPreallocationCSR(
-        (kept.indptr.astype(PETSc.IntType), kept.indices.astype(PETSc.IntType), kept.data)
-    )
-    matrix.assemble()
-    return matrix
+    values = np.where(column == row + first, np.diff(graph.indptr)[row] + 1.0, -1.0)
+    return symmetric(sp.csr_matrix((values, (row, column)), graph.shape), comm)
 
 
 def _operations(matrix: PETSc.Mat, ordering: int) -> float:

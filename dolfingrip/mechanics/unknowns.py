@@ -22,15 +22,13 @@ class Unknowns:
 
     Attributes:
         count: unknowns on all ranks, of all fields.
-        multipliers: of them, those of the pressure field.
     """
 
     def __init__(self, fields: Sequence[fem.Function]) -> None:
         self._fields = fields
         maps = [field.function_space.dofmap for field in fields]
         self._owned = [m.index_map.size_local * m.index_map_bs for m in maps]
-        counts = [m.index_map.size_global * m.index_map_bs for m in maps]
-        self.count, self.multipliers = sum(counts), sum(counts[1:])
+        self.count = sum(m.index_map.size_global * m.index_map_bs for m in maps)
         ends = np.cumsum([0, *(len(field.x.array) for field in fields)])
         self._places = [slice(*pair) for pair in pairwise(ends)]
 

@@ -9,6 +9,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.factors import RTOL, Factors
+from dolfingrip.mechanics.symmetric import symmetric
 
 SEED = 5
 SIZE = 400
@@ -31,13 +32,7 @@ class System:
     @staticmethod
     def _band(diagonal: np.ndarray) -> PETSc.Mat:
         upper = sp.diags_array([diagonal, np.ones(SIZE - 1)], offsets=[0, 1]).tocsr()
-        matrix = PETSc.Mat().create(MPI.COMM_SELF)
-        matrix.setSizes((SIZE, SIZE))
-        matrix.setType(PETSc.Mat.Type.SBAIJ)
-        matrix.setPreallocationCSR(
-            (upper.indptr.astype(PETSc.IntType), upper.indices.astype(PETSc.IntType), upper.data)
-        )
-        return matrix
+        return symmetric(sp.csr_matrix(upper), MPI.COMM_SELF)
 
     def stiffen(self, values: np.ndarray) -> None:
         """Add to the diagonal."""
