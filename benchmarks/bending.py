@@ -79,7 +79,7 @@ def bend(config: Config, energy: str = "") -> dict[str, Any]:
         "setup_s": built - meshed,
         "solve_s": solved - built,
         "iterations": newton.iterations,
-        "factorisations": newton.factors.count,
+        "factorisations": newton.factorisations,
         "load_steps": len(rows) - 1,
         "rows": rows,
         "profile": profile.as_dict(),

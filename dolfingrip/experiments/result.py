@@ -74,8 +74,9 @@ def facts(
         },
         "newton": {
             "iterations": newton.iterations,
-            "factorisations": newton.factors.count,
+            "factorisations": newton.factorisations,
             "load_steps": sum(row["load_steps"] for row in result.rows),
+            "damped_steps": newton.careful,
             "matrix_patterns": newton.tangent.patterns + 1,
         },
         "failure": None

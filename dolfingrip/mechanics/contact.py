@@ -14,6 +14,9 @@ ipctk.set_num_threads(1)  # one thread a rank, as everywhere
 UNALIGNED = 3e-7
 """Part of an edge's length by which vertices are moved at random, lest edges be on one line."""
 
+PROJECTION = {False: ipctk.PSDProjectionMethod.NONE, True: ipctk.PSDProjectionMethod.CLAMP}
+"""Of each pair's Hessian, by whether it is to be convex."""
+
 MOVED = 1e-4
 """Part of the barrier's width by which points move where derivatives are taken by differences."""
 
@@ -88,13 +91,18 @@ class BarrierContact:
         at_vertices = self._potential.gradient(pairs, self._mesh, now).reshape(-1, 3)
         return np.asarray(self.surface.weights.T @ at_vertices)
 
-    def hessian(self, dofs: np.ndarray) -> sp.coo_matrix | None:
-        """(3n, 3n) Hessian (N/mm) at the nodes, not projected; None without contact."""
+    def hessian(self, dofs: np.ndarray, *, convex: bool = False) -> sp.coo_matrix | None:
+        """(3n, 3n) Hessian (N/mm) at the nodes; None without contact.
+
+        Args:
+            dofs: displacement.
+            convex: without the negative eigenvalues of each pair's.
+        """
         now = self.positions(dofs)
         pairs = self._felt(now)
         if pairs.empty():
             return None
-        at_vertices = self._potential.hessian(pairs, self._mesh, now)
+        at_vertices = self._potential.hessian(pairs, self._mesh, now, PROJECTION[convex])
         return sp.coo_matrix(self._spread.T @ at_vertices @ self._spread)
 
     def gradient_rate(self, dofs: np.ndarray, velocity_mm: np.ndarray) -> np.ndarray:

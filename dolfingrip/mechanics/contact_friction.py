@@ -73,9 +73,9 @@ class FrictionalContact(BarrierContact):
         """(n, 3) gradient (N) at the surface's nodes."""
         return super().gradient(dofs) + self.friction_N(dofs)
 
-    def hessian(self, dofs: np.ndarray) -> sp.coo_matrix | None:
-        """(3n, 3n) Hessian (N/mm) at the nodes, not projected; None without contact."""
-        normal = super().hessian(dofs)
+    def hessian(self, dofs: np.ndarray, *, convex: bool = False) -> sp.coo_matrix | None:
+        """(3n, 3n) Hessian (N/mm) at the nodes; that of friction is convex."""
+        normal = super().hessian(dofs, convex=convex)
         if self._rubbing.empty():
             return normal
         at_vertices = self._friction.hessian(self._rubbing, self._mesh, self._slip(dofs))

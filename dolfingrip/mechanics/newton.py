@@ -12,6 +12,8 @@ from petsc4py import PETSc
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.border import Border
+from dolfingrip.mechanics.condensation import Condensation
+from dolfingrip.mechanics.damping import Damping
 from dolfingrip.mechanics.factors import Factors
 from dolfingrip.mechanics.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.mixed_tangent import MixedTangent
@@ -22,6 +24,9 @@ from dolfingrip.mechanics.tangent import Tangent
 
 PREFIX = "dolfingrip_"
 """Of PETSc's options."""
+
+CAREFUL = 3
+"""How many times the iterations of a plain solve a careful one may take."""
 
 REASON = {
     Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
@@ -74,7 +79,7 @@ class Newton:
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
-        factors: of the tangent; they serve more than once.
+        careful: careful solves since the start that converged.
     """
 
     def __init__(
@@ -89,8 +94,9 @@ class Newton:
         self.profile = profile or Profile()
         self.tangent = Tangent(model) if model.p is None else MixedTangent(model)
         self.iterations = 0
+        self.careful = 0
         # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
-        self.factors = Factors(PREFIX, self.tangent.graph if model.p is None else None)
+        self._factors = Factors(PREFIX, self.tangent.graph if model.p is None else None)
         self._border = border
         self._residual = model.unknowns.create_vector()
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
@@ -98,6 +104,9 @@ class Newton:
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
         self._globalisation = Globalisation(model, settings, self._residual_along)
+        self._damping = Damping(PREFIX + "damped_", model, self.tangent)
+        self._condensation = Condensation(model)
+        self._careful = False
         self._snes = self._make_snes()
 
     def _make_snes(self) -> PETSc.SNES:
@@ -106,20 +115,22 @@ class Newton:
         snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.setFunction(self._form_residual, self._residual)
         snes.setJacobian(self._form_tangent, self.tangent.matrix)
-        snes.setTolerances(max_it=self.settings.max_iterations)
         snes.setConvergenceTest(self._converged)
         snes.setLineSearchPreCheck(self._bound_step)
         ksp = snes.getKSP()
         ksp.setType(PETSc.KSP.Type.PREONLY)
-        pc = ksp.getPC()
-        pc.setType(PETSc.PC.Type.PYTHON)
-        pc.setPythonContext(self.factors)
+        ksp.getPC().setType(PETSc.PC.Type.PYTHON)
         options = PETSc.Options(PREFIX)
         options["snes_linesearch_type"] = "basic"
         # a rising residual is no failure: see Globalisation
         options["snes_divergence_tolerance"] = -1
         snes.setFromOptions()
         return snes
+
+    @property
+    def factorisations(self) -> int:
+        """Factorisations since the start."""
+        return self._factors.count + self._damping.count
 
     @property
     def bordered(self) -> bool:
@@ -150,13 +161,16 @@ class Newton:
     def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
         with self.profile.phase("tangent"):
             self._take(x)
+            carried = self.model.potential.carried
+            if self._careful and carried is not None:
+                carried.reset()  # the energy's own tangent leads downhill
             before = self.tangent.matrix
             self.tangent.assemble()
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
             if self._globalisation.far:
-                self.factors.renew()
+                self._factors.renew()
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
@@ -165,16 +179,23 @@ class Newton:
             if self._border is not None:
                 self._border.correct(y, self._snes.getKSP())
             step = self.model.unknowns.to_local(-y.array_r)
-            fraction = self._globalisation.fraction(step)
+            # downhill in the displacement, as the damped tangent leads: it is the pressure's fault
+            settle = self._careful and self.model.p is not None and self._residual_along(step) > 0
+            fraction = 0.0 if settle else self._globalisation.fraction(step)
             if self._border is not None:
                 fraction = self._border.limit(step, fraction)
             step *= fraction
+            if self._careful:
+                if settle:
+                    step = self._condensation.led(step)
+                else:
+                    self._damping.heed(fraction)
             if self.model.potential.carried is not None:
                 self.model.potential.carried.follow(*self.model.unknowns.parts(step))
             if self._border is not None:
                 self._border.advance(fraction)
-            y.scale(fraction)
-        return fraction < 1.0 or self._border is not None
+            y.array[:] = -self.model.unknowns.owned_part(step)
+        return True
 
     def _converged(
         self, _snes: Any, iteration: int, norms: tuple[float, float, float], *_: Any
@@ -193,10 +214,12 @@ class Newton:
 
         Args:
             guess: start there instead; the tolerance still refers to the present state's residual.
-            careful: search along each step, which takes more iterations but loses its way less.
+            careful: damp and search along each step, which takes more and costlier iterations but
+                hardly loses its way: it follows a motion to a stable state.
         """
         model = self.model
         carried = model.potential.carried
+        self._lead(careful)
         if guess is not None and carried is not None:
             self._globalisation.start(self._residual_norm(), far=True, careful=careful)
             model.unknowns.set_local(guess.unknowns)
@@ -212,11 +235,22 @@ class Newton:
         self._retired.clear()
         iterations = self._snes.getIterationNumber()
         self.iterations += iterations
-        return Solve(
+        solve = Solve(
             self._ending(self._snes.getConvergedReason()),
             iterations,
             float(self._snes.getFunctionNorm()),
         )
+        self.careful += careful and solve.converged
+        return solve
+
+    def _lead(self, careful: bool) -> None:
+        """Prepare SNES for a careful solve, or a plain one."""
+        self._careful = careful
+        self._damping.start()
+        solver = self._damping if careful else self._factors
+        self._snes.getKSP().getPC().setPythonContext(solver)
+        most = self.settings.max_iterations
+        self._snes.setTolerances(max_it=CAREFUL * most if careful else most)
 
     def _ending(self, reason: int) -> Ending:
         reasons = PETSc.SNES.ConvergedReason

@@ -20,9 +20,6 @@ SOFT = 0.2
 COMFORTABLE = 8
 """Newton iterations up to which the next step may be longer."""
 
-ASTRAY = {Ending.DIVERGED, Ending.ITERATIONS, Ending.BLOCKED}
-"""Ends of a solve that may have lost its way: a careful one is tried before a shorter step."""
-
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
@@ -45,7 +42,8 @@ class LoadPath:
     """Leads a model along straight lines between prescribed controls, time among them.
 
     A step starts from where the path so far leads, as long as that is straight. One that fails is
-    taken back and tried again with care, then halved; steps grow again after easy ones. The
+    taken back and tried again with care, then halved; steps grow again after easy ones. With care
+    the path may go on beyond a limit point, where the model snaps to another stable state. The
     solver's time limit counts from here, and is looked at before each step.
 
     Args:
@@ -144,7 +142,7 @@ class LoadPath:
     ) -> tuple[Solve, int]:
         """The model from ``good``, its state, at ``controls``, its own; iterations in all."""
         solve = self.newton.solve(guess)
-        if solve.ending not in ASTRAY or self.newton.bordered:
+        if solve.converged or self.newton.bordered:
             return solve, solve.iterations
         self.model.restore(good)
         self.model.prescribe(controls)

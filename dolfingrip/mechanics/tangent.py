@@ -36,12 +36,12 @@ class Tangent:
         self.patterns = 0
         self.matrix = self._create(self.graph)
 
-    def assemble(self) -> None:
-        """Assemble at the model's present state."""
+    def assemble(self, *, convex: bool = False) -> None:
+        """Assemble at the model's present state, contact ``convex`` or as it is."""
         model = self._model
         extra = None
         if model.contact is not None:
-            extra = model.contact.hessian(model.u.x.array)
+            extra = model.contact.hessian(model.u.x.array, convex=convex)
         if extra is not None:
             self._make_room(extra)
         self.matrix.zeroEntries()

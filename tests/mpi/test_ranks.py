@@ -16,7 +16,11 @@ from mpi4py import MPI
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import Result, gradients, run
+from dolfingrip.experiments.finger import build
+from dolfingrip.experiments.observation import Observation
+from dolfingrip.experiments.undeformed import load_domain
 from dolfingrip.mechanics.domain import on_root
+from dolfingrip.mechanics.newton import Newton
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
 from dolfingrip.report.fields import list_steps, read_grid, read_mesh
@@ -99,6 +103,24 @@ def test_mixed_element_with_contact_led_by_volume() -> None:
     assert alone.column("contact_gap_mm")[-1] < settings.contact.barrier_mm
     assert alone.column("pressure_kPa")[-1] > 10
     _compare(alone, run("blocked_force", settings, comm=WORLD))
+
+
+@pytest.mark.parametrize("element", ["P2", "P2-P1"])
+def test_a_careful_solve(element: str) -> None:
+    """Damped and searched, the finger is the same as plain solves find it."""
+    found = []
+    for comm, careful in ((MPI.COMM_SELF, False), (WORLD, True)):
+        settings = config.from_dict(
+            {**FREE.model_dump(mode="json"), "solver": {"element": element, "rtol": 1e-12}}
+        )
+        finger = build(settings, load_domain(settings, comm), plate=False)
+        newton = Newton(finger.model, settings.solver)
+        for pressure_kPa in (10.0, 20.0):
+            finger.model.prescribe({"pressure_kPa": pressure_kPa})
+            assert newton.solve(careful=careful).converged
+        observation = Observation(finger).read()
+        found.append([observation[name] for name in ("angle_deg", "cavity_volume_mm3")])
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-7)
 
 
 def test_ranks_without_skin_take_part() -> None:
