@@ -56,13 +56,7 @@ class Damping:
         self._tangent = tangent
         size = model.u.function_space.dofmap.index_map.size_global
         self._negative = model.dofs - 3 * size  # Π is concave in the pressure of a mixed model
-        self._pc = PETSc.PC().create(model.comm)
-        self._pc.setOptionsPrefix(prefix)
-        self._pc.setType(PETSc.PC.Type.CHOLESKY)
-        self._pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-        options = PETSc.Options(prefix)
-        options["mat_mumps_icntl_13"] = 1  # the last front on one rank, or its pivots do not count
-        options["mat_mumps_icntl_24"] = 0
+        self._prefix = prefix
         self.count = 0
         self._least = 0.0
         self.start()
@@ -115,6 +109,17 @@ class Damping:
         """Solve; ``pc`` is marked as failed where the matrix cannot be factorised."""
         self._pc.apply(right, solution)
         pc.setFailedReason(self._pc.getFailedReason())
+
+    @cached_property
+    def _pc(self) -> PETSc.PC:
+        pc = PETSc.PC().create(self._model.comm)
+        pc.setOptionsPrefix(self._prefix)
+        pc.setType(PETSc.PC.Type.CHOLESKY)
+        pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+        options = PETSc.Options(self._prefix)
+        options["mat_mumps_icntl_13"] = 1  # the last front on one rank, or its pivots do not count
+        options["mat_mumps_icntl_24"] = 0
+        return pc
 
     def _add(self, matrix: PETSc.Mat, damping: float) -> None:
         if damping > 0:

@@ -73,6 +73,7 @@ class LoadPath:
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
         # what borders the displacement would have to be guessed along with it
         self._predictor = None if newton.bordered else Predictor(self.model)
+        self._lost = False  # whether the last careful solve on the way to the target failed
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
         self._place = 0.0  # along the path, in longest steps
@@ -99,6 +100,7 @@ class LoadPath:
             return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
 
         self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
+        self._lost = False
         done, iterations, steps, cuts = 0.0, 0, 0, 0
         while done < 1.0:
             if self._late():
@@ -110,7 +112,8 @@ class LoadPath:
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * whole
             guess = self._predictor.guess(ahead) if self._predictor else None
-            solve, taken = self._solve(good, at(reach), guess)
+            last = (reach - done) * whole < 2 * self._shortest
+            solve, taken = self._solve(good, at(reach), guess, last=last)
             iterations += taken
             rejected = self._accept() if solve.converged else ""
             if solve.converged and not rejected:
@@ -138,15 +141,20 @@ class LoadPath:
         return Arrival(iterations, steps, cuts)
 
     def _solve(
-        self, good: State, controls: Mapping[str, float], guess: Guess | None
+        self, good: State, controls: Mapping[str, float], guess: Guess | None, *, last: bool
     ) -> tuple[Solve, int]:
-        """The model from ``good``, its state, at ``controls``, its own; iterations in all."""
+        """The model from ``good``, its state, at ``controls``, its own; iterations in all.
+
+        Where care has not helped before it is left out but for the ``last`` step that is tried:
+        beyond a limit point it takes its time to run away.
+        """
         solve = self.newton.solve(guess)
-        if solve.converged or self.newton.bordered:
+        if solve.converged or self.newton.bordered or (self._lost and not last):
             return solve, solve.iterations
         self.model.restore(good)
         self.model.prescribe(controls)
         careful = self.newton.solve(careful=True)
+        self._lost = not careful.converged
         return careful, solve.iterations + careful.iterations
 
     def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
