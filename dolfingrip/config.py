@@ -58,7 +58,9 @@ class Solver(Section):
     )
     rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
-    max_iterations: int = Field(30, ge=1, le=1000, description="Newton iterations a step")
+    max_iterations: int = Field(
+        30, ge=1, le=1000, description="Newton iterations a step, thrice as many with care"
+    )
     max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")
     max_step_s: float | None = Field(
         None, gt=0, description="largest step in time; default: as long as the pressure's allows"
