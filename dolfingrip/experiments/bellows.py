@@ -69,10 +69,11 @@ class BellowsGaps:
             found[name] = float(np.sqrt(close.compute_minimum_distance(mesh, moved)))
         return found
 
-    def smallest_mm(self) -> float:
-        """Smallest distance between neighbours (mm); NaN where none is known or near."""
-        smallest = min(self.all_mm().values(), default=np.inf)
-        return smallest if np.isfinite(smallest) else float("nan")
+
+def smallest_mm(gaps_mm: dict[str, float]) -> float:
+    """Smallest of the distances (mm); NaN where none is known or near."""
+    smallest = min(gaps_mm.values(), default=np.inf)
+    return smallest if np.isfinite(smallest) else float("nan")
 
 
 def _before(config: Finger, gap_start_mm: float) -> str:

@@ -8,6 +8,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
+from dolfingrip.experiments import bellows
 from dolfingrip.experiments.bellows import BellowsGaps
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.forms import tip_face
@@ -22,6 +23,9 @@ class Observation:
     of the line from the clamp's centre to the tip's. The tip's displacement is from the mesh,
     so that under gravity it shows the sag which the angles do not. Volume and force are the
     whole finger's.
+
+    Attributes:
+        gaps_mm: distance between neighbouring parts by their names (mm) at the last reading.
     """
 
     def __init__(self, finger: FingerModel) -> None:
@@ -49,7 +53,8 @@ class Observation:
         self.tare()
         self._clamped = _clamped_rows(finger)
         self._reaction = fem_petsc.create_vector(model.potential.residual)
-        self.gaps = BellowsGaps(finger)
+        self._gaps = BellowsGaps(finger)
+        self.gaps_mm: dict[str, float] = {}
 
     def _integrate(self, form: fem.Form) -> float:
         return float(self._comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
@@ -88,6 +93,7 @@ class Observation:
         """Readings by column; forces of the blocked finger only where there is a plate."""
         model, plate = self._finger.model, self._finger.plate
         moved = self._tip_displacement()
+        self.gaps_mm = self._gaps.all_mm()
         row = {
             "time_s": model.time_s,
             "pressure_kPa": model.controls["pressure_kPa"].value,
@@ -97,7 +103,7 @@ class Observation:
             "chord_angle_deg": self._unwrap("chord", self._chord_angle(moved) - self._rest_chord),
             "cavity_pressure_kPa": self._finger.cavity.value,
             "cavity_volume_mm3": model.domain.copies * self._integrate(self._volume),
-            "contact_gap_mm": self.gaps.smallest_mm(),
+            "contact_gap_mm": bellows.smallest_mm(self.gaps_mm),
         }
         if plate is not None:
             row["force_N"] = plate.force_N()

@@ -91,7 +91,7 @@ def run(
             if not result.rows and not stops[0].controls.get("pressure_kPa"):
                 observation.tare()
             readings = observation.read()
-            gaps.append(observation.gaps.all_mm())
+            gaps.append(observation.gaps_mm)
             return displayed(config, readings)
 
         def reached(row: Row) -> None:

@@ -75,6 +75,8 @@ def test_cavity_at_rest_is_that_of_the_mesh_and_of_the_drawing(finger: FingerMod
 
 def test_gaps_between_bellows_are_those_of_the_drawing(finger: FingerModel) -> None:
     finger.model.u.x.array[:] = 0.0
-    gaps = Observation(finger).gaps.all_mm()
+    observation = Observation(finger)
+    observation.read()
+    gaps = observation.gaps_mm
     assert gaps.keys() == {"bellows 1 and bellows 2", "bellows 2 and tip"}
     np.testing.assert_allclose(list(gaps.values()), finger.config.finger.gap_mm, rtol=1e-12)

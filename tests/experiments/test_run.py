@@ -86,7 +86,8 @@ def test_record_tells_all_and_repeats_the_run(bending: Result, folder: Path) -> 
     assert {"dolfinx", "gmsh", "petsc4py", "python"} <= record["versions"].keys()
     assert config.load(folder / "run.json") == UNLOADED
     again = run("bending", config.load(folder / "run.json"), comm=MPI.COMM_SELF)
-    np.testing.assert_array_equal(again.column("angle_deg"), bending.column("angle_deg"))
+    # to rounding: it depends on where in memory BLAS finds its arrays
+    np.testing.assert_allclose(again.column("angle_deg"), bending.column("angle_deg"), atol=1e-11)
 
 
 def test_fields_are_one_step_a_row_and_hold_the_tip(bending: Result, folder: Path) -> None:
@@ -131,9 +132,9 @@ def test_what_is_there_is_readable_while_the_run_goes_on(tmp_path: Path) -> None
 
 
 def test_a_path_that_ends_early_keeps_its_rows_and_says_why(tmp_path: Path) -> None:
-    """Four iterations do for 2 kPa but not for 50, and no smaller step is allowed."""
+    """Two iterations, six with care, do for 2 kPa but not for 80; no smaller step is allowed."""
     settings = small.short(
-        "solver.max_iterations=4",
+        "solver.max_iterations=2",
         "solver.max_step_kPa=60",
         "solver.min_step_kPa=60",
         "experiment.step_kPa=2",
