@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from dolfingrip.config import KPA, Solver
 from dolfingrip.mechanics.failure import Failure, FailureKind
-from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.newton import Newton, Solve
 from dolfingrip.mechanics.path import LoadPath
 
 MU, LMBDA = 1.0, 9.0
@@ -66,6 +67,35 @@ def test_balloon_stops_at_its_limit_point(
     assert path.model.state().controls["pressure_kPa"] == pytest.approx(reached, rel=1e-12)
     assert path.advance({"pressure_kPa": 0.0}).failure is None
     assert np.abs(path.model.u.x.array).max() < 1e-9
+
+
+def test_care_is_left_out_where_it_did_not_help(
+    sphere: bodies.Body, greatest_kPa: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beyond the limit point the first step that fails is tried with care, and the last one."""
+    settings = Solver(rtol=1e-11, max_iterations=10, max_step_kPa=100, min_step_kPa=SMALLEST_KPA)
+    newton = Newton(sphere.model, settings)
+    tried: list[tuple[bool, bool]] = []
+    solve = newton.solve
+
+    def record(*guess: Any, careful: bool = False) -> Solve:
+        found = solve(*guess, careful=careful)
+        tried.append((careful, found.converged))
+        return found
+
+    monkeypatch.setattr(newton, "solve", record)
+    path = LoadPath(newton)
+    assert path.advance({"pressure_kPa": 0.5 * greatest_kPa}).failure is None
+    tried.clear()
+    arrival = path.advance({"pressure_kPa": 1.3 * greatest_kPa})
+    sphere.displace(np.zeros_like(sphere.nodes))
+    sphere.model.prescribe({"pressure_kPa": 0.0, "time_s": 0.0})
+    assert arrival.failure is not None
+    failed = [careful for careful, converged in tried if not converged]
+    assert failed[:2] == [False, True]
+    assert failed[-2:] == [False, True]
+    assert failed.count(True) == 2
+    assert arrival.cuts > 4
 
 
 @pytest.fixture(scope="module")
