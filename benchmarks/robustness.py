@@ -1,6 +1,7 @@
 """Robustness table: random fingers, free and blocked, each led to 300 kPa.
 
     scripts/robustness [--number 200] [--seed 0] [--workers 1] [--out out/robustness]
+                       [--retry-failed]
 
 Each finger's dimensions and moduli are drawn evenly from what can be printed of thermoplastic
 polyurethane (:data:`RANGES`), and drawn again until the finger is possible: a valid configuration
@@ -226,7 +227,9 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="default: 1")
     parser.add_argument("--out", type=Path, default=Path("out/robustness"), metavar="FOLDER")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
-    parser.add_argument("--retry-failed", action="store_true", help="compute failed runs anew")
+    parser.add_argument(
+        "--retry-failed", action="store_true", help="compute runs anew that ended otherwise"
+    )
     asked = parser.parse_args()
     for name in ("number", "workers"):
         if getattr(asked, name) < 1:
@@ -241,7 +244,7 @@ def main() -> int:
             with progress.shown(screen) as show:
                 campaign.run(
                     plan(run, points, shared), asked.out / run, Where(workers=asked.workers),
-                    retry_failed=asked.retry_failed, progress=show,
+                    retry_failed=asked.retry_failed, spared=[LIMIT], progress=show,
                 )  # fmt: skip
     except ConfigError as error:
         parser.error(str(error))

@@ -6,7 +6,7 @@ spooled is stored first, and only what is neither is computed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
@@ -66,6 +66,7 @@ def run(
     where: Where,
     *,
     retry_failed: bool = False,
+    spared: Collection[str] = (),
     progress: Callable[[Standing], None] = lambda standing: None,
 ) -> Standing:
     """Compute what is missing.
@@ -75,6 +76,7 @@ def run(
         out: folder of the campaign.
         where: workers.
         retry_failed: compute failed designs anew.
+        spared: classes of failures that are not.
         progress: called at the start and with each answer stored.
 
     Raises:
@@ -90,7 +92,7 @@ def run(
         for answer in spool.answers():
             store.record(answer)
         if retry_failed:
-            for key in store.reopen(keys):
+            for key in store.reopen(keys, spared):
                 spool.forget(key)
         statuses = [store.status(key) for key in keys]
         standing = Standing(len(keys), statuses.count("done"), statuses.count("failed"))

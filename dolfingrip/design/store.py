@@ -9,7 +9,7 @@ from __future__ import annotations
 import fcntl
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -141,9 +141,15 @@ class Store:
             )
         return changed.rowcount == 1
 
-    def reopen(self, keys: Iterable[str]) -> list[str]:
-        """Make the failed designs among ``keys`` pending again; their keys."""
-        failed = [key for key in keys if self.status(key) == "failed"]
+    def reopen(self, keys: Iterable[str], spared: Collection[str] = ()) -> list[str]:
+        """Make the failed designs among ``keys`` pending again; their keys.
+
+        Args:
+            keys: of designs.
+            spared: classes of failures that stay.
+        """
+        classes = {row["key"]: row["failure_class"] for row in self.rows()}
+        failed = [key for key in keys if classes.get(key) not in (None, *spared)]
         blank = ", ".join(f"{name} = NULL" for name in _ANSWERED)
         with _transaction(self._base):
             self._base.executemany(

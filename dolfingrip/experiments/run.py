@@ -77,7 +77,7 @@ def run(
             newton,
             _longest(config, rest),
             accept=lambda: _intersecting(finger),
-            passable=lambda: _passable(finger),
+            passable=lambda attempted: _passable(finger, attempted["pressure_kPa"]),
         )
         stops = [
             Stop(landing.controls(config, rest), landing.branch, landing.cycle)
@@ -129,12 +129,12 @@ def _longest(config: Config, rest: State) -> dict[str, float]:
     return {"cavity_volume_mm3": config.experiment.step_volume_ratio * volume, **longest}
 
 
-def _passable(finger: FingerModel) -> bool:
+def _passable(finger: FingerModel, beyond_kPa: float) -> bool:
     """Whether an unbordered finger goes on at a falling pressure where its volume is led."""
     if finger.border is not None:
         return False
     settings = finger.config.solver
-    return Summit(finger.model, finger.cavity, finger.enclosed, settings).is_near()
+    return Summit(finger.model, finger.cavity, finger.enclosed, settings).is_near(beyond_kPa)
 
 
 def _intersecting(finger: FingerModel) -> str:

@@ -51,7 +51,8 @@ class LoadPath:
         longest: longest step of each control that limits the step (``pressure_kPa`` to the
             solver's ``max_step_kPa`` by default); a control that is absent does not.
         accept: called after each converged step; returns a reason to reject it, or "".
-        passable: asked at the last good state, whether equilibrium goes on there at a falling load.
+        passable: asked at the last good state and told the controls that were not reached, whether
+            equilibrium goes on there at a falling load.
     """
 
     def __init__(
@@ -59,7 +60,7 @@ class LoadPath:
         newton: Newton,
         longest: Mapping[str, float] | None = None,
         accept: Callable[[], str] = lambda: "",
-        passable: Callable[[], bool] = lambda: False,
+        passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
     ) -> None:
         self.newton = newton
         self.model = newton.model
@@ -135,7 +136,9 @@ class LoadPath:
             self._length = (reach - done) * whole / 2
             if self._length < self._shortest:
                 back = self._shortest / whole / 2
-                soft = self._is_soft(at(done - back), back * whole, good) or self._passable()
+                soft = self._is_soft(at(done - back), back * whole, good) or self._passable(
+                    at(reach)
+                )
                 failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
                 return Arrival(iterations, steps, cuts, failure)
         return Arrival(iterations, steps, cuts)

@@ -9,11 +9,14 @@ from dolfingrip.mechanics.model import Control, Model
 from dolfingrip.mechanics.newton import Newton
 from dolfingrip.mechanics.volume_control import VolumeControl
 
-FIRST = 1e-4
-"""First step of the volume, relative to the cavity's at rest; each is twice the one before."""
+FIRST, LONGEST = 1e-4, 0.1
+"""First step of the volume, relative to the cavity's, and longest; each is twice the one before."""
 
-MOST = 11
-"""Steps: the last ends a fifth of the cavity's volume away."""
+MOST = 20
+"""Steps: the last ends about the cavity's volume away."""
+
+SHORTER = 4.0
+"""By how much a step that fails is shortened."""
 
 FALL = 1e-4
 """Part of the pressure by which it must fall to have had a maximum."""
@@ -38,21 +41,34 @@ class Summit:
         self._volume = volume
         self._settings = settings
 
-    def is_near(self) -> bool:
-        """Whether the pressure rises to a maximum and falls; the model is left as it was."""
-        good = self._model.state()
+    def is_near(self, beyond_kPa: float) -> bool:
+        """Whether the pressure rises to a maximum and falls; the model is left as it was.
+
+        Args:
+            beyond_kPa: the pressure that was not reached; where it is, there is no maximum before.
+        """
+        good = last = self._model.state()
         control = VolumeControl(self._model, self._pressure, self._volume)
         newton = Newton(self._model, self._settings, border=control)
-        highest, volume, step = self._pressure.value, control.value, FIRST * control.value
+        highest, start = self._pressure.value, control.value
+        volume, step = start, FIRST * start
         try:
             for _ in range(MOST):
-                volume, step = volume + step, 2 * step
-                control.set(volume)
+                control.set(volume + step)
                 if not newton.solve().converged:
-                    return False
-                if self._pressure.value < (1 - FALL) * highest:
+                    self._model.restore(last)
+                    step /= SHORTER
+                    if step < FIRST * start:
+                        return False
+                    continue
+                pressure = self._pressure.value
+                if pressure < (1 - FALL) * highest:
                     return True
-                highest = max(highest, self._pressure.value)
+                if pressure > beyond_kPa:
+                    return False
+                highest = max(highest, pressure)
+                volume, last = volume + step, self._model.state()
+                step = min(2 * step, LONGEST * start)
         finally:
             self._model.restore(good)
         return False
