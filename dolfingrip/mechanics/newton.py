@@ -56,11 +56,13 @@ class Solve:
         ending: converged, or why not.
         iterations: Newton iterations taken.
         residual_N: norm of the last residual.
+        unstable: a careful solve met states that are not stable.
     """
 
     ending: Ending
     iterations: int
     residual_N: float
+    unstable: bool = False
 
     @property
     def converged(self) -> bool:
@@ -239,6 +241,7 @@ class Newton:
             self._ending(self._snes.getConvergedReason()),
             iterations,
             float(self._snes.getFunctionNorm()),
+            self._damping.unstable,
         )
         self.careful += careful and solve.converged
         return solve

@@ -17,6 +17,9 @@ from dolfingrip.mechanics.state import State
 SOFT = 0.2
 """Part of the largest stiffness on the path below which a failure is a limit point."""
 
+AWAY = 0.1
+"""Part of the largest stiffness below which a motion past unstable states runs away."""
+
 COMFORTABLE = 8
 """Newton iterations up to which the next step may be longer."""
 
@@ -129,6 +132,7 @@ class LoadPath:
                 if solve.iterations <= COMFORTABLE:
                     self._length = min(2 * self._length, 1.0)
                 continue
+            away = solve.unstable and self._runs_away((reach - done) * whole, good)
             self.model.restore(good)
             if self._predictor:
                 self._predictor.restart(self._place)
@@ -136,8 +140,10 @@ class LoadPath:
             self._length = (reach - done) * whole / 2
             if self._length < self._shortest:
                 back = self._shortest / whole / 2
-                soft = self._is_soft(at(done - back), back * whole, good) or self._passable(
-                    at(reach)
+                soft = (
+                    away
+                    or self._is_soft(at(done - back), back * whole, good)
+                    or self._passable(at(reach))
                 )
                 failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
                 return Arrival(iterations, steps, cuts, failure)
@@ -181,6 +187,14 @@ class LoadPath:
         moved = self.model.u.x.array - before.displacement
         square = self.model.comm.allreduce(float(moved @ moved), MPI.SUM)
         return length / math.sqrt(square) if square > 0 else 0.0
+
+    def _runs_away(self, length: float, good: State) -> bool:
+        """Whether a failed solve has gone far from ``good`` for so small a step.
+
+        A motion through a viscous medium that leaves a stable state and finds no other ends by
+        inverting elements, or not within its iterations.
+        """
+        return self._stiffness(length, good) < AWAY * self._stiffest
 
     def _is_soft(self, controls: Mapping[str, float], length: float, good: State) -> bool:
         """Whether the model answers a small step back much more softly than it once did.

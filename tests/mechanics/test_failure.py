@@ -98,6 +98,19 @@ def test_care_is_left_out_where_it_did_not_help(
     assert arrival.cuts > 4
 
 
+def test_running_away_is_a_limit_point(
+    sphere: bodies.Body, greatest_kPa: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the state before has not gone soft yet, as a step is too long to come close."""
+    monkeypatch.setattr("dolfingrip.mechanics.path.SOFT", 0.0)
+    settings = Solver(rtol=1e-11, max_iterations=30, max_step_kPa=50, min_step_kPa=5)
+    arrival = LoadPath(Newton(sphere.model, settings)).advance({"pressure_kPa": 1.3 * greatest_kPa})
+    sphere.displace(np.zeros_like(sphere.nodes))
+    sphere.model.prescribe({"pressure_kPa": 0.0, "time_s": 0.0})
+    assert arrival.failure is not None
+    assert arrival.failure.kind is FailureKind.LIMIT_POINT
+
+
 @pytest.fixture(scope="module")
 def tetrahedron() -> bodies.Body:
     """One linear element that stands on a held face."""
