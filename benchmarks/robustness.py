@@ -228,8 +228,9 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/robustness"), metavar="FOLDER")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument(
-        "--retry-failed", action="store_true", help="compute runs anew that ended otherwise"
-    )
+        "--retry-failed", action="store_true", help="compute anew what ended neither well nor at a "
+        "limit point",
+    )  # fmt: skip
     asked = parser.parse_args()
     for name in ("number", "workers"):
         if getattr(asked, name) < 1:

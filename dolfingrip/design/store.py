@@ -148,8 +148,9 @@ class Store:
             keys: of designs.
             spared: classes of failures that stay.
         """
-        classes = {row["key"]: row["failure_class"] for row in self.rows()}
-        failed = [key for key in keys if classes.get(key) not in (None, *spared)]
+        query = "SELECT key, failure_class FROM designs WHERE status = 'failed'"
+        classes = dict(self._base.execute(query))
+        failed = [key for key in keys if key in classes and classes[key] not in spared]
         blank = ", ".join(f"{name} = NULL" for name in _ANSWERED)
         with _transaction(self._base):
             self._base.executemany(

@@ -8,8 +8,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
-from dolfingrip.experiments import bellows
-from dolfingrip.experiments.bellows import BellowsGaps
+from dolfingrip.experiments.bellows import BellowsGaps, smallest_mm
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.forms import tip_face
 from dolfingrip.mechanics import jit
@@ -103,7 +102,7 @@ class Observation:
             "chord_angle_deg": self._unwrap("chord", self._chord_angle(moved) - self._rest_chord),
             "cavity_pressure_kPa": self._finger.cavity.value,
             "cavity_volume_mm3": model.domain.copies * self._integrate(self._volume),
-            "contact_gap_mm": bellows.smallest_mm(self.gaps_mm),
+            "contact_gap_mm": smallest_mm(self.gaps_mm),
         }
         if plate is not None:
             row["force_N"] = plate.force_N()

@@ -74,7 +74,7 @@ class FrictionalContact(BarrierContact):
         return super().gradient(dofs) + self.friction_N(dofs)
 
     def hessian(self, dofs: np.ndarray, *, convex: bool = False) -> sp.coo_matrix | None:
-        """(3n, 3n) Hessian (N/mm) at the nodes; that of friction is convex."""
+        """(3n, 3n) Hessian (N/mm) at the nodes; None without contact. Friction's is convex."""
         normal = super().hessian(dofs, convex=convex)
         if self._rubbing.empty():
             return normal

@@ -81,8 +81,8 @@ class Damping:
     def setUp(self, pc: PETSc.PC) -> None:
         """Factorise the matrix, damped."""
         matrix = pc.getOperators()[0]
-        sums = [vector.norm(PETSc.NormType.N1) for vector in (matrix.getDiagonal(), self._masses)]
-        self._least = LEAST * sums[0] / sums[1]
+        stiffness = matrix.getDiagonal().norm(PETSc.NormType.N1)
+        self._least = LEAST * stiffness / self._masses.norm(PETSc.NormType.N1)
         self._add(matrix, self._damping)
         if self._leads_downhill(matrix):
             return

@@ -107,7 +107,7 @@ class Newton:
         self._retired: list[PETSc.Mat] = []
         self._globalisation = Globalisation(model, settings, self._residual_along)
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
-        self._condensation = Condensation(model)
+        self._condensation = None if model.p is None else Condensation(model)
         self._careful = False
         self._snes = self._make_snes()
 
@@ -181,17 +181,17 @@ class Newton:
             if self._border is not None:
                 self._border.correct(y, self._snes.getKSP())
             step = self.model.unknowns.to_local(-y.array_r)
-            # downhill in the displacement, as the damped tangent leads: it is the pressure's fault
-            settle = self._careful and self.model.p is not None and self._residual_along(step) > 0
-            fraction = 0.0 if settle else self._globalisation.fraction(step)
+            fraction = 1.0
+            if self._careful and self._condensation and self._residual_along(step) > 0:
+                # the damped tangent leads downhill in the displacement: it is the pressure's fault
+                step = self._condensation.step()
+            else:
+                fraction = self._globalisation.fraction(step)
+                if self._careful:
+                    self._damping.heed(fraction)
             if self._border is not None:
                 fraction = self._border.limit(step, fraction)
             step *= fraction
-            if self._careful:
-                if settle:
-                    step = self._condensation.led(step)
-                else:
-                    self._damping.heed(fraction)
             if self.model.potential.carried is not None:
                 self.model.potential.carried.follow(*self.model.unknowns.parts(step))
             if self._border is not None:

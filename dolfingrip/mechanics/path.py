@@ -105,6 +105,7 @@ class LoadPath:
 
         self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
         self._lost = False
+        before = self.newton.iterations
         done, iterations, steps, cuts = 0.0, 0, 0, 0
         while done < 1.0:
             if self._late():
@@ -117,8 +118,8 @@ class LoadPath:
             ahead = self._place + (reach - done) * whole
             guess = self._predictor.guess(ahead) if self._predictor else None
             last = (reach - done) * whole < 2 * self._shortest
-            solve, taken = self._solve(good, at(reach), guess, last=last)
-            iterations += taken
+            solve = self._solve(good, at(reach), guess, last=last)
+            iterations = self.newton.iterations - before
             rejected = self._accept() if solve.converged else ""
             if solve.converged and not rejected:
                 stiffness = self._stiffness((reach - done) * whole, good)
@@ -151,20 +152,20 @@ class LoadPath:
 
     def _solve(
         self, good: State, controls: Mapping[str, float], guess: Guess | None, *, last: bool
-    ) -> tuple[Solve, int]:
-        """The model from ``good``, its state, at ``controls``, its own; iterations in all.
+    ) -> Solve:
+        """Solve the model from ``good``, its state, at ``controls``, its own.
 
         Where care has not helped before it is left out but for the ``last`` step that is tried:
         beyond a limit point it takes its time to run away.
         """
         solve = self.newton.solve(guess)
         if solve.converged or self.newton.bordered or (self._lost and not last):
-            return solve, solve.iterations
+            return solve
         self.model.restore(good)
         self.model.prescribe(controls)
         careful = self.newton.solve(careful=True)
         self._lost = not careful.converged
-        return careful, solve.iterations + careful.iterations
+        return careful
 
     def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
         """Take ``direction``, the change of each control in a longest step, from ``start`` on."""
