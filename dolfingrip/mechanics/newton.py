@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -244,6 +245,24 @@ class Newton:
             self._damping.unstable,
         )
         self.careful += careful and solve.converged
+        return solve
+
+    def linear(self) -> Callable[[np.ndarray], np.ndarray]:
+        """K⁻¹ at the model's present state, for owned arrays in the order of a vector."""
+        self._lead(careful=False)
+        if self.model.potential.carried is not None:
+            self.model.potential.carried.reset()
+        self.tangent.assemble()
+        self._snes.setJacobian(self._form_tangent, self.tangent.matrix)
+        self._factors.renew()
+        ksp = self._snes.getKSP()
+        ksp.setOperators(self.tangent.matrix)
+
+        def solve(values: np.ndarray) -> np.ndarray:
+            self._trial.array[:] = values
+            ksp.solve(self._trial, self._x)
+            return self._x.array_r.copy()
+
         return solve
 
     def _lead(self, careful: bool) -> None:

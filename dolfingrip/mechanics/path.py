@@ -76,7 +76,7 @@ class LoadPath:
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
         # what borders the displacement would have to be guessed along with it
-        self._predictor = None if newton.bordered else Predictor(self.model)
+        self._predictor = None if newton.bordered else Predictor(self.model, newton.linear)
         self._lost = False  # whether the last careful solve on the way to the target failed
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
@@ -174,7 +174,8 @@ class LoadPath:
             for name, change in direction.items()
         )
         if not straight and self._predictor:
-            self._predictor.restart(self._place)
+            with self.newton.profile.phase("prediction"):
+                self._predictor.turn(self._place, direction)
         self._direction = direction
 
     def _late(self) -> bool:

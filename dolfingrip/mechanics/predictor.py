@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from dolfingrip.mechanics import series
 from dolfingrip.mechanics.model import Model
 
 MOST, FEWEST = 4, 3
@@ -17,6 +19,10 @@ CLEAR = 0.9
 
 WORTH = 0.3
 """A shorter part of the way to the state ahead saves no iteration."""
+
+AHEAD = (0.25, -0.125, 0.125)
+"""Places of the states that stand for a path's series, in its unit: those that serve longest last.
+So near the path that nothing is stretched yet, so far apart that rounding is not felt."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,16 +41,19 @@ class Guess:
 class Predictor:
     """Continues the polynomial through the last states of a straight load path.
 
-    Displacement *and* carried stress are extrapolated: the stress barely feels that the
-    extrapolated displacement stretches what should merely turn, and with it the first tangent is
-    nearly that of the solution. Displacement alone costs more iterations than it saves.
+    At its start the states are those of its series. Displacement *and* carried stress are
+    extrapolated: the stress barely feels that the extrapolated displacement stretches what should
+    merely turn, and with it the first tangent is nearly that of the solution. Displacement alone
+    costs more iterations than it saves.
 
     Args:
         model: whose states are kept; without a carried stress nothing is predicted.
+        tangent: makes K⁻¹ at the model's state, as :func:`series.terms` takes it.
     """
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, tangent: Callable[[], series.Solve]) -> None:
         self._model = model
+        self._tangent = tangent
         self._kept: deque[tuple[float, Guess]] = deque(maxlen=MOST)
 
     def restart(self, place: float) -> None:
@@ -53,6 +62,28 @@ class Predictor:
         if self._model.potential.carried is not None:
             self._model.potential.carried.reset()
             self.keep(place)
+
+    def turn(self, place: float, rates: Mapping[str, float]) -> None:
+        """Start a new straight path at the present, converged state.
+
+        Args:
+            place: of the state.
+            rates: of the controls, for each unit of place.
+        """
+        self.restart(place)
+        state = self._model.state()
+        if self._model.potential.carried is None or state.history:
+            return  # of a step that something is remembered of, a part is no smaller step
+        terms = series.terms(self._model, self._tangent, state.controls, rates)
+        here = self._model.unknowns.local()
+        farthest = series.along(here, terms, AHEAD[0])
+        if not terms or self._model.admissible_step(farthest - here)[0] < 1.0:
+            return
+        self._kept.clear()
+        for ahead in (*AHEAD, 0.0):
+            self._model.unknowns.set_local(series.along(here, terms, ahead))
+            self._model.potential.carried.reset()
+            self.keep(place + ahead)
 
     def keep(self, place: float) -> None:
         """Remember the state that Newton's method has found at ``place``."""

@@ -133,9 +133,9 @@ def test_what_is_there_is_readable_while_the_run_goes_on(tmp_path: Path) -> None
 
 
 def test_a_path_that_ends_early_keeps_its_rows_and_says_why(tmp_path: Path) -> None:
-    """Two iterations, six with care, do for 2 kPa but not for 80; no smaller step is allowed."""
+    """One iteration, three with care, do for 2 kPa but not for 80; no smaller step is allowed."""
     settings = small.short(
-        "solver.max_iterations=2",
+        "solver.max_iterations=1",
         "solver.max_step_kPa=60",
         "solver.min_step_kPa=60",
         "experiment.step_kPa=2",
