@@ -73,7 +73,7 @@ class Predictor:
         self.restart(place)
         state = self._model.state()
         if self._model.potential.carried is None or state.history:
-            return  # of a step that something is remembered of, a part is no smaller step
+            return  # where internal variables evolve, half a step leads elsewhere
         terms = series.terms(self._model, self._tangent, state.controls, rates)
         here = self._model.unknowns.local()
         farthest = series.along(here, terms, AHEAD[0])
