@@ -5,7 +5,7 @@ from __future__ import annotations
 import gmsh
 
 from dolfingrip.config import Finger, Mesh
-from dolfingrip.meshes import finger as geometry
+from dolfingrip.meshes import solid_model
 from dolfingrip.meshes.gmsh_model import current_mesh, session
 from dolfingrip.meshes.grading import (
     concave_curves,
@@ -58,7 +58,7 @@ def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
             f"mesh.edge_size_mm = {edge_size}: allowed: above 0 and up to size_mm = {size:g} mm"
         )
     with session("mesh of the finger", _OPTIONS):
-        geometry.build(finger, mesh.half)
+        solid_model.build(finger, mesh.half)
         curves = _concave_curves(finger) if mesh.edge_size_mm is not None else []
 
         def tetrahedra(near: float, far: float, share: float) -> int:

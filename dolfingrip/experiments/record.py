@@ -12,7 +12,6 @@ from typing import Any
 
 import basix
 import dolfinx
-import gmsh
 import petsc4py
 import tomlkit
 
@@ -24,6 +23,8 @@ PACKAGES = ("fenics-ffcx", "fenics-ufl", "ipctk", "meshio", "numpy", "scipy")
 
 def versions() -> dict[str, str]:
     """Versions of what computes."""
+    import gmsh  # slow to load, and of no other use to a mesh of hexahedra
+
     found = {
         "dolfingrip": dolfingrip.__version__,
         "python": platform.python_version(),

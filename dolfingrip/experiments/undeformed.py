@@ -8,8 +8,6 @@ from mpi4py import MPI
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.mechanics.domain import Domain, distribute, on_root
-from dolfingrip.meshes import files
-from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import SolidMesh
@@ -30,11 +28,17 @@ def solid(config: Config) -> SolidMesh:
         MeshError: one line, where it cannot be made, read or used.
     """
     config = config.adapted()
+    # Gmsh and meshio take a fifth of a second to load: only where they are used
     if config.mesh.file is not None:
+        from dolfingrip.meshes import files
+
         mesh = files.read(config.mesh.file)
+    elif config.hexahedra:
+        mesh = structured_mesh(config.finger, config.mesh)
     else:
-        make = structured_mesh if config.hexahedra else finger_mesh
-        mesh = make(config.finger, config.mesh)
+        from dolfingrip.meshes.generate import finger_mesh
+
+        mesh = finger_mesh(config.finger, config.mesh)
     mesh = morphed(mesh, morph(config))
     log.info(check(mesh).summary())
     return mesh

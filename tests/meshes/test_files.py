@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Finger
-from dolfingrip.meshes import finger as geometry
+from dolfingrip.meshes import solid_model
 from dolfingrip.meshes.cells import BY_NODES, HEXAHEDRON, TETRAHEDRON
 from dolfingrip.meshes.files import read, write
 from dolfingrip.meshes.gmsh_model import session
@@ -240,7 +240,7 @@ def test_files_of_gmsh(
     path = tmp_path / f"theirs{suffix}"
     options = {"Mesh.MshFileVersion": version, "Mesh.Binary": binary, "Mesh.MeshSizeMax": 10}
     with session("test", options):
-        geometry.build(Finger(), half=True)
+        solid_model.build(Finger(), half=True)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(order)
         gmsh.write(str(path))

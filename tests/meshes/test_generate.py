@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Finger, Mesh
-from dolfingrip.meshes import finger as geometry
+from dolfingrip.meshes import solid_model
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.grading import concave_curves
@@ -74,7 +74,7 @@ def test_same_input_same_mesh() -> None:
 def test_concave_edges_are_those_of_cavity_and_gap_feet() -> None:
     finger = Finger(bellows=3)
     with session("test"):
-        geometry.build(finger, half=True)
+        solid_model.build(finger, half=True)
         gmsh.option.setNumber("Mesh.MeshSizeMax", 6)
         gmsh.model.mesh.generate(3)
         middles = [gmsh.model.occ.getCenterOfMass(1, curve) for curve in concave_curves()]

@@ -1,0 +1,85 @@
+"""The bellows finger as a solid of the OpenCASCADE kernel."""
+
+from __future__ import annotations
+
+import gmsh
+
+from dolfingrip.config import Finger
+from dolfingrip.meshes import groups
+from dolfingrip.meshes.finger import TOLERANCE_MM, Box, boxes, refuse_slivers
+from dolfingrip.meshes.solid import MeshError
+
+
+def build(finger: Finger, half: bool) -> None:
+    """Add the finger to the current Gmsh model, with its physical groups.
+
+    Parameters
+    ----------
+    finger
+        Dimensions.
+    half
+        Only y >= 0, with the group ``symmetry`` on y = 0.
+
+    Raises
+    ------
+    MeshError
+        Where a part of the finger is too thin to be modelled.
+    """
+    refuse_slivers(finger)
+
+    def add(box: Box) -> tuple[int, int]:
+        x, (y0, y1), z = box
+        y0 = 0.0 if half else y0
+        return 3, gmsh.model.occ.addBox(x[0], y0, z[0], x[1] - x[0], y1 - y0, z[1] - z[0])
+
+    body, hollow, between = boxes(finger)
+    channel, *chambers = map(add, hollow)
+    # one cavity before the cut: its coplanar faces are united, which the mesh would else feel
+    cavity, _ = gmsh.model.occ.fuse([channel], chambers)
+    solid, _ = gmsh.model.occ.cut([add(body)], [*map(add, between), *cavity])
+    gmsh.model.occ.synchronize()
+    if len(solid) != 1:
+        raise MeshError(f"finger: falls into {len(solid)} parts; allowed: one solid")
+    _add_groups(solid[0][1], finger, half)
+
+
+def _add_groups(volume: int, finger: Finger, half: bool) -> None:
+    """Physical groups of the volume and its surfaces."""
+    surfaces = [tag for _, tag in gmsh.model.getBoundary([(3, volume)], oriented=False)]
+    named = {
+        groups.CLAMP: [s for s in surfaces if _lies_in(s, 2, 0.0)],
+        groups.TIP: [s for s in surfaces if _lies_in(s, 2, finger.length_mm)],
+        groups.SYMMETRY: [s for s in surfaces if half and _lies_in(s, 1, 0.0)],
+    }
+    walls = set(surfaces) - set(named[groups.SYMMETRY])
+    outside = _connected(named[groups.CLAMP][0], walls)
+    named[groups.CAVITY] = sorted(walls - outside)
+    named[groups.SKIN] = sorted(outside - set(named[groups.CLAMP]) - set(named[groups.TIP]))
+    gmsh.model.addPhysicalGroup(3, [volume], groups.SOLID_TAG, groups.SOLID)
+    for name, tag in groups.SURFACE_TAGS.items():
+        if named[name]:
+            gmsh.model.addPhysicalGroup(2, named[name], tag, name)
+
+
+def _lies_in(surface: int, axis: int, value: float) -> bool:
+    """Whether a surface lies in the plane where coordinate ``axis`` has ``value`` (mm)."""
+    bounds = gmsh.model.getBoundingBox(2, surface)
+    return all(abs(bounds[i] - value) < TOLERANCE_MM for i in (axis, axis + 3))
+
+
+def _connected(start: int, surfaces: set[int]) -> set[int]:
+    """Those of ``surfaces`` that a path over shared edges joins to ``start``."""
+    of_curve: dict[int, list[int]] = {}
+    curves = {
+        s: [tag for _, tag in gmsh.model.getBoundary([(2, s)], oriented=False)] for s in surfaces
+    }
+    for surface, tags in curves.items():
+        for tag in tags:
+            of_curve.setdefault(tag, []).append(surface)
+    found, todo = {start}, [start]
+    while todo:
+        for curve in curves[todo.pop()]:
+            new = [s for s in of_curve[curve] if s not in found]
+            found.update(new)
+            todo += new
+    return found
