@@ -11,7 +11,7 @@ from benchmarks import sections
 from benchmarks.convergence import DEFAULT, limits, points
 from benchmarks.orders import exponent
 from benchmarks.outcomes import Outcome
-from benchmarks.parts import PARTS
+from benchmarks.parts import PARTS, RANKS
 from benchmarks.plots import growth_points
 
 MACHINE_S = 19.5
@@ -69,7 +69,7 @@ def lines(found: Found) -> Iterator[Line]:
         yield _ratio(found, part, "felupe", 5, 1e-6, "1e-6", "solve_s")
     yield from _errors(found)
     yield from _growth(found)
-    yield _ranks(found)
+    yield from _ranks(found)
     yield _memory(found)
 
 
@@ -165,15 +165,17 @@ def _growth(found: Found) -> Iterator[Line]:
         yield Line(what, "exponent ≤ 1.35", said, slope <= 1.35)
 
 
-def _ranks(found: Found) -> Line:
+def _ranks(found: Found) -> Iterator[Line]:
     outcome = found.get("ranks", Outcome("ranks"))
-    one, two = (outcome.median(label, "solve_s") for label in ("1", "2"))
-    dofs = outcome.median("1", "dofs")
-    what = "mpirun -n 2 against one rank" + ("" if isnan(dofs) else f", {dofs:,.0f} dofs")
-    if isnan(one) or isnan(two):
-        return Line(what, "≥ 1.5 times", "not run", None)
-    said = f"{one / two:.2f} times ({one:.1f} s to {two:.1f} s)"
-    return Line(what, "≥ 1.5 times", said, one / two >= 1.5)
+    for mesh in RANKS:
+        one, two = (outcome.median(f"{mesh}, {ranks}", "solve_s") for ranks in (1, 2))
+        dofs = outcome.median(f"{mesh}, 1", "dofs")
+        what = f"mpirun -n 2 against one rank, {mesh}"
+        if isnan(one) or isnan(two):
+            yield Line(what, "≥ 1.5 times", "not run", None)
+            continue
+        said = f"{one / two:.2f} times ({one:.1f} s to {two:.1f} s, {dofs:,.0f} dofs)"
+        yield Line(what, "≥ 1.5 times", said, one / two >= 1.5)
 
 
 def _memory(found: Found) -> Line:
