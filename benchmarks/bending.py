@@ -18,10 +18,10 @@ from dolfingrip.experiments.finger import FingerModel, build
 from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.undeformed import load_domain
 from dolfingrip.forms import cavity_pressure
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
-from dolfingrip.mechanics.potential import Potential
-from dolfingrip.mechanics.profile import Profile
+from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 
 def split(config: Config, finger: FingerModel) -> Callable[[Expr], Expr]:

@@ -19,12 +19,12 @@ from ufl.core.expr import Expr
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.finger import pressure_field, strain_energy
-from dolfingrip.mechanics.domain import Domain
-from dolfingrip.mechanics.element import displacement_element
-from dolfingrip.mechanics.model import Control, Model
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
-from dolfingrip.mechanics.potential import Potential
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.element import displacement_element
+from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 MU_MPA = 80.194
 LOAD_N = 100.0

@@ -26,13 +26,14 @@ from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
+from dolfingrip.cli.reproduce_command import PAPER
 from dolfingrip.config import Config, ConfigError, Finger
-from dolfingrip.design import campaign, progress, rows, space
-from dolfingrip.design.cluster import Where
-from dolfingrip.design.plan import Plan
-from dolfingrip.design.reproduce_command import PAPER
-from dolfingrip.design.space import Inputs
-from dolfingrip.design.store import Store
+from dolfingrip.design.campaign import campaign, progress, space
+from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.design.campaign.store import Store
+from dolfingrip.design.surrogate import rows
 from dolfingrip.experiments import turning_point
 from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 from dolfingrip.meshes.morph import Morph

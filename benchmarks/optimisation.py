@@ -13,10 +13,11 @@ from pathlib import Path
 
 import torch
 
-from dolfingrip.design import surrogate, trial
-from dolfingrip.design.pareto import Settings, fronts, objectives
-from dolfingrip.design.study import Plan
-from dolfingrip.design.trials import Key
+from dolfingrip.design.optimum import trial
+from dolfingrip.design.optimum.pareto import Settings, fronts, objectives
+from dolfingrip.design.optimum.study import Plan
+from dolfingrip.design.optimum.trials import Key
+from dolfingrip.design.surrogate import surrogate
 
 ALLOWED_S = 15.0
 """For the paper's population and generations."""

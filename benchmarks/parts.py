@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from dolfingrip.specimen import HEXAHEDRON_MM
+from dolfingrip.sections.specimen import HEXAHEDRON_MM
 
 Spec = dict[str, Any]
 

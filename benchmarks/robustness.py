@@ -48,14 +48,14 @@ from typing import Any
 import numpy as np
 
 from dolfingrip import config as configuration
+from dolfingrip.cli.doe_commands import DEFAULTS
+from dolfingrip.cli.options import console
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design import campaign, progress
-from dolfingrip.design.cluster import Where
-from dolfingrip.design.doe_commands import DEFAULTS
-from dolfingrip.design.plan import Design, Plan
-from dolfingrip.design.space import Inputs
-from dolfingrip.design.store import Store
-from dolfingrip.options import console
+from dolfingrip.design.campaign import campaign, progress
+from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.design.campaign.plan import Design, Plan
+from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.design.campaign.store import Store
 
 RANGES: dict[str, tuple[float, float]] = {
     "finger.length_mm": (60.0, 120.0),

@@ -1,5 +1,5 @@
 """``python -m dolfingrip``."""
 
-from dolfingrip.cli import main
+from dolfingrip.cli.app import main
 
 main()

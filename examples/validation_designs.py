@@ -12,7 +12,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from dolfingrip import config
-from dolfingrip.design.reproduce_command import PAPER
+from dolfingrip.cli.reproduce_command import PAPER
 from dolfingrip.experiments import Result, run
 from dolfingrip.report import theme
 

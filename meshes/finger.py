@@ -5,8 +5,8 @@ The base layer's back is the plane x = 0, the clamp z = 0, the symmetry plane y 
 
 from __future__ import annotations
 
-from dolfingrip.config import Finger
 from dolfingrip.meshes.solid import MeshError
+from dolfingrip.sections.specimen import Finger
 
 TOLERANCE_MM = 1e-5
 """Larger than the padding of OpenCASCADE's bounding boxes, smaller than any dimension."""

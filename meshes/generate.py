@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gmsh
 
-from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import solid_model
 from dolfingrip.meshes.gmsh_model import current_mesh, session
 from dolfingrip.meshes.grading import (
@@ -15,6 +14,7 @@ from dolfingrip.meshes.grading import (
 )
 from dolfingrip.meshes.solid import MOST_ELEMENTS, MeshError, SolidMesh
 from dolfingrip.meshes.target import meet
+from dolfingrip.sections.specimen import Finger, Mesh
 
 _OPTIONS = {
     "Mesh.MeshSizeExtendFromBoundary": 0.0,  # the size field alone rules

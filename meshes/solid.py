@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.config import ConfigError
 from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, Ints
+from dolfingrip.sections.complaint import ConfigError
 
 MOST_ELEMENTS: Final = 10_000_000
 """Meshes of more would not fit into memory."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import gmsh
 
-from dolfingrip.config import Finger
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.finger import TOLERANCE_MM, Box, boxes, refuse_slivers
 from dolfingrip.meshes.solid import MeshError
+from dolfingrip.sections.specimen import Finger
 
 
 def build(finger: Finger, half: bool) -> None:

@@ -14,11 +14,11 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.cells import Ints
 from dolfingrip.meshes.finger import THINNEST_MM, Box, boxes, refuse_slivers
 from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh, faces, second_order
+from dolfingrip.sections.specimen import Finger, Mesh
 
 GROWTH: Final = 7.0
 """From one cell to the next away from a concave edge. Steep: the stress decays as r^-0.46."""

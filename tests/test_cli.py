@@ -14,7 +14,7 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 
-from dolfingrip import cli
+from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, dumps
 
 COARSE = (

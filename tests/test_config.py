@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from dolfingrip import complaint, config
+from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.sections import units
 
 DIMENSIONLESS = {
     "finger.bellows",
@@ -227,7 +228,7 @@ def test_every_number_has_its_unit_in_its_name() -> None:
         key for key, info in _keys().items() if re.search(r"\b(int|float)\b|1, 2", str(info))
     }
     assert {"finger.wall_mm", "plate.normal"} <= numbers  # the search finds numbers at all
-    assert {key for key in numbers if not complaint.unit(key)} == DIMENSIONLESS
+    assert {key for key in numbers if not units.unit(key)} == DIMENSIONLESS
 
 
 def test_every_key_is_printed_with_its_meaning() -> None:

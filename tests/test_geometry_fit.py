@@ -12,9 +12,9 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import geometry_fit
 from dolfingrip.config import Config, Finger
-from dolfingrip.design.answer import Answer
-from dolfingrip.design.plan import Plan
-from dolfingrip.design.store import Store
+from dolfingrip.design.campaign.answer import Answer
+from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.campaign.store import Store
 from dolfingrip.experiments.gradients import cog_offset_mm
 from dolfingrip.meshes.morph import Morph
 

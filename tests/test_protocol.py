@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dolfingrip import cli, config, protocol
+from dolfingrip import config
+from dolfingrip.cli import app as cli
 from dolfingrip.config import ConfigError
+from dolfingrip.sections import protocol_file as protocol
 
 LAB = """
 cycles = 2

@@ -13,9 +13,9 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from benchmarks import robustness
 from dolfingrip import config
 from dolfingrip.config import Config
-from dolfingrip.design.answer import Answer
-from dolfingrip.design.space import Inputs
-from dolfingrip.design.store import Store
+from dolfingrip.design.campaign.answer import Answer
+from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.design.campaign.store import Store
 
 SEED = 4
 

@@ -24,14 +24,14 @@ from dolfingrip.experiments.march import Stop, march
 from dolfingrip.experiments.result import Result, facts
 from dolfingrip.extensions.site import Site
 from dolfingrip.forms import neo_hookean
-from dolfingrip.mechanics.domain import Domain
-from dolfingrip.mechanics.element import displacement_element, integration_degree
-from dolfingrip.mechanics.history import History
-from dolfingrip.mechanics.model import Model
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
-from dolfingrip.mechanics.potential import Potential
-from dolfingrip.mechanics.profile import Profile
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.element import displacement_element, integration_degree
+from dolfingrip.mechanics.model.history import History
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 KIND: Final = "coupon"
 CLAMPED_CELLS = 2
@@ -125,7 +125,9 @@ def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
     history = History(u, integration_degree(space))
     known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda}
     site = Site(config, domain, u, mu, lmbda, history, parameters=known)
-    density = site.strain_energy(lambda strain: neo_hookean.energy(strain, mu, lmbda))
+    density = config.extensions.strain_energy(
+        lambda strain: neo_hookean.energy(strain, mu, lmbda), site
+    )
 
     x = space.tabulate_dof_coordinates() / size
     foot, head = np.isclose(x[:, 2], 0), np.isclose(x[:, 2], 1)

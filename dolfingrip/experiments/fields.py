@@ -7,7 +7,7 @@ from pathlib import Path
 from dolfinx import fem, io
 
 from dolfingrip.experiments.stretch import PrincipalStretch
-from dolfingrip.mechanics.model import Model
+from dolfingrip.mechanics.model.model import Model
 
 COLLECTION = """<?xml version="1.0"?>
 <VTKFile type="Collection" version="1.0">

@@ -17,18 +17,18 @@ from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
-from dolfingrip.mechanics.border import Border
-from dolfingrip.mechanics.contact import BarrierContact
-from dolfingrip.mechanics.contact_friction import FrictionalContact
-from dolfingrip.mechanics.domain import Domain
-from dolfingrip.mechanics.element import CELL, displacement_element, integration_degree
-from dolfingrip.mechanics.history import History
-from dolfingrip.mechanics.model import Control, Memory, Model
-from dolfingrip.mechanics.plate import RigidPlate
-from dolfingrip.mechanics.potential import Potential
-from dolfingrip.mechanics.scalars import ScalarUnknowns
-from dolfingrip.mechanics.surface import Surface
-from dolfingrip.mechanics.volume_control import VolumeControl
+from dolfingrip.mechanics.contact.barrier import BarrierContact
+from dolfingrip.mechanics.contact.friction import FrictionalContact
+from dolfingrip.mechanics.contact.plate import RigidPlate
+from dolfingrip.mechanics.contact.surface import Surface
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.element import CELL, displacement_element, integration_degree
+from dolfingrip.mechanics.model.history import History
+from dolfingrip.mechanics.model.model import Control, Memory, Model
+from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.newton.border import Border
+from dolfingrip.mechanics.newton.scalars import ScalarUnknowns
+from dolfingrip.mechanics.newton.volume_control import VolumeControl
 
 KG_M3_M_S2 = 1e-9
 """N/mm³ per kg/m³ · m/s²."""
@@ -97,8 +97,10 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     site = Site(
         config, domain, u, mu, lmbda, history, sensor, _held(domain), known, pressure=pressure
     )
-    density = site.strain_energy(lambda strain: strain_energy(strain, p, mu, lmbda))
-    terms += site.terms()
+    density = config.extensions.strain_energy(
+        lambda strain: strain_energy(strain, p, mu, lmbda), site
+    )
+    terms += config.extensions.terms(site)
     if sensor is not None:
         terms.append(sensor.energy)
     memories: list[Memory] = [history]

@@ -15,9 +15,9 @@ from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.experiments.keeper import Row
 from dolfingrip.experiments.undeformed import morph, solid
 from dolfingrip.forms import tip_face
-from dolfingrip.mechanics import jit
-from dolfingrip.mechanics.morph import velocity
-from dolfingrip.mechanics.sensitivity import Adjoint, Direction
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.morph import velocity
+from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, Direction
 from dolfingrip.meshes.measures import centroid, centroid_rate
 
 XI = ("morph.xi1", "morph.xi2")

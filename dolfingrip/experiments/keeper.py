@@ -10,9 +10,9 @@ from typing import Any
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import record
 from dolfingrip.experiments.fields import FieldFile
-from dolfingrip.mechanics.domain import on_root
-from dolfingrip.mechanics.model import Model
-from dolfingrip.mechanics.profile import Profile
+from dolfingrip.mechanics.model.domain import on_root
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.profile import Profile
 
 Row = dict[str, Any]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from dolfingrip.config import Branch, Config, ConfigError
 from dolfingrip.experiments import schedule
-from dolfingrip.mechanics.state import State
+from dolfingrip.mechanics.model.state import State
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,9 +8,9 @@ from typing import Any
 
 from dolfingrip.config import Branch
 from dolfingrip.experiments.keeper import Keeper, Row
-from dolfingrip.mechanics.failure import Failure
-from dolfingrip.mechanics.path import LoadPath
-from dolfingrip.mechanics.profile import Profile
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.path.path import LoadPath
 
 
 @dataclass(frozen=True, slots=True)

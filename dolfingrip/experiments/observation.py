@@ -11,7 +11,7 @@ from mpi4py import MPI
 from dolfingrip.experiments.bellows import BellowsGaps, smallest_mm
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.forms import tip_face
-from dolfingrip.mechanics import jit
+from dolfingrip.mechanics.model import jit
 
 
 class Observation:

@@ -11,10 +11,10 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.keeper import COLUMNS, Row
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.turning_point import TurningPoint
-from dolfingrip.mechanics.failure import Failure
-from dolfingrip.mechanics.model import Model
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.profile import Profile
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.failure import Failure
 
 Kind = Literal["bending", "blocked_force"]
 """Experiments on a finger."""

@@ -20,11 +20,11 @@ from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.result import Kind, PlatePose, Result, facts
 from dolfingrip.experiments.turning_point import TurningPoint
 from dolfingrip.experiments.undeformed import load_domain
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
-from dolfingrip.mechanics.profile import Profile
-from dolfingrip.mechanics.state import State
-from dolfingrip.mechanics.summit import Summit
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.limit_point import Summit
+from dolfingrip.mechanics.path.path import LoadPath
 
 __all__ = ["Kind", "PlatePose", "Result", "Row", "run"]
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from dolfingrip.config import Branch, Experiment, Protocol
-from dolfingrip.protocol import waits
+from dolfingrip.sections.protocol_file import waits
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import numpy as np
 from dolfinx import fem, la
 
 from dolfingrip.forms.kinematics import deformation_gradient
-from dolfingrip.mechanics import jit
+from dolfingrip.mechanics.model import jit
 
 
 class PrincipalStretch:

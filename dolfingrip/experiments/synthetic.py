@@ -14,14 +14,14 @@ import tomlkit
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.experiments import coupon, record
 from dolfingrip.experiments.keeper import COLUMNS, Row
 from dolfingrip.experiments.run import run
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
-from dolfingrip.mechanics.domain import on_root
-from dolfingrip.mechanics.failure import Failure
+from dolfingrip.mechanics.model.domain import on_root
+from dolfingrip.mechanics.path.failure import Failure
 
 Kind = Literal["bending", "blocked_force", "coupon"]
 
@@ -110,7 +110,7 @@ def _values(effect: type[Effect], rng: np.random.Generator) -> dict[str, Any]:
             is_list = isinstance(effect.model_fields[key].default, tuple)
             values[key] = [value] if is_list else value
         try:
-            configuration.checked(effect, values)
+            checked(effect, values)
         except ConfigError:
             continue
         return values

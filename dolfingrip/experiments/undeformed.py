@@ -7,7 +7,7 @@ import logging
 from mpi4py import MPI
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.mechanics.domain import Domain, distribute, on_root
+from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
 from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import SolidMesh

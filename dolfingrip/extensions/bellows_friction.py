@@ -20,7 +20,7 @@ class BellowsFriction(Effect):
     Π += Σ μ N f(|s|) over the touching pairs of the skin, s the slip in a load step, N the contact
     force at its start (lagged, so an error of the order of the load step: bellows rub from the
     step after their touch on), f' from 0 to 1 at |s| = ``slip_mm``; see
-    :mod:`dolfingrip.mechanics.contact_friction`. It starts anew with each step, so a wait lets go
+    :mod:`dolfingrip.mechanics.contact.friction`. It starts anew with each step, so a wait lets go
     of some per cent of it at each reading. Nothing without ``contact.self_contact``.
 
     Prior: μ = 0.6 ± 0.2, engineering handbooks' 0.3 to 1.0 for thermoplastic polyurethane, a guess

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.complaint import ConfigError
 from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.sections.complaint import ConfigError
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
+    from dolfingrip.sections.setup import Setup
 
 
 class CoarseMesh(Effect):
@@ -35,7 +35,7 @@ class CoarseMesh(Effect):
         1.5, gt=0.1, le=10, description="element size by the base model's"
     )
 
-    def adapt(self, config: Config) -> Config:
+    def adapt[S: Setup](self, config: S) -> S:
         mesh = config.mesh
         if mesh.file is not None:
             raise ConfigError(

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import ufl
 from ufl.core.expr import Expr
 
-from dolfingrip.complaint import ConfigError
-from dolfingrip.section import Section
+from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.section import Section
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
     from dolfingrip.extensions.site import Site
+    from dolfingrip.sections.setup import Setup
 
 StrainEnergy = Callable[[Expr], Expr]
 """Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
@@ -83,14 +83,14 @@ class Effect(Section):
 
     # -- before anything is built ----------------------------------------------------------------
 
-    def adapt(self, config: Config) -> Config:
+    def adapt[S: Setup](self, config: S) -> S:
         """``config`` with other geometry, mesh or solver; use ``config.changed``.
 
         An effect that has this hook has no other: it is used up by it.
         """
         return config
 
-    def redrawn(self, config: Config, key: str, dimension: str) -> Config:
+    def redrawn[S: Setup](self, config: S, key: str, dimension: str) -> S:
         """``config`` with the parameter ``key`` added to a dimension of the finger.
 
         Raises:

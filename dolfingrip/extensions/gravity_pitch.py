@@ -10,7 +10,7 @@ from pydantic import Field
 from dolfingrip.extensions.effect import Effect, Prior
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
+    from dolfingrip.sections.setup import Setup
 
 
 class GravityPitch(Effect):
@@ -38,7 +38,7 @@ class GravityPitch(Effect):
         0.0, ge=-180, le=180, description="from clamp-to-tip towards the bellows"
     )
 
-    def adapt(self, config: Config) -> Config:
+    def adapt[S: Setup](self, config: S) -> S:
         angle = math.radians(self.pitch_deg)
         direction = [math.sin(angle), 0.0, math.cos(angle)]
         return config.changed(

@@ -6,10 +6,14 @@ import importlib
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+import ufl
 from pydantic import Field, create_model
 
-from dolfingrip.extensions.effect import Effect
-from dolfingrip.section import Section
+from dolfingrip.extensions.effect import Effect, StrainEnergy
+from dolfingrip.sections.section import Section
+
+if TYPE_CHECKING:
+    from dolfingrip.extensions.site import Site
 
 NAMES = (
     # strain energies add; what comes later scales or remembers what came before
@@ -78,6 +82,16 @@ class Switched(Section):
         """The effects that are on, in the index' order; those with ``hook`` only where given."""
         found = (getattr(self, each.name()) for each in self.effects)
         return [on for on in found if on is not None and (hook is None or on.has(hook))]
+
+    def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
+        """``base`` with all effects on it."""
+        for effect in self.active("strain_energy"):
+            base = effect.strain_energy(base, site)
+        return base
+
+    def terms(self, site: Site) -> list[ufl.Form]:
+        """Further energies of all effects."""
+        return [term for effect in self.active("terms") for term in effect.terms(site)]
 
     def without(self, hook: str) -> Self:
         """The same with the effects that have ``hook`` switched off."""

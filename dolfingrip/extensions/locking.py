@@ -9,7 +9,7 @@ from pydantic import Field
 from dolfingrip.extensions.effect import Effect
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
+    from dolfingrip.sections.setup import Setup
 
 
 class Locking(Effect):
@@ -32,7 +32,7 @@ class Locking(Effect):
 
     linear: bool = Field(True, description="linear tetrahedra")
 
-    def adapt(self, config: Config) -> Config:
+    def adapt[S: Setup](self, config: S) -> S:
         if not self.linear:
             return config
         # how hexahedra are graded says nothing about tetrahedra, which may be smaller altogether

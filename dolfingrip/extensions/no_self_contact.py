@@ -9,7 +9,7 @@ from pydantic import Field
 from dolfingrip.extensions.effect import Effect
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
+    from dolfingrip.sections.setup import Setup
 
 
 class NoSelfContact(Effect):
@@ -29,5 +29,5 @@ class NoSelfContact(Effect):
 
     left_out: bool = Field(True, description="no contact between bellows")
 
-    def adapt(self, config: Config) -> Config:
+    def adapt[S: Setup](self, config: S) -> S:
         return config.changed(contact={"self_contact": False}) if self.left_out else config

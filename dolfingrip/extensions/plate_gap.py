@@ -9,7 +9,7 @@ from pydantic import Field
 from dolfingrip.extensions.effect import Effect, Prior
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
+    from dolfingrip.sections.setup import Setup
 
 
 class PlateGap(Effect):
@@ -32,5 +32,5 @@ class PlateGap(Effect):
         0.3, ge=-1000, le=1000, description="added to plate.gap_mm"
     )
 
-    def adapt(self, config: Config) -> Config:
+    def adapt[S: Setup](self, config: S) -> S:
         return config.changed(plate={"gap_mm": config.plate.gap_mm + self.offset_mm})

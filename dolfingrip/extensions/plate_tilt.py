@@ -9,7 +9,7 @@ from pydantic import Field
 from dolfingrip.extensions.effect import Effect, Prior
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
+    from dolfingrip.sections.setup import Setup
 
 
 class PlateTilt(Effect):
@@ -30,5 +30,5 @@ class PlateTilt(Effect):
         2.0, ge=-160, le=160, description="added to plate.tilt_deg"
     )
 
-    def adapt(self, config: Config) -> Config:
+    def adapt[S: Setup](self, config: S) -> S:
         return config.changed(plate={"tilt_deg": config.plate.tilt_deg + self.offset_deg})

@@ -10,7 +10,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
 from dolfingrip.forms import transient_network
-from dolfingrip.section import outside
+from dolfingrip.sections.section import outside
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 import ufl
@@ -10,12 +11,20 @@ from dolfinx import fem
 from petsc4py import PETSc
 from ufl.core.expr import Expr
 
-from dolfingrip.config import Config
-from dolfingrip.extensions.effect import Effect, StrainEnergy
 from dolfingrip.forms.kinematics import green_lagrange
-from dolfingrip.mechanics.domain import Domain
-from dolfingrip.mechanics.history import History
-from dolfingrip.mechanics.plate import RigidPlate
+from dolfingrip.mechanics.contact.plate import RigidPlate
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.history import History
+from dolfingrip.sections.setup import Setup
+
+
+class Named(Protocol):
+    """What a parameter, an unknown or an internal variable belongs to: an effect."""
+
+    @classmethod
+    def name(cls) -> str:
+        """Name of its table in the configuration."""
+        ...
 
 
 @dataclass(slots=True)
@@ -38,7 +47,7 @@ class Site:
             it is full; no part of the potential's forms.
     """
 
-    config: Config
+    config: Setup
     domain: Domain
     u: fem.Function
     mu: fem.Constant
@@ -66,7 +75,7 @@ class Site:
         """Time at the load step's end (s)."""
         return self.history.time_s
 
-    def constant(self, effect: Effect, key: str) -> Expr:
+    def constant(self, effect: Named, key: str) -> Expr:
         """A parameter of ``effect`` as a constant of the potential; a list as a vector."""
         value = np.asarray(getattr(effect, key), dtype=PETSc.ScalarType)
         made = fem.Constant(self.domain.mesh, value)
@@ -77,7 +86,7 @@ class Site:
         """A number that depends on the mesh; written into a form it would compile it anew."""
         return fem.Constant(self.domain.mesh, PETSc.ScalarType(value))
 
-    def unknown(self, effect: Effect, name: str, number: fem.Constant | float = 0.0) -> Expr:
+    def unknown(self, effect: Named, name: str, number: fem.Constant | float = 0.0) -> Expr:
         """A number (mm or rad) of the further terms that is solved for with the displacement.
 
         Args:
@@ -108,18 +117,6 @@ class Site:
         area = self.domain.copies * self._integral(self.fixed(1.0) * clamp)
         return energy * self.fixed(1 / area) * clamp
 
-    def remember(self, effect: Effect, name: str, initial: np.ndarray | float) -> fem.Function:
+    def remember(self, effect: Named, name: str, initial: np.ndarray | float) -> fem.Function:
         """A new internal variable at the integration points, ``initial`` at first."""
         return self.history.variable(f"{effect.name()}.{name}", initial)
-
-    def strain_energy(self, base: StrainEnergy) -> StrainEnergy:
-        """``base`` with all effects on it."""
-        for effect in self.config.extensions.active("strain_energy"):
-            base = effect.strain_energy(base, self)
-        return base
-
-    def terms(self) -> list[ufl.Form]:
-        """Further energies of all effects."""
-        return [
-            term for effect in self.config.extensions.active("terms") for term in effect.terms(self)
-        ]

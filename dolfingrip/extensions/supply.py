@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from dolfingrip.extensions.effect import Effect, Flow
-from dolfingrip.mechanics.model import Control
+from dolfingrip.mechanics.model.model import Control
 
 NAME = "supply_kPa"
 

@@ -9,7 +9,7 @@ from pydantic import Field
 from dolfingrip.extensions.effect import Effect, Prior
 
 if TYPE_CHECKING:
-    from dolfingrip.config import Config
+    from dolfingrip.sections.setup import Setup
 
 
 class WallOffset(Effect):
@@ -31,5 +31,5 @@ class WallOffset(Effect):
         0.1, ge=-10, le=10, description="added to finger.wall_mm"
     )
 
-    def adapt(self, config: Config) -> Config:
+    def adapt[S: Setup](self, config: S) -> S:
         return self.redrawn(config, "offset_mm", "wall_mm")

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from dolfingrip.complaint import unit
 from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme
+from dolfingrip.sections.units import unit
 
 Numbers = npt.NDArray[np.float64]
 

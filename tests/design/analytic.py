@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from dolfingrip.design.answer import DesignFailure, Outcome
+from dolfingrip.design.campaign.answer import DesignFailure, Outcome
 
 PATH = "design.analytic:objective"
 FAILING = 0.6

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from design import stand_in
 
-from dolfingrip.design.training import Training, train
+from dolfingrip.design.surrogate.training import Training, train
 
 
 @pytest.fixture(scope="session")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dolfingrip.design.table import Matrix, Table
+from dolfingrip.design.surrogate.table import Matrix, Table
 
 LOW, HIGH = np.array([-0.2, -0.5]), np.array([1.0, 1.0])
 OFFSET_MM, SLOPE_MM = 2.8, np.array([3.95, 3.39])

@@ -15,13 +15,13 @@ import pytest
 from design import analytic
 
 from dolfingrip.config import Config
-from dolfingrip.design import campaign
-from dolfingrip.design.campaign import Standing
-from dolfingrip.design.cluster import Where
-from dolfingrip.design.plan import Plan
-from dolfingrip.design.progress import Pace
-from dolfingrip.design.spool import Spool
-from dolfingrip.design.store import Store
+from dolfingrip.design.campaign import campaign
+from dolfingrip.design.campaign.campaign import Standing
+from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.campaign.progress import Pace
+from dolfingrip.design.campaign.spool import Spool
+from dolfingrip.design.campaign.store import Store
 
 TESTS = Path(__file__).parents[1]
 GRID = ("--parameter", "morph.xi1=-0.2:1:6", "--parameter", "morph.xi2=-0.5:1:4")

@@ -9,7 +9,7 @@ import pytest
 from dask_jobqueue.slurm import SLURMJob
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.cluster import slurm_settings
+from dolfingrip.design.campaign.cluster import slurm_settings
 
 FILE = """
 queue = "cpu"

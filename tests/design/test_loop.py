@@ -10,11 +10,12 @@ import pytest
 from design import analytic, stand_in
 from typer.testing import CliRunner, Result
 
-from dolfingrip import cli
+from dolfingrip.cli import app as cli
+from dolfingrip.cli import optimise_command, reproduce_command
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design import campaign, optimise_command, reproduce_command, space
-from dolfingrip.design.cluster import Where
-from dolfingrip.design.plan import Plan
+from dolfingrip.design.campaign import campaign, space
+from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.design.campaign.plan import Plan
 
 
 @pytest.fixture(scope="module")

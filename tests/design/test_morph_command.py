@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dolfingrip import cli
+from dolfingrip.cli import app as cli
 from dolfingrip.config import Finger, Mesh
 from dolfingrip.meshes import files
 from dolfingrip.meshes.generate import finger_mesh

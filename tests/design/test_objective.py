@@ -10,9 +10,9 @@ from experiments.small import short
 
 from dolfingrip import experiments
 from dolfingrip.config import from_dict
-from dolfingrip.design import plan
-from dolfingrip.design.answer import Answer
-from dolfingrip.design.evaluate import Task, evaluate
+from dolfingrip.design.campaign import plan
+from dolfingrip.design.campaign.answer import Answer
+from dolfingrip.design.campaign.evaluate import Task, evaluate
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.measures import centroid
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from design import stand_in
 
-from dolfingrip.design import optimum, resolve
-from dolfingrip.design.optimum import Optimum
-from dolfingrip.design.pareto import Settings
-from dolfingrip.design.resolve import Candidate, Failure, Outputs, Resolved
-from dolfingrip.design.training import Training
+from dolfingrip.design.optimum import optimum, resolve
+from dolfingrip.design.optimum.optimum import Optimum
+from dolfingrip.design.optimum.pareto import Settings
+from dolfingrip.design.optimum.resolve import Candidate, Failure, Outputs, Resolved
+from dolfingrip.design.surrogate.training import Training
 
 SMALL = Settings(population=60, generations=20)
 

@@ -12,9 +12,9 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.duplicate import DefaultDuplicateElimination
 from pymoo.core.population import Population
 
-from dolfingrip.design.genetic import NoCopies, nsga2
-from dolfingrip.design.pareto import Front, Settings, front, fronts, objectives, polish
-from dolfingrip.design.training import Training
+from dolfingrip.design.optimum.genetic import NoCopies, nsga2
+from dolfingrip.design.optimum.pareto import Front, Settings, front, fronts, objectives, polish
+from dolfingrip.design.surrogate.training import Training
 
 SMALL = Settings(population=100, generations=50)
 
@@ -81,7 +81,7 @@ def test_a_long_run_holds_the_shorter_ones() -> None:
 def test_faster_operators_find_as_good_a_front_as_pymoos_own() -> None:
     from pymoo.optimize import minimize
 
-    from dolfingrip.design.pareto import _Designs
+    from dolfingrip.design.optimum.pareto import _Designs
 
     problem = _Designs(stand_in.outputs, stand_in.LOW, stand_in.HIGH)
     own = minimize(problem, NSGA2(pop_size=100), ("n_gen", 50), seed=1)

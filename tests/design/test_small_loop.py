@@ -10,9 +10,9 @@ import pytest
 import typer
 from experiments.small import short
 
+from dolfingrip.cli import small_loop
 from dolfingrip.config import load
-from dolfingrip.design import small_loop
-from dolfingrip.design.store import Store
+from dolfingrip.design.campaign.store import Store
 
 DESIGNS = ("morph.xi1=0:0.6:4", "morph.xi2=-0.4:0:3")
 SETTINGS = short("experiment.max_pressure_kPa=25")

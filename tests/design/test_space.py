@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design import plan, space
+from dolfingrip.design.campaign import plan, space
 
 
 def paper() -> list[space.Parameter]:

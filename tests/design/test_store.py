@@ -11,12 +11,12 @@ import pyarrow.parquet
 import pytest
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design import export
-from dolfingrip.design.answer import Answer
-from dolfingrip.design.evaluate import Task, evaluate, work
-from dolfingrip.design.plan import Plan
-from dolfingrip.design.spool import Spool
-from dolfingrip.design.store import Store
+from dolfingrip.design.campaign import export
+from dolfingrip.design.campaign.answer import Answer
+from dolfingrip.design.campaign.evaluate import Task, evaluate, work
+from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.campaign.spool import Spool
+from dolfingrip.design.campaign.store import Store
 
 
 def plan(*xi1: float, **changes: object) -> Plan:

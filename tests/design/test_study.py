@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design import study, surrogate, trial, workers
-from dolfingrip.design.pareto import Settings, fronts, objectives
-from dolfingrip.design.study import Plan
-from dolfingrip.design.trials import Choice, Key, Trials
+from dolfingrip.design.optimum import study, trial
+from dolfingrip.design.optimum.pareto import Settings, fronts, objectives
+from dolfingrip.design.optimum.study import Plan
+from dolfingrip.design.optimum.trials import Choice, Key, Trials
+from dolfingrip.design.surrogate import surrogate, workers
 
 SMALL = Plan(
     populations=(20, 40), generations=(5, 10), crossovers=(0.9,), mutations=(0.1, 0.5), seeds=2
@@ -55,7 +56,7 @@ def test_a_trial_is_the_front_it_says(surrogate_folder: Path) -> None:
 STUDY = """
 import sys
 from pathlib import Path
-from dolfingrip.design import study
+from dolfingrip.design.optimum import study
 plan = study.Plan((20, 40), (5, 10), (0.9,), (0.1, 0.5), 2)
 study.run(Path(sys.argv[1]), Path(sys.argv[2]), plan, 1, lambda done, _: print(done, flush=True))
 """

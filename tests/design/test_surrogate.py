@@ -14,9 +14,9 @@ import torch
 from design import stand_in
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design import surrogate, table
-from dolfingrip.design.surrogate import OutsideRange, load
-from dolfingrip.design.training import Settings, Training, split, train
+from dolfingrip.design.surrogate import surrogate, table
+from dolfingrip.design.surrogate.surrogate import OutsideRange, load
+from dolfingrip.design.surrogate.training import Settings, Training, split, train
 
 BRIEF = Settings(epochs=20)
 

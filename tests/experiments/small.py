@@ -9,8 +9,8 @@ from mpi4py import MPI
 from dolfingrip import config
 from dolfingrip.experiments.finger import FingerModel, build
 from dolfingrip.experiments.undeformed import load_domain
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 COARSE = ("mesh.size_mm=6", "mesh.edge_size_mm=6")
 SHORT = (

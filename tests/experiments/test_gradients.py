@@ -15,7 +15,7 @@ from experiments.small import model, pressurise, short
 from dolfingrip.experiments import gradients
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.experiments.observation import Observation
-from dolfingrip.mechanics.sensitivity import Adjoint, Direction
+from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, Direction
 from dolfingrip.meshes.measures import centroid_rate
 
 STEP = 1e-4

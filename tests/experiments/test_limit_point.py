@@ -9,7 +9,7 @@ import pytest
 
 from dolfingrip import config
 from dolfingrip.experiments import run
-from dolfingrip.mechanics.failure import FailureKind
+from dolfingrip.mechanics.path.failure import FailureKind
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "thin_bellows.toml"
 COARSE = ("mesh.size_mm=6",)

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from dolfingrip import cli, config
+from dolfingrip import config
+from dolfingrip.cli import app as cli
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import synthetic
 from dolfingrip.experiments.synthetic import Measurement

@@ -10,7 +10,7 @@ from extensions import trial
 from dolfingrip.config import Contact
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
-from dolfingrip.mechanics.contact import BarrierContact
+from dolfingrip.mechanics.contact.barrier import BarrierContact
 
 CYCLES = (
     "finger.gap_mm=0.4",

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from extensions import trial
 
-from dolfingrip import complaint
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS, NAMES
 from dolfingrip.extensions.no_self_contact import NoSelfContact
+from dolfingrip.sections import units
 
 ORDINARY = {
     "J_m", "alpha", "beta", "chord_share", "coefficient", "factor", "g", "gain", "mu", "r",
@@ -74,7 +74,7 @@ def test_says_what_it_is(effect: type[Effect]) -> None:
         assert prior.source
         assert prior.spread > 0
         assert not prior.positive or prior.mean > 0
-        assert complaint.unit(key) or key in ORDINARY, key
+        assert units.unit(key) or key in ORDINARY, key
     for info in effect.model_fields.values():
         assert info.description
 

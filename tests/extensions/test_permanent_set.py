@@ -9,8 +9,8 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import coupon
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 SEED = 17
 MU = config.Material().mu_MPa

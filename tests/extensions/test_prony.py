@@ -12,8 +12,8 @@ from mpi4py import MPI
 from dolfingrip import config
 from dolfingrip.config import Solver
 from dolfingrip.experiments import coupon
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 SEED = 11
 G, TAU = 0.3, 10.0

@@ -16,8 +16,8 @@ from dolfingrip.experiments.finger import build
 from dolfingrip.extensions.clamp_compliance import ClampCompliance
 from dolfingrip.extensions.plate_friction import PlateFriction
 from dolfingrip.forms import friction
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 ONE_STEP = (
     "contact.self_contact=false",

@@ -15,7 +15,7 @@ from dolfingrip.extensions.force_gain import ForceGain
 from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_gain import PressureGain
 from dolfingrip.extensions.supply import Supply
-from dolfingrip.mechanics.model import Control
+from dolfingrip.mechanics.model.model import Control
 
 TAU = 0.7
 

@@ -19,10 +19,10 @@ from petsc4py import PETSc
 
 from dolfingrip.config import KPA
 from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
-from dolfingrip.mechanics.domain import Domain
-from dolfingrip.mechanics.model import Control, Model
-from dolfingrip.mechanics.plate import RigidPlate
-from dolfingrip.mechanics.potential import Potential
+from dolfingrip.mechanics.contact.plate import RigidPlate
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.potential import Potential
 
 REGIONS = ("cavity", "clamp", "skin", "tip", "symmetry", "facing plate")
 FORCE_DEGREE = {1: 2, 2: 5}

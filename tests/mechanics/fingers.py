@@ -8,7 +8,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import finger
-from dolfingrip.mechanics.domain import Domain, distribute
+from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.solid import SolidMesh
 

@@ -9,7 +9,7 @@ from mpi4py import MPI
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from dolfingrip.mechanics.domain import Domain, distribute
+from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.meshes.gmsh_model import current_mesh, session
 from dolfingrip.meshes.groups import SURFACE_TAGS
 

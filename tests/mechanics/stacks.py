@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from mechanics import bodies
 
-from dolfingrip.mechanics.contact import BarrierContact
-from dolfingrip.mechanics.surface import Surface
+from dolfingrip.mechanics.contact.barrier import BarrierContact
+from dolfingrip.mechanics.contact.surface import Surface
 
 WIDTH = 0.02
 STIFFNESS = 1.0

@@ -11,8 +11,8 @@ import pytest
 from dolfinx import fem
 from mechanics import bodies, taylor
 
-from dolfingrip.mechanics.contact import BarrierContact
-from dolfingrip.mechanics.surface import Surface
+from dolfingrip.mechanics.contact.barrier import BarrierContact
+from dolfingrip.mechanics.contact.surface import Surface
 
 SEED = 17
 WIDTH = 0.1

@@ -8,9 +8,9 @@ from mechanics import bodies, taylor
 from mechanics.stacks import PUSH, STIFFNESS, TOP, WIDTH, is_upper, stacked
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.contact import BarrierContact
-from dolfingrip.mechanics.contact_friction import FrictionalContact
-from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.contact.barrier import BarrierContact
+from dolfingrip.mechanics.contact.friction import FrictionalContact
+from dolfingrip.mechanics.newton.newton import Newton
 
 SEED = 23
 MU = 0.5

@@ -8,7 +8,7 @@ from mechanics import bodies
 from mechanics.stacks import NU, PUSH, TOP, WIDTH, is_upper, stacked
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.newton.newton import Newton
 
 SEED = 11
 

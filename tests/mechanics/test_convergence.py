@@ -20,8 +20,8 @@ from mechanics import bodies
 from dolfingrip.config import Solver
 from dolfingrip.forms import neo_hookean
 from dolfingrip.forms.kinematics import deformation_gradient, green_lagrange
-from dolfingrip.mechanics import jit
-from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.newton.newton import Newton
 
 AMPLITUDE = 0.08
 MESHES = {1: (3, 6, 12), 2: (2, 4, 8)}

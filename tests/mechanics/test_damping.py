@@ -7,7 +7,7 @@ import pytest
 from mechanics import bodies
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.newton.newton import Newton
 
 SPAN_MM, RISE_MM, THICK_MM = 20.0, 2.0, 0.5
 STEP = 1e-4

@@ -8,8 +8,8 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.factors import RTOL, Factors
-from dolfingrip.mechanics.symmetric import symmetric
+from dolfingrip.mechanics.newton.factors import RTOL, Factors
+from dolfingrip.mechanics.newton.symmetric import symmetric
 
 SEED = 5
 SIZE = 400

@@ -11,9 +11,9 @@ from mechanics import bodies, spheres
 from scipy.optimize import brentq, minimize_scalar
 
 from dolfingrip.config import KPA, Solver
-from dolfingrip.mechanics.failure import Failure, FailureKind
-from dolfingrip.mechanics.newton import Newton, Solve
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.newton.newton import Newton, Solve
+from dolfingrip.mechanics.path.failure import Failure, FailureKind
+from dolfingrip.mechanics.path.path import LoadPath
 
 MU, LMBDA = 1.0, 9.0
 """MPa: of ``bodies.body`` at its Poisson's ratio of 0.45."""
@@ -102,7 +102,7 @@ def test_running_away_is_a_limit_point(
     sphere: bodies.Body, greatest_kPa: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Also where the state before has not gone soft yet, as a step is too long to come close."""
-    monkeypatch.setattr("dolfingrip.mechanics.path.SOFT", 0.0)
+    monkeypatch.setattr("dolfingrip.mechanics.path.path.SOFT", 0.0)
     settings = Solver(rtol=1e-11, max_iterations=30, max_step_kPa=50, min_step_kPa=5)
     arrival = LoadPath(Newton(sphere.model, settings)).advance({"pressure_kPa": 1.3 * greatest_kPa})
     sphere.displace(np.zeros_like(sphere.nodes))

@@ -14,9 +14,9 @@ from scipy.spatial import cKDTree
 from dolfingrip.config import KPA
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.forms.kinematics import current_area_vector
-from dolfingrip.mechanics import jit
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 PRESSURE_KPA = 100.0
 

@@ -9,8 +9,8 @@ from mechanics import bodies
 from mpi4py import MPI
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.domain import Domain, distribute
-from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.model.domain import Domain, distribute
+from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.meshes.gmsh_model import current_mesh, session
 from dolfingrip.meshes.groups import SURFACE_TAGS
 

@@ -15,11 +15,11 @@ from petsc4py import PETSc
 from dolfingrip.config import Solver
 from dolfingrip.experiments import run
 from dolfingrip.experiments.observation import Observation
-from dolfingrip.mechanics.condensation import Condensation
-from dolfingrip.mechanics.mixed_tangent import MixedTangent
-from dolfingrip.mechanics.model import Model
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton.condensation import Condensation
+from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 

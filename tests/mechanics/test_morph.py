@@ -9,8 +9,8 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 
 from dolfingrip.config import Finger, Mesh
-from dolfingrip.mechanics.domain import Domain, distribute
-from dolfingrip.mechanics.morph import move, velocity
+from dolfingrip.mechanics.model.domain import Domain, distribute
+from dolfingrip.mechanics.model.morph import move, velocity
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.solid import MeshError, SolidMesh

@@ -8,7 +8,7 @@ from mechanics import bodies
 from scipy.optimize import brentq
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.newton.newton import Newton
 
 SEED = 5
 NU = 0.45

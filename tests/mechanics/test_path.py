@@ -10,9 +10,9 @@ import pytest
 from mechanics import bodies
 
 from dolfingrip.config import KPA, Solver
-from dolfingrip.mechanics.failure import FailureKind
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.failure import FailureKind
+from dolfingrip.mechanics.path.path import LoadPath
 
 SETTINGS = Solver(rtol=1e-11, max_step_kPa=40.0, min_step_kPa=5.0)
 
@@ -144,7 +144,7 @@ def test_failed_step_is_undone_bitwise(solid: bodies.Body) -> None:
 def test_time_limit_ends_between_steps(solid: bodies.Body, monkeypatch: pytest.MonkeyPatch) -> None:
     """A clock that goes on by 1 s a look: what was reached is kept, the rest is not tried."""
     ticks = itertools.count()
-    monkeypatch.setattr("dolfingrip.mechanics.path.time.monotonic", lambda: float(next(ticks)))
+    monkeypatch.setattr("dolfingrip.mechanics.path.path.time.monotonic", lambda: float(next(ticks)))
     limited = SETTINGS.model_copy(update={"time_limit_s": 2.5})
     arrival = LoadPath(Newton(solid.model, limited)).advance({"pressure_kPa": 200.0})
     assert (arrival.steps, arrival.cuts) == (2, 0)

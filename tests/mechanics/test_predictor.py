@@ -7,9 +7,9 @@ import pytest
 from mechanics import bodies
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics import predictor
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path import predictor
+from dolfingrip.mechanics.path.path import LoadPath
 
 SEED = 5
 SETTINGS = Solver(rtol=1e-10, max_step_kPa=40.0, min_step_kPa=5.0)

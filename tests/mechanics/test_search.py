@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.globalisation import ENOUGH, Globalisation, Verdict
+from dolfingrip.mechanics.newton.globalisation import ENOUGH, Globalisation, Verdict
 
 
 class Line:

@@ -9,8 +9,8 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 
 from dolfingrip.forms import neo_hookean
-from dolfingrip.mechanics.element import displacement_element, integration_degree
-from dolfingrip.mechanics.potential import Potential
+from dolfingrip.mechanics.model.element import displacement_element, integration_degree
+from dolfingrip.mechanics.model.potential import Potential
 
 SEED = 20
 

@@ -9,9 +9,9 @@ import pytest
 from mechanics import bodies
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics import series
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path import series
+from dolfingrip.mechanics.path.path import LoadPath
 
 EXACT = Solver(rtol=1e-14, atol_N=1e-14)
 UNIT_kPa = 200.0

@@ -11,9 +11,9 @@ from mechanics import bodies, spheres
 from dolfingrip.config import KPA, Solver
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.forms.kinematics import current_area_vector
-from dolfingrip.mechanics import jit
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
 
 STRICT = Solver(rtol=1e-12, max_step_kPa=100.0)
 

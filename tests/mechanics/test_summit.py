@@ -8,9 +8,9 @@ from mechanics import bodies
 
 from dolfingrip.config import Solver
 from dolfingrip.forms import cavity_pressure
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
-from dolfingrip.mechanics.summit import Summit
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.limit_point import Summit
+from dolfingrip.mechanics.path.path import LoadPath
 
 GREATEST_KPA = 316.0
 """The balloon's, see test_failure."""

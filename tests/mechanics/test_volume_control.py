@@ -8,9 +8,9 @@ from mechanics import bodies, spheres
 
 from dolfingrip.config import KPA, Solver
 from dolfingrip.forms import cavity_pressure
-from dolfingrip.mechanics.newton import Newton
-from dolfingrip.mechanics.path import LoadPath
-from dolfingrip.mechanics.volume_control import VolumeControl
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.newton.volume_control import VolumeControl
+from dolfingrip.mechanics.path.path import LoadPath
 
 NAME = "cavity_volume_mm3"
 

@@ -19,8 +19,8 @@ from dolfingrip.experiments import Result, gradients, run
 from dolfingrip.experiments.finger import build
 from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.undeformed import load_domain
-from dolfingrip.mechanics.domain import on_root
-from dolfingrip.mechanics.newton import Newton
+from dolfingrip.mechanics.model.domain import on_root
+from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
 from dolfingrip.report.fields import list_steps, read_grid, read_mesh

@@ -1,0 +1,1 @@
+"""The ``dolfingrip`` command: its subcommands, their options and what they print."""

@@ -1,0 +1,269 @@
+"""What the commands do: run, plot, render, print."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import cast, get_args
+
+import numpy as np
+from mpi4py import MPI
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from dolfingrip.cli.options import check_writable
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments import coupon, landings, landings_kPa, run, synthetic
+from dolfingrip.experiments.notes import notes
+from dolfingrip.experiments.run import Kind, Result, Row
+from dolfingrip.experiments.undeformed import solid
+from dolfingrip.mechanics.model.domain import on_root
+from dolfingrip.meshes import files
+from dolfingrip.meshes.quality import check
+from dolfingrip.report import curve, render
+from dolfingrip.report.table import tabulate, tabulate_coupon
+
+TITLES = {
+    "bending": "Free bending",
+    "blocked_force": "Blocked force",
+    "coupon": "Uniaxial tension",
+}
+KINDS: tuple[Kind, ...] = get_args(Kind)
+DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
+
+
+def write_mesh(config: Config, out: Path, console: Console) -> None:
+    """Write ``finger.msh``, ``.vtk`` and ``.inp`` into ``out``."""
+
+    check_writable(out)
+
+    def work() -> None:
+        with console.status("meshing"):
+            mesh = solid(config)
+        console.print(check(mesh).summary(), soft_wrap=True)
+        _make(out)
+        for suffix in (".msh", ".vtk", ".inp"):
+            files.write(out / f"finger{suffix}", mesh)
+            console.print(f"wrote {out / f'finger{suffix}'}", soft_wrap=True)
+
+    on_root(MPI.COMM_WORLD, work)
+
+
+def run_experiment(
+    kind: Kind, config: Config, out: Path, renders: str | None, colour_by: str, console: Console
+) -> Result:
+    """Run one experiment, print its table, plot and render."""
+    wanted = _pressures(renders, config)
+    quantity = _quantity(colour_by)
+    check_writable(out)
+    _warn(config, console)
+    result = _run(kind, config, out, console)
+    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, quantity, console))
+    if MPI.COMM_WORLD.rank == 0:
+        _print(result, out, console)
+    return result
+
+
+def run_coupon(config: Config, out: Path, console: Console) -> Result:
+    """Pull the coupon, print its table and plot its curve."""
+    check_writable(out)
+    with _bar(TITLES["coupon"], len(coupon.readings(config)), console) as advance:
+        result = coupon.run(config, out=out, progress=advance)
+    if MPI.COMM_WORLD.rank == 0:
+        if result.rows:
+            columns = result.columns()
+            curve.plot_coupon(columns, out / "curve.png")
+            console.print(tabulate_coupon(columns, title=TITLES["coupon"]))
+        _print_remarks(result, console)
+        console.print(f"results: {out}", soft_wrap=True)
+    return result
+
+
+def fake_measurement(
+    experiments: str,
+    config: Config,
+    truth: Config,
+    nuisances: Sequence[str],
+    noise: Sequence[str],
+    seed: int,
+    out: Path,
+    console: Console,
+) -> None:
+    """Simulate, disturb and write a data set."""
+    kinds: list[synthetic.Kind] = []
+    for name in experiments.split(","):
+        known = [kind for kind in synthetic.KINDS if kind == name]
+        if not known:
+            allowed = ", ".join(synthetic.KINDS)
+            raise ConfigError(f"--experiments {name}: allowed: {allowed}, joined by commas")
+        kinds += known
+    channels = synthetic.noise_from(noise)
+    check_writable(out)
+    readings = {kind: coupon.readings if kind == "coupon" else landings for kind in kinds}
+    total = sum(len(of(config)) for of in readings.values())
+    with _bar("Synthetic measurement", total, console) as advance:
+        found = synthetic.measure(
+            kinds,
+            config,
+            hidden=truth,
+            nuisances=nuisances,
+            noise=channels,
+            seed=seed,
+            progress=advance,
+        )
+    synthetic.write(found, out)
+    for failure in found.failures:
+        console.print(f"[red]{failure.sentence()}[/red]", soft_wrap=True)
+    console.print(
+        f"{len(found.rows)} readings: {out / 'measured.csv'} and .toml; "
+        f"what is behind them: {out / 'truth.toml'}",
+        soft_wrap=True,
+    )
+
+
+def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
+    """Both experiments, one table, plots and renders."""
+    check_writable(out)
+    _warn(config, console)
+    wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
+    results = {kind: _demonstrate(kind, config, out / kind, wanted, console) for kind in KINDS}
+    bending, blocked = results["bending"], results["blocked_force"]
+    if MPI.COMM_WORLD.rank == 0:
+        if bending.rows and blocked.rows:
+            console.print(tabulate(bending.columns(), blocked.columns(), title="Reference finger"))
+        for result in results.values():
+            _print_remarks(result, console)
+        console.print(f"pictures, tables and ParaView fields: {out}", soft_wrap=True)
+    return [bending, blocked]
+
+
+def _demonstrate(
+    kind: Kind, config: Config, out: Path, wanted: list[float], console: Console
+) -> Result:
+    result = _run(kind, config, out, console)
+    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, "displacement", console))
+    return result
+
+
+def _make(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigError(f"--out {out}: {error.strerror}") from None
+
+
+def _quantity(text: str) -> render.Quantity:
+    """What ``--colour-by`` asks for."""
+    for quantity in get_args(render.Quantity):
+        if text == quantity:
+            return cast(render.Quantity, quantity)
+    allowed = ", ".join(get_args(render.Quantity))
+    raise ConfigError(f"--colour-by {text}: allowed: {allowed}")
+
+
+def _pressures(text: str | None, config: Config) -> list[float]:
+    """Pressures of ``--render``, which must be among those the run lands on."""
+    if not text:
+        return []
+    known = landings_kPa(config)
+    if not known:
+        raise ConfigError('--render: allowed: with experiment.control = "pressure" only')
+    try:
+        wanted = [float(part) for part in text.split(",")]
+    except ValueError:
+        raise ConfigError(f"--render {text}: allowed: pressures in kPa, as in 0,100,200") from None
+    for pressure in wanted:
+        if not np.isclose(known, pressure).any():
+            allowed = ", ".join(f"{p:g}" for p in dict.fromkeys(known))
+            raise ConfigError(f"--render {pressure:g}: allowed: {allowed} (kPa)")
+    return wanted
+
+
+def _warn(config: Config, console: Console) -> None:
+    for note in notes(config):
+        console.print(f"[yellow]warning: {note}[/yellow]", soft_wrap=True, highlight=False)
+
+
+def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:
+    with _bar(TITLES[kind], len(landings(config)), console) as advance:
+        return run(kind, config, out=out, progress=advance)
+
+
+@contextmanager
+def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], None]]:
+    """A progress bar on a terminal, nothing elsewhere (a disabled one prints an empty line)."""
+    if not console.is_terminal:
+        yield lambda row: None
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[note]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task(title, total=total, note="mesh and forms")
+
+        def advance(row: Row) -> None:
+            led = "pressure_kPa" if "pressure_kPa" in row else "displacement_mm"
+            progress.update(task, advance=1, note=f"{row[led]:g} {led.rpartition('_')[2]}")
+
+        yield advance
+
+
+def _report(
+    result: Result,
+    out: Path,
+    wanted: list[float],
+    colour_by: render.Quantity,
+    console: Console,
+) -> None:
+    """Plot the curve and render the poses that were reached."""
+    if not result.rows:
+        return
+    with console.status("plotting and rendering"):
+        columns = result.columns()
+        if result.kind == "bending":
+            curve.plot_bending(columns, out / "curve.png")
+        else:
+            curve.plot_blocked_force(columns, out / "curve.png", result.turning)
+        reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
+        if not reached:
+            return
+        plate = _plate(result)
+        fields = out / "fields.pvd"
+        render.render_finger(fields, reached, out, colour_by=colour_by, plate=plate)
+        if len(reached) > 1:
+            render.render_strip(
+                fields, reached, out / "strip.png", colour_by=colour_by, plate=plate
+            )
+
+
+def _plate(result: Result) -> render.Plate | None:
+    """The force sensor, where there is one, for the picture."""
+    if result.plate is None:
+        return None
+    return render.Plate(
+        point_mm=result.plate.point_mm,
+        normal=result.plate.normal,
+        contact_length_mm=result.config.plate.contact_length_mm,
+    )
+
+
+def _print(result: Result, out: Path, console: Console) -> None:
+    if result.rows:
+        alone = {result.kind: result.columns()}
+        console.print(tabulate(**alone, title=TITLES[result.kind]))
+    _print_remarks(result, console)
+    console.print(f"results: {out}", soft_wrap=True)
+
+
+def _print_remarks(result: Result, console: Console) -> None:
+    if result.turning is not None:
+        console.print(result.turning.sentence(), soft_wrap=True)
+    if result.failure is not None:
+        console.print(
+            f"[red]{TITLES[result.kind]} {result.failure.sentence()}[/red]", soft_wrap=True
+        )

@@ -1,0 +1,113 @@
+"""``dolfingrip doe`` and ``dolfingrip doe export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+from mpi4py import MPI
+
+from dolfingrip import config as configuration
+from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console
+from dolfingrip.config import ConfigError
+
+app = typer.Typer()
+
+DEFAULTS = (
+    "experiment.max_pressure_kPa=300",
+    "experiment.step_kPa=100",
+    "solver.max_step_kPa=100",
+)
+"""The paper reads the blocked force at 300 kPa; long steps on the way there are the cheapest."""
+
+Folder = Annotated[Path, typer.Option("--out", help="Folder of the campaign.")]
+OUT = Path("out/doe")
+
+
+@app.callback(invoke_without_command=True)
+def doe(
+    context: typer.Context,
+    out: Folder = OUT,
+    points: Annotated[
+        Literal["grid", "sobol", "lhs"], typer.Option(help="Evenly spaced, or sampled.")
+    ] = "grid",
+    number: Annotated[int | None, typer.Option(help="Number of samples.")] = None,
+    parameter: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=LOW:HIGH[:COUNT]",
+            help="What varies; repeatable. Default: the paper's 16 x 13 values of ξ1 and ξ2.",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Of the samples.")] = 0,
+    quantity: Annotated[
+        list[str] | None,
+        typer.Option(help="Outputs; repeatable. Default: cog_offset_mm and force_N."),
+    ] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Local processes, or Slurm jobs.")] = 1,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="A Dask cluster that is there.")
+    ] = None,
+    slurm: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help="Start workers as Slurm jobs.")
+    ] = None,
+    ranks: Annotated[int, typer.Option(min=1, help="MPI processes of each design.")] = 1,
+    retry_failed: Annotated[bool, typer.Option(help="Compute failed designs anew.")] = False,
+    objective: Annotated[
+        str | None, typer.Option(metavar="MODULE:FUNCTION", help="Another objective function.")
+    ] = None,
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+) -> None:
+    """Design of experiments: compute every design that is missing in a campaign."""
+    if context.invoked_subcommand is not None:
+        return
+    if MPI.COMM_WORLD.size > 1:
+        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --ranks, without mpirun")
+    from dolfingrip.design.campaign import campaign, plan, progress, space
+    from dolfingrip.design.campaign import objective as ours
+    from dolfingrip.design.campaign.cluster import Where
+
+    resolved = configuration.load(config, overrides or (), DEFAULTS)
+    parameters = [space.parse(text) for text in parameter or space.PAPER]
+    asked = quantity or list(plan.QUANTITIES)
+    wanted = plan.Plan(
+        base=resolved,
+        parameters=tuple(p.key for p in parameters),
+        points=tuple(space.points(parameters, points, number, seed)),
+        quantities=plan.quantities(asked, ours.QUANTITIES if objective is None else asked),
+        objective=objective or plan.OBJECTIVE,
+    )
+    check_writable(out)
+    screen = console()
+    where = Where(scheduler, slurm, workers, ranks)
+    try:
+        with progress.shown(screen) as show:
+            standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
+    except campaign.SchedulerGone as gone:
+        screen.print(f"[red]{gone}[/red]", soft_wrap=True)
+        raise typer.Exit(1) from None
+    screen.print(
+        f"{standing.total} designs: {standing.computed} computed now, {standing.done} done, "
+        f"{standing.failed} failed",
+        soft_wrap=True,
+    )
+    for kind, count in sorted(standing.classes.items()):
+        screen.print(f"  {count} failed: {kind}", soft_wrap=True)
+    screen.print(f"campaign: {out}", soft_wrap=True)
+
+
+@app.command()
+def export(
+    out: Folder = OUT,
+    csv: Annotated[Path | None, typer.Option(help="Default: designs.csv in --out.")] = None,
+    parquet: Annotated[Path | None, typer.Option(help="Default: designs.parquet in --out.")] = None,
+) -> None:
+    """A campaign's designs as CSV and Parquet."""
+    from dolfingrip.design.campaign.export import write
+
+    paths = [csv or out / "designs.csv", parquet or out / "designs.parquet"]
+    number = write(out, paths)
+    for path in paths:
+        console().print(f"wrote {number} designs: {path}", soft_wrap=True)

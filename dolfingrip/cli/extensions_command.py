@@ -1,0 +1,58 @@
+"""``dolfingrip extensions``: the effects there are."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+
+from dolfingrip.cli.options import console
+from dolfingrip.extensions.effect import Effect
+from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.units import unit
+
+
+def extensions(
+    name: Annotated[str | None, typer.Argument(help="One effect, to read all about it.")] = None,
+) -> None:
+    """List the effects that can be switched on, with their parameters and priors."""
+    out = console()
+    if name is None:
+        out.print(tabulate())
+        out.print(
+            "All about one: dolfingrip extensions prony. Switch on: --set extensions.prony.g=[0.2]",
+            markup=False,
+            soft_wrap=True,
+        )
+        return
+    by_name = {effect.name(): effect for effect in EFFECTS}
+    if name not in by_name:
+        raise ConfigError(f"{name}: no effect; allowed: {', '.join(by_name)}")
+    out.print(inspect.getdoc(by_name[name]), soft_wrap=True, markup=False)
+    out.print(tabulate([by_name[name]], source=True))
+
+
+def tabulate(effects: Sequence[type[Effect]] = EFFECTS, *, source: bool = False) -> Table:
+    """A row for each parameter of ``effects``: prior and, if asked, default and source."""
+    table = Table(box=SIMPLE_HEAD)
+    headings = ["effect", "kind", "parameter", "prior"]
+    for heading in [*headings, "default", "source"] if source else headings:
+        table.add_column(heading, no_wrap=heading not in ("prior", "source"))
+    for effect in effects:
+        lead = [effect.name(), effect.kind]
+        priors = effect.priors()
+        for key, info in effect.model_fields.items():
+            prior = priors.get(key)
+            default = info.default
+            if isinstance(default, tuple):
+                default = list(default)
+            known = f"{prior.mean:g} ± {prior.spread:g} {unit(key)}" if prior else "–"
+            more = [str(default), prior.source if prior else ""] if source else []
+            table.add_row(*lead, key, known, *more)
+            lead = ["", ""]
+    return table

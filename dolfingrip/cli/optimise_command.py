@@ -1,0 +1,195 @@
+"""``dolfingrip optimise``: the Pareto front of a surrogate, and finite elements along it."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from mpi4py import MPI
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from dolfingrip import config as configuration
+from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.sections import tables
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dolfingrip.design.optimum.optimum import Optimum
+    from dolfingrip.design.optimum.resolve import Resolved
+
+
+def optimise(
+    surrogate: Annotated[Path, typer.Argument(help="Folder of the surrogate.")],
+    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/optimum"),
+    cog_max: Annotated[
+        list[float] | None,
+        typer.Option("--cog-max", metavar="mm", help="Largest COG offset; repeatable. Default: 3."),
+    ] = None,
+    population: Annotated[int, typer.Option(min=4, help="Designs in a generation.")] = 1000,
+    generations: Annotated[int, typer.Option(min=1, help="The random first one counts.")] = 200,
+    crossover: Annotated[float, typer.Option(min=0, max=1, help="Rate, per mating.")] = 0.9,
+    mutation: Annotated[float, typer.Option(min=0, max=1, help="Rate, per input.")] = 0.5,
+    seed: Annotated[int, typer.Option(min=0, help="Of NSGA-II.")] = 1,
+    resolve: Annotated[
+        bool, typer.Option(help="Compute the choices and --along by finite elements.")
+    ] = True,
+    along: Annotated[int, typer.Option(min=0, help="Points of the front to compute again.")] = 10,
+    workers: Annotated[int, typer.Option(min=1, help="Local processes of --resolve.")] = 1,
+    config: ConfigFile = None,
+    overrides: Overrides = None,
+) -> None:
+    """Find the Pareto front by NSGA-II, choose by the COG limit, compute the choice again.
+
+    Finite elements take the configuration of the campaign that the surrogate learnt from, unless
+    --config names another; --set changes it. What they computed is kept in OUT/fem.
+    """
+    if MPI.COMM_WORLD.size > 1:
+        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
+    from dolfingrip.cli import bar
+    from dolfingrip.design.campaign import progress
+    from dolfingrip.design.campaign.cluster import Where
+    from dolfingrip.design.optimum import optimum
+    from dolfingrip.design.optimum.finite_elements import evaluator
+    from dolfingrip.design.optimum.pareto import Settings
+    from dolfingrip.design.surrogate import surrogate as network
+
+    model = network.load(surrogate)
+    campaign = model.facts.get("campaign") or {}
+    base = _base(campaign, config, overrides or []) if resolve else None
+    settings = Settings(population, generations, crossover, mutation, seed)
+    check_writable(out)
+    screen = console()
+    with bar.shown(screen, "generations") as show:
+        found = optimum.find(
+            model,
+            sorted(set(cog_max or [3.0])),
+            settings,
+            lambda done: show(done, generations),
+            along=along,
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    optimum.write_front(found, out)
+    screen.print(
+        f"front: {len(found.front)} points, COG offset {found.front.cog_mm[0]:.2f} to "
+        f"{found.front.cog_mm[-1]:.2f} mm, force {found.front.force_N[0]:.2f} to "
+        f"{found.front.force_N[-1]:.2f} N",
+        soft_wrap=True,
+    )
+    resolved: list[Resolved] = []
+    if base is not None:
+        objective = {"objective": campaign["objective"]} if "objective" in campaign else {}
+        with progress.shown(screen) as advance:
+            evaluate = evaluator(
+                base,
+                model.output_names,
+                out / "fem",
+                Where(workers=workers),
+                progress=advance,
+                **objective,
+            )
+            resolved = optimum.compute(found, evaluate)
+    facts = optimum.write(found, resolved, out)
+    _plot(found, resolved, surrogate, out)
+    _print(facts, screen)
+    screen.print(f"results: {out}", soft_wrap=True)
+    if found.missed or any("failure" in one for one in facts["designs"]):
+        raise typer.Exit(1)
+
+
+def _base(campaign: dict[str, Any], file: Path | None, overrides: Sequence[str]) -> Config:
+    """The configuration that a design's inputs are put into."""
+    from dolfingrip.cli.doe_commands import DEFAULTS
+
+    if file is not None or "base" not in campaign:
+        return configuration.load(file, overrides, DEFAULTS)
+    data = {section: dict(keys) for section, keys in campaign["base"].items()}
+    for assignment in overrides:
+        tables.override(data, assignment)
+    return configuration.from_dict(data)
+
+
+def _plot(found: Optimum, resolved: Sequence[Resolved], surrogate: Path, out: Path) -> None:
+    """The front with the surrogate's own designs, where its folder still has them."""
+    import numpy as np
+
+    from dolfingrip.design.optimum.pareto import COG, FORCE
+    from dolfingrip.report.design import FrontPicture, Points, plot_front
+
+    cloud = None
+    if (surrogate / "designs.csv").is_file():
+        with (surrogate / "designs.csv").open(encoding="utf-8", newline="") as stream:
+            designs = list(csv.DictReader(stream))
+        cloud = Points(*(np.array([float(row[name]) for row in designs]) for name in (COG, FORCE)))
+    computed = [
+        (one.candidate.role, one.computed[COG], one.computed[FORCE])
+        for one in resolved
+        if isinstance(one.computed, dict)
+    ]
+    again = [(cog, force) for role, cog, force in computed if role in ("chosen", "front")]
+    original = next(((cog, force) for role, cog, force in computed if role == "original"), None)
+    picture = FrontPicture(
+        front=Points(found.front.cog_mm, found.front.force_N),
+        cloud=cloud,
+        failed=int(found.surrogate.facts.get("failed_designs", 0)),
+        chosen={
+            one.cog_max_mm: (one.predicted[COG], one.predicted[FORCE])
+            for one in found.candidates
+            if one.role == "chosen" and one.cog_max_mm is not None
+        },
+        original=original,
+        resolved=Points(*np.array(again).T) if again else None,
+    )
+    plot_front(picture, out / "pareto.png")
+
+
+def _print(facts: dict[str, Any], screen: Console) -> None:
+    for limit in facts["limits_below_the_front_mm"]:
+        screen.print(f"no design of the front has a COG offset up to {limit:g} mm")
+    if facts["designs"]:
+        screen.print(_table(facts["designs"]))
+    for one in facts["designs"]:
+        if "failure" in one:
+            screen.print(f"[red]{one['role']} design failed: {one['failure']}[/red]")
+    for name, error in facts["surrogate_error_on_front"].items():
+        screen.print(
+            f"surrogate on {error['designs']} points along the front, {name}: RMS error "
+            f"{error['rms']:.3g} ({100 * error['relative']:.2g} %), largest {error['largest']:.3g}",
+            soft_wrap=True,
+        )
+
+
+def _table(designs: Sequence[dict[str, Any]]) -> Table:
+    from dolfingrip.report.design import LABELS
+
+    table = Table(title="Designs", box=SIMPLE_HEAD, padding=(0, 1))
+    table.add_column("", no_wrap=True)
+    first = designs[0]
+    for name in first["inputs"]:
+        table.add_column(LABELS.get(name, name), justify="right")
+    for name in first["surrogate"]:
+        # narrow: a terminal has 80 columns
+        table.add_column(name.replace("_", "\n"), justify="right")
+        if "fem" in first:
+            table.add_column("FEM", justify="right")
+    if "fem" in first:
+        table.add_column("gain\n%", justify="right")
+        table.caption = "by the surrogate; FEM: by finite elements; gain: force over the original's"
+    for one in designs:
+        limit = one["cog_max_mm"]
+        cells = [one["role"] if limit is None else f"{one['role']} ≤ {limit:g} mm"]
+        cells += [f"{value:.3f}" for value in one["inputs"].values()]
+        for name, value in one["surrogate"].items():
+            cells.append(f"{value:.3f}")
+            if "fem" in one:
+                cells.append("failed" if one["fem"] is None else f"{one['fem'][name]:.3f}")
+        if "fem" in one:
+            gain = one["force_over_original"]
+            cells.append("–" if gain is None else f"{100 * gain:+.1f}")
+        table.add_row(*cells)
+    return table

@@ -1,0 +1,57 @@
+"""What several commands share: their options, and where they print."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from mpi4py import MPI
+from rich.console import Console
+
+from dolfingrip.sections.complaint import ConfigError
+
+ConfigFile = Annotated[
+    Path | None,
+    typer.Option("--config", "-c", help="TOML file, or a run.json to repeat; see `config`."),
+]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", "-s", metavar="KEY=VALUE", help="e.g. finger.wall_mm=1.8; repeatable."),
+]
+
+
+def console() -> Console:
+    """Where results are printed: silent on ranks other than 0."""
+    bare = False if _redirected() else None  # None: rich finds out
+    return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False, force_terminal=bare)
+
+
+def _redirected() -> bool:
+    """Whether mpirun's output goes elsewhere than the terminal that it lets its ranks see."""
+    if "PMIX_RANK" not in os.environ:
+        return False
+    try:
+        return not os.readlink(f"/proc/{os.getppid()}/fd/1").startswith(("/dev/pts", "/dev/tty"))
+    except OSError:
+        return True
+
+
+def check_writable(out: Path) -> None:
+    """Fail before computing where results could not be written; nothing is made yet.
+
+    Raises:
+        ConfigError: on every rank.
+    """
+
+    from dolfingrip.mechanics.model.domain import on_root
+
+    def work() -> None:
+        there = next(path for path in (out.absolute(), *out.absolute().parents) if path.exists())
+        if not there.is_dir():
+            raise ConfigError(f"--out {out}: {there} is a file; allowed: a folder")
+        if not os.access(there, os.W_OK | os.X_OK):
+            raise ConfigError(f"--out {out}: {there} is read-only; allowed: a writable folder")
+
+    on_root(MPI.COMM_WORLD, work)

@@ -1,0 +1,59 @@
+"""The design loop in small, for the demo: coarse mesh, 30 designs, surrogate, front, one choice."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import typer
+
+from dolfingrip import config as configuration
+from dolfingrip.cli import doe_commands, optimise_command, train_command
+from dolfingrip.cli.reproduce_command import step
+from dolfingrip.config import Config
+
+SIZE_MM = 10.0
+"""Coarser than the default: the demo shows the loop, not the figures."""
+
+LONGEST_STEP_KPA = 100.0
+"""The cheapest way to the one reading, at the highest pressure."""
+
+DESIGNS = ("morph.xi1=-0.2:1:6", "morph.xi2=-0.5:1:5")
+"""30 of the paper's range."""
+
+COG_MAX_MM = 3.0
+
+
+def settings(config: Config) -> Config:
+    """``config`` on a coarse mesh, read at its highest pressure only."""
+    data = config.model_dump(mode="json")
+    size = max(SIZE_MM, config.mesh.size_mm or 0.0)
+    data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
+    data["experiment"]["step_kPa"] = config.experiment.max_pressure_kPa
+    data["solver"]["max_step_kPa"] = max(LONGEST_STEP_KPA, config.solver.max_step_kPa)
+    return configuration.from_dict(data)
+
+
+def run(config: Config, out: Path, designs: Sequence[str] = DESIGNS) -> None:
+    """Run doe, train and optimise in folders of their own under ``out``; each goes on where it was.
+
+    Args:
+        config: of the finger; mesh and readings are coarsened by :func:`settings`.
+        out: made where it is not there.
+        designs: ``KEY=LOW:HIGH:COUNT`` of each parameter.
+
+    Raises:
+        typer.Exit: with code 1, where a design that was chosen failed or none could be.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    file = out / "config.toml"
+    file.write_text(configuration.dumps(settings(config)), encoding="utf-8")
+    doe, surrogate, optimum = out / "doe", out / "surrogate", out / "optimum"
+    workers = f"--workers={len(os.sched_getaffinity(0))}"
+    varied = [f"--parameter={each}" for each in designs]
+    step(doe_commands.doe, "--out", doe, workers, "--config", file, *varied)
+    step(train_command.train, doe, "--out", surrogate)
+    search = ("--population=200", "--generations=60", "--along=0", f"--cog-max={COG_MAX_MM:g}")
+    if step(optimise_command.optimise, surrogate, "--out", optimum, workers, *search):
+        raise typer.Exit(1)

@@ -1,0 +1,1 @@
+"""Design of experiments: which designs, simulated by workers, kept in a store."""

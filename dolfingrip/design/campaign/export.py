@@ -1,0 +1,77 @@
+"""A campaign as one flat table, and that table as CSV and Parquet."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pyarrow
+import pyarrow.csv
+import pyarrow.parquet
+
+from dolfingrip.design.campaign.store import NAME, Store
+from dolfingrip.sections.complaint import ConfigError
+
+_KEPT = ("failure_class", "failure", "iterations", "started_at", "wall_s", "worker")
+_TEXTS = ("curve", "gradients", "versions")
+
+
+def table(source: Path) -> pyarrow.Table:
+    """All designs of a campaign, one row each, in the order they were asked for.
+
+    Columns: ``key``, ``status``, every key of the configuration that the campaign varies, every
+    quantity (empty unless ``status`` is ``done``), then class and sentence of a failure,
+    iterations, timing, worker, and the curve, gradients and versions as JSON.
+
+    Args:
+        source: folder of the campaign, or its ``campaign.sqlite``.
+
+    Raises:
+        ConfigError: one line, where there is no campaign.
+    """
+    with Store(source.parent if source.name == NAME else source) as store:
+        facts = store.facts() or {"parameters": [], "quantities": [], "base": {}}
+        rows = list(store.rows())
+    columns: dict[str, pyarrow.Array] = {
+        "key": pyarrow.array([row["key"] for row in rows], pyarrow.string()),
+        "status": pyarrow.array([row["status"] for row in rows], pyarrow.string()),
+    }
+    for key in facts["parameters"]:
+        section, _, name = key.partition(".")
+        columns[key] = pyarrow.array([row["config"][section][name] for row in rows])
+    for quantity in facts["quantities"]:
+        found = [(row["outputs"] or {}).get(quantity) for row in rows]
+        columns[quantity] = pyarrow.array(found, pyarrow.float64())
+    kinds = {"iterations": pyarrow.int64(), "wall_s": pyarrow.float64()}
+    for name in _KEPT:
+        columns[name] = pyarrow.array([r[name] for r in rows], kinds.get(name, pyarrow.string()))
+    for name in _TEXTS:
+        texts = [None if row[name] is None else json.dumps(row[name]) for row in rows]
+        columns[name] = pyarrow.array(texts, pyarrow.string())
+    return pyarrow.table(columns)
+
+
+def write(source: Path, paths: list[Path]) -> int:
+    """Write a campaign's table; the suffix tells the format.
+
+    Returns:
+        Number of designs.
+
+    Raises:
+        ConfigError: one line, where a file cannot be written.
+    """
+    content = table(source)
+    for path in paths:
+        partial = path.with_name(f".{path.name}.part")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if path.suffix == ".parquet":
+                pyarrow.parquet.write_table(content, partial)
+            else:
+                pyarrow.csv.write_csv(content, partial)
+            partial.replace(path)
+        except OSError as error:
+            raise ConfigError(f"{path}: cannot be written: {error.strerror or error}") from None
+        finally:
+            partial.unlink(missing_ok=True)
+    return int(content.num_rows)

@@ -1,0 +1,162 @@
+"""The objectives of the paper, from simulation: COG offset, blocked force, and the tip's angle.
+
+As a program, ``python -m dolfingrip.design.campaign.objective request.json answer.json`` does the
+same on all ranks of an mpirun; :func:`simulate` starts it where more than one rank is asked for.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import traceback
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from dolfingrip import config as configuration
+from dolfingrip.design.campaign.answer import DesignFailure, Outcome
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from dolfingrip.experiments.run import Kind, Result
+
+QUANTITIES: Final = ("cog_offset_mm", "force_N", "angle_deg")
+"""What can be computed: the undeformed centroid's offset, and the blocked force and the free
+tip's angle at the highest pressure."""
+
+EXPERIMENTS: Final[dict[str, Kind]] = {"force_N": "blocked_force", "angle_deg": "bending"}
+"""Experiment by the quantity that it yields."""
+
+MODULE: Final = "dolfingrip.design.campaign.objective"
+"""This file, as a program."""
+
+_OF_MPI: Final = ("OMPI_MCA_", "OMPI_COMM_", "PMIX_", "OPAL_", "PRTE_", "PMI_")
+
+
+def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
+    """Compute a design on this process alone, or on several ranks of its own.
+
+    Raises:
+        DesignFailure: where there is no result.
+        ConfigError: where there is no such finger.
+    """
+    if ranks > 1:
+        return _on_ranks(config, quantities, ranks)
+    from mpi4py import MPI
+
+    return compute(config, quantities, MPI.COMM_SELF)
+
+
+def compute(config: dict[str, Any], quantities: tuple[str, ...], comm: MPI.Comm) -> Outcome:
+    """Compute a design on the ranks of ``comm``.
+
+    Raises:
+        DesignFailure: on every rank, where the load path ended early.
+        ConfigError: on every rank, where there is no such finger.
+    """
+    from dolfingrip.experiments import gradients, record, run
+    from dolfingrip.mechanics.model.domain import on_root
+
+    resolved = configuration.from_dict(config)
+    offset, slopes = comm.bcast(on_root(comm, lambda: gradients.cog_offset_mm(resolved)))
+    outcome = Outcome({"cog_offset_mm": offset}, iterations=0, versions=record.versions())
+    outcome.curve = {}
+    found = {"cog_offset_mm": slopes}
+    for quantity, kind in EXPERIMENTS.items():
+        if quantity not in quantities:
+            continue
+        found[quantity] = {}
+        result = run(kind, resolved, comm=comm, visit=gradients.at_highest(found[quantity]))
+        outcome.curve |= _curve(result, quantity)
+        outcome.iterations += result.facts["newton"]["iterations"]
+        if result.failure is not None:
+            raise DesignFailure(str(result.failure.kind), result.failure.sentence(), outcome.curve)
+        highest = max(result.rows, key=lambda row: row["pressure_kPa"])
+        outcome.outputs[quantity] = highest[quantity]
+    outcome.gradients = {name: found[name] for name in quantities if found[name]}
+    return outcome
+
+
+def _curve(result: Result, quantity: str) -> dict[str, list[float]]:
+    """Readings at each landed pressure."""
+    prefix = "blocked" if result.kind == "blocked_force" else "free"
+    columns = {
+        f"{prefix}_pressure_kPa": "pressure_kPa",
+        quantity: quantity,
+        f"{prefix}_contact_gap_mm": "contact_gap_mm",
+    }
+    return {name: list(map(float, result.column(source))) for name, source in columns.items()}
+
+
+def _on_ranks(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
+    # the kernel ends mpirun with the worker, however that ends
+    guard = ["setpriv", "--pdeathsig", "TERM"] if shutil.which("setpriv") else []
+    environment = {k: v for k, v in os.environ.items() if not k.startswith(_OF_MPI)}
+    kept = {k: v for k, v in os.environ.items() if "_MCA_" in k}
+    with tempfile.TemporaryDirectory(prefix="dolfingrip-") as folder:
+        request, answer = Path(folder) / "request.json", Path(folder) / "answer.json"
+        request.write_text(json.dumps([config, quantities]), encoding="utf-8")
+        program = [
+            sys.executable,
+            "-P",
+            "-m",
+            "dolfingrip.design.campaign.objective",
+            request,
+            answer,
+        ]
+        ended = subprocess.run(
+            [*guard, "mpirun", "--oversubscribe", "-n", str(ranks), *map(str, program)],
+            env={**environment, **kept, "OMP_NUM_THREADS": "1"},
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+            check=False,
+        )  # fmt: skip
+        if not answer.exists():
+            said = [line for line in ended.stderr.splitlines() if line.strip()]
+            last = said[-1] if said else "nothing said"
+            raise DesignFailure("crash", f"mpirun ended with {ended.returncode}: {last}")
+        kind, content = json.loads(answer.read_text(encoding="utf-8"))
+    if kind == "outcome":
+        return Outcome(**content)
+    if kind == "refused":
+        raise configuration.ConfigError(content)
+    raise DesignFailure(*content)
+
+
+def main(request: Path, answer: Path) -> None:
+    """Compute on all ranks; rank 0 writes what came out."""
+    _end_with_parent()
+    from mpi4py import MPI
+
+    config, quantities = json.loads(request.read_text(encoding="utf-8"))
+    content: tuple[str, Any]
+    try:  # what is caught here is raised on all ranks
+        content = ("outcome", asdict(compute(config, tuple(quantities), MPI.COMM_WORLD)))
+    except configuration.ConfigError as error:
+        content = ("refused", str(error))
+    except DesignFailure as failure:
+        content = ("failure", [failure.kind, failure.sentence, failure.curve])
+    except Exception:
+        traceback.print_exc()
+        MPI.COMM_WORLD.Abort(70)  # the other ranks would wait for this one for ever
+    if MPI.COMM_WORLD.rank == 0:
+        partial = answer.with_suffix(".part")
+        partial.write_text(json.dumps(content), encoding="utf-8")
+        partial.replace(answer)
+
+
+def _end_with_parent() -> None:
+    """Have Linux kill this rank once mpirun is gone, which a killed mpirun itself cannot."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(1, int(signal.SIGKILL), 0, 0, 0)  # PR_SET_PDEATHSIG
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

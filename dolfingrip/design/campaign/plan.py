@@ -1,0 +1,143 @@
+"""A campaign's plan: the designs that are asked for, each resolved and named by a hash."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign.space import Inputs
+
+SCHEMA = 1
+"""Version of what a key means; a result of another version is not taken for this one's."""
+
+OBJECTIVE = "dolfingrip.design.campaign.objective:simulate"
+"""Import path of what computes a design."""
+
+QUANTITIES = ("cog_offset_mm", "force_N")
+"""What the paper's designs are judged by."""
+
+TIME_LIMIT = "time_limit_s"
+"""Of the section ``solver``; it may differ from call to call of a campaign."""
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """One design to compute.
+
+    Attributes:
+        key: hash of all that its result depends on.
+        inputs: the values of the parameters.
+        config: resolved, as nested dictionaries.
+    """
+
+    key: str
+    inputs: Inputs
+    config: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Designs that share everything but their inputs.
+
+    Attributes:
+        base: configuration that the inputs are put into.
+        parameters: keys that vary.
+        points: inputs of each design.
+        quantities: outputs that are wanted.
+        objective: import path ``module:function`` of what computes them.
+    """
+
+    base: Config
+    parameters: tuple[str, ...]
+    points: tuple[Inputs, ...]
+    quantities: tuple[str, ...] = QUANTITIES
+    objective: str = OBJECTIVE
+
+    def designs(self) -> list[Design]:
+        """The designs in order, each once."""
+        base = self.base.model_dump(mode="json")
+        digest = _digest(self.base.mesh.file)
+        found: dict[str, Design] = {}
+        for inputs in self.points:
+            config = {section: dict(table) for section, table in base.items()}
+            for path, value in inputs.items():
+                section, _, name = path.partition(".")
+                config[section][name] = value
+            key = self._key(config, digest)
+            found.setdefault(key, Design(key, inputs, config))
+        return list(found.values())
+
+    def _key(self, config: dict[str, Any], digest: str | None) -> str:
+        # a finished result does not depend on the time that it was allowed
+        solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
+        resolved = {**config, "mesh": {**config["mesh"], "file": digest}, "solver": solver}
+        content = {
+            "schema": SCHEMA,
+            "objective": self.objective,
+            "quantities": sorted(self.quantities),
+            "config": resolved,
+        }
+        text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def facts(self) -> dict[str, Any]:
+        """What all designs share, to be compared with :func:`differences`."""
+        return {
+            "schema": SCHEMA,
+            "objective": self.objective,
+            "quantities": sorted(self.quantities),
+            "parameters": list(self.parameters),
+            "base": self.base.model_dump(mode="json"),
+        }
+
+
+def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
+    """What keeps two plans out of one campaign, a phrase each.
+
+    Values of keys that either of them varies may differ: they stand with each design.
+    """
+    for name in ("schema", "objective", "quantities"):
+        if before[name] != now[name]:
+            yield f"{name} was {before[name]}, now {now[name]}"
+    free = {*before["parameters"], *now["parameters"], f"solver.{TIME_LIMIT}"}
+    for section in {**before["base"], **now["base"]}:
+        old, new = before["base"].get(section, {}), now["base"].get(section, {})
+        for name in {**old, **new}:
+            if f"{section}.{name}" not in free and old.get(name) != new.get(name):
+                yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
+
+
+def merged(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
+    """The facts of a campaign to which a plan is added."""
+    return {**now, "parameters": list(dict.fromkeys([*before["parameters"], *now["parameters"]]))}
+
+
+def quantities(asked: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
+    """The quantities asked for, each once.
+
+    Raises:
+        ConfigError: one line, where one is unknown.
+    """
+    for name in asked:
+        if name not in known:
+            raise ConfigError(f"--quantity {name}: allowed: {', '.join(known)}")
+    return tuple(dict.fromkeys(asked))
+
+
+def _digest(file: Path | None) -> str | None:
+    """A mesh file counts by its content, wherever it lies.
+
+    Raises:
+        ConfigError: one line, where it cannot be read.
+    """
+    if file is None:
+        return None
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError as error:
+        raise ConfigError(f"mesh.file = {file}: {error.strerror}") from None

@@ -1,0 +1,63 @@
+"""The spool: finished answers on disk before anyone has been told of them.
+
+A worker writes its answer here before it returns it, so that an answer outlives both the worker
+and the client. A lock on each design, which the system releases however its holder ends, keeps
+two workers from computing the same one. Local disks and network disks with flock will do.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from dolfingrip.design.campaign.answer import Answer
+
+
+class Spool:
+    """A folder of answers, ``KEY.json`` each."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def read(self, key: str) -> Answer | None:
+        """The answer of a design, None where there is none."""
+        try:
+            return Answer.loads((self.folder / f"{key}.json").read_text(encoding="utf-8"))
+        except (FileNotFoundError, ValueError):  # a file torn by a power cut is no answer
+            return None
+
+    def write(self, answer: Answer) -> None:
+        """Keep an answer: all of it or, where the process is killed, nothing."""
+        partial = self.folder / f"{answer.key}.{os.getpid()}.part"
+        with partial.open("w", encoding="utf-8") as file:
+            file.write(answer.dumps())
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(self.folder / f"{answer.key}.json")
+
+    def answers(self) -> Iterator[Answer]:
+        """All that were spooled."""
+        for path in sorted(self.folder.glob("*.json")):
+            answer = self.read(path.stem)
+            if answer is not None:
+                yield answer
+
+    @contextmanager
+    def claimed(self, key: str) -> Iterator[None]:
+        """Alone on a design: others that claim it wait."""
+        with (self.folder / f"{key}.lock").open("w") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            yield
+
+    def forget(self, key: str) -> None:
+        """Drop a design's answer."""
+        (self.folder / f"{key}.json").unlink(missing_ok=True)
+
+    def clear(self) -> None:
+        """Drop everything, once all of it is stored and no worker is left."""
+        for path in self.folder.glob("*.*"):
+            if path.suffix in (".json", ".lock", ".part"):
+                path.unlink(missing_ok=True)

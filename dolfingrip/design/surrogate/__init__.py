@@ -1,0 +1,1 @@
+"""Neural surrogates of a campaign."""

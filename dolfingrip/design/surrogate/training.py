@@ -1,0 +1,169 @@
+"""Training of the surrogate: split, epochs, learning curve (the paper's section IV.B)."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+
+import dolfingrip
+from dolfingrip.design.surrogate.surrogate import Range, Surrogate, network
+from dolfingrip.design.surrogate.table import Table
+from dolfingrip.sections.complaint import ConfigError
+
+FEWEST = 10
+"""Designs below which a held-out fifth says nothing."""
+
+GOAL_MSE = 1e-3
+"""The paper's, of normalised outputs, for training and for test designs."""
+
+SAMPLED = 10
+"""Epochs between two entries of the learning curve."""
+
+Progress = Callable[[int], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a surrogate is trained; layers, epochs and split are the paper's.
+
+    The paper names neither activation nor optimiser nor rate. Adam on the full batch (166 designs
+    need no smaller ones) with a rate that falls by cosine from ``rate`` to a thousandth of it.
+    """
+
+    hidden: tuple[int, ...] = (20, 50)
+    activation: str = "tanh"
+    epochs: int = 5000
+    test_share: float = 0.2
+    rate: float = 0.01
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Training:
+    """A trained surrogate and what happened.
+
+    Attributes:
+        epoch: shape (samples,), from 0 (untrained) on.
+        training_mse, test_mse: shape (samples,), of normalised outputs, after that many epochs.
+        test: shape (designs,), whether a design of the table was held out.
+    """
+
+    surrogate: Surrogate
+    epoch: npt.NDArray[np.int_]
+    training_mse: npt.NDArray[np.float64]
+    test_mse: npt.NDArray[np.float64]
+    test: npt.NDArray[np.bool_]
+
+
+def split(rows: int, share: float, seed: int) -> npt.NDArray[np.bool_]:
+    """Which rows are held out for testing, shape (rows,): the share of them, at random."""
+    held_out = np.zeros(rows, dtype=bool)
+    order = np.random.default_rng(seed).permutation(rows)
+    held_out[order[: round(share * rows)]] = True
+    return held_out
+
+
+def train(
+    table: Table, settings: Settings | None = None, progress: Progress | None = None
+) -> Training:
+    """Fit the network to a table.
+
+    Args:
+        table: designs that were computed.
+        settings: the paper's where None.
+        progress: called with the number of epochs done.
+
+    Raises:
+        ConfigError: too few designs.
+    """
+    settings = settings or Settings()
+    if len(table) < FEWEST:
+        raise ConfigError(f"{len(table)} computed designs; allowed: at least {FEWEST}")
+    test = split(len(table), settings.test_share, settings.seed)
+    inputs, outputs = Range.of(table.inputs), Range.of(table.outputs[~test])
+    layers = (table.inputs.shape[1], *settings.hidden, table.outputs.shape[1])
+    with torch.random.fork_rng(devices=[]):  # the caller's random numbers stay as they are
+        torch.manual_seed(settings.seed)
+        net = network(layers, settings.activation)
+    x = torch.from_numpy(2 * inputs.normalise(table.inputs) - 1)
+    y = torch.from_numpy(outputs.normalise(table.outputs))
+    held_out = torch.from_numpy(test)
+    curve = _fit(net, (x[~held_out], y[~held_out]), (x[held_out], y[held_out]), settings, progress)
+    surrogate = Surrogate(
+        table.input_names, table.output_names, inputs, outputs, layers, settings.activation, net
+    )
+    surrogate.facts.update(_facts(surrogate, table, test, settings, curve[-1]))
+    epoch, training_mse, test_mse = np.array(curve).T
+    return Training(surrogate, epoch.astype(int), training_mse, test_mse, test)
+
+
+Pair = tuple[torch.Tensor, torch.Tensor]
+
+
+def _fit(
+    net: torch.nn.Module, known: Pair, unseen: Pair, settings: Settings, progress: Progress | None
+) -> list[tuple[int, float, float]]:
+    """Train in place; epoch, training MSE and test MSE every so many epochs."""
+    adam = torch.optim.Adam(net.parameters(), lr=settings.rate)
+    decay = torch.optim.lr_scheduler.CosineAnnealingLR(
+        adam, settings.epochs, eta_min=settings.rate / 1000
+    )
+    mse = torch.nn.functional.mse_loss
+
+    def errors() -> tuple[float, float]:
+        with torch.no_grad():
+            return tuple(float(mse(net(x), y)) for x, y in (known, unseen))  # type: ignore[return-value]
+
+    curve = [(0, *errors())]
+    for epoch in range(1, settings.epochs + 1):
+        adam.zero_grad()
+        mse(net(known[0]), known[1]).backward()
+        adam.step()
+        decay.step()
+        if epoch % SAMPLED == 0 or epoch == settings.epochs:
+            curve.append((epoch, *errors()))
+            if progress is not None:
+                progress(epoch)
+    return curve
+
+
+def _facts(
+    surrogate: Surrogate,
+    table: Table,
+    test: npt.NDArray[np.bool_],
+    settings: Settings,
+    last: tuple[int, float, float],
+) -> dict[str, Any]:
+    """What ``surrogate.json`` says beside the network itself."""
+    miss = surrogate.predict(table.inputs) - table.outputs
+    rms = {
+        name: {
+            "training": float(np.sqrt(np.mean(miss[~test, column] ** 2))),
+            "test": float(np.sqrt(np.mean(miss[test, column] ** 2))),
+        }
+        for column, name in enumerate(table.output_names)
+    }
+    return {
+        "settings": asdict(settings),
+        "training_mse": last[1],
+        "test_mse": last[2],
+        "rms_error": rms,
+        "training_designs": int((~test).sum()),
+        "test_designs": int(test.sum()),
+        "failed_designs": table.failed,
+        "incomplete_designs": table.incomplete,
+        "table_sha256": table.sha256(),
+        "versions": {
+            "dolfingrip": dolfingrip.__version__,
+            "python": platform.python_version(),
+            "torch": torch.__version__,
+            "numpy": metadata.version("numpy"),
+        },
+    }

@@ -1,0 +1,1 @@
+"""Contact between surfaces, and with a rigid plate."""

@@ -1,0 +1,168 @@
+"""Barrier contact between surfaces (incremental potential contact, through ipctk)."""
+
+from __future__ import annotations
+
+import ipctk
+import numpy as np
+import scipy.sparse as sp
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.contact.surface import Surface
+
+ipctk.set_num_threads(1)  # one thread a rank, as everywhere
+
+UNALIGNED = 3e-7
+"""Part of an edge's length by which vertices are moved at random, lest edges be on one line."""
+
+PROJECTION = {False: ipctk.PSDProjectionMethod.NONE, True: ipctk.PSDProjectionMethod.CLAMP}
+"""Of each pair's Hessian, by whether it is to be convex."""
+
+MOVED = 1e-4
+"""Part of the barrier's width by which points move where derivatives are taken by differences."""
+
+
+class BarrierContact:
+    """Surfaces repel one another within the barrier's width and never pass.
+
+    Π_contact = −κ ĝ Σ A (1 − s²)² ln s², s = d/ĝ, over the pairs of vertex–face and edge–edge at
+    a distance d below the width ĝ (Li et al. 2020), weighted by area so that it converges with
+    the mesh (Li et al., Convergent Incremental Potential Contact, 2023). Unlike the plate's it has
+    no stiffness at first touch: as the bellows slide along one another, pairs come and go there,
+    and Newton's method would jump between them.
+
+    Args:
+        surface: vertices and triangles of all bodies.
+        width_mm: distance ĝ at which contact is first felt.
+        stiffness_MPa: κ.
+    """
+
+    name = "contact"
+
+    def __init__(self, surface: Surface, width_mm: float, stiffness_MPa: float) -> None:
+        self.surface = surface
+        self.width_mm = width_mm
+        self._stiffness_MPa = stiffness_MPa
+        self._aside = _aside(surface)
+        self._mesh = ipctk.CollisionMesh(
+            np.asfortranarray(surface.rest + self._aside),
+            np.asfortranarray(surface.edges),
+            np.asfortranarray(surface.triangles),
+        )
+        self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
+        self._spread = sp.kron(surface.weights, sp.eye_array(3), format="csr")
+        self._ccd = ipctk.AdditiveCCD()
+        self._found: tuple[np.ndarray, ipctk.NormalCollisions] | None = None
+
+    def positions(self, dofs: np.ndarray) -> np.ndarray:
+        """(v, 3) deformed positions (mm) that distances are taken between, no edges on one line."""
+        return np.asfortranarray(self.surface.positions(dofs) + self._aside)
+
+    # -- pairs ---------------------------------------------------------------------------------
+
+    def _pairs(self, now: np.ndarray, reach_mm: float | None = None) -> ipctk.NormalCollisions:
+        """Pairs closer than ``reach_mm`` (default: the barrier's width)."""
+        pairs = ipctk.NormalCollisions()
+        pairs.use_area_weighting = True
+        # the improved maximum counts no pair twice, but its forces jump as pairs come and go, and
+        # then Newton's method goes round in circles; these are continuous
+        pairs.collision_set_type = ipctk.NormalCollisions.CollisionSetType.IPC
+        pairs.build(self._mesh, now, self.width_mm if reach_mm is None else reach_mm)
+        return pairs
+
+    def _felt(self, now: np.ndarray) -> ipctk.NormalCollisions:
+        """Pairs within the barrier's width, kept for the next call at the same positions."""
+        if self._found is None or not np.array_equal(self._found[0], now):
+            self._found = (now, self._pairs(now))
+        return self._found[1]
+
+    # -- energy --------------------------------------------------------------------------------
+
+    def value(self, dofs: np.ndarray) -> float:
+        """Potential (mJ), the same on all ranks."""
+        now = self.positions(dofs)
+        return float(self._potential(self._felt(now), self._mesh, now))
+
+    def gradient(self, dofs: np.ndarray) -> np.ndarray:
+        """(n, 3) gradient (N) at the surface's nodes."""
+        now = self.positions(dofs)
+        pairs = self._felt(now)
+        if pairs.empty():
+            return np.zeros((len(self.surface.nodes), 3))
+        at_vertices = self._potential.gradient(pairs, self._mesh, now).reshape(-1, 3)
+        return np.asarray(self.surface.weights.T @ at_vertices)
+
+    def hessian(self, dofs: np.ndarray, *, convex: bool = False) -> sp.coo_matrix | None:
+        """(3n, 3n) Hessian (N/mm) at the nodes; None without contact.
+
+        Args:
+            dofs: displacement.
+            convex: without the negative eigenvalues of each pair's.
+        """
+        now = self.positions(dofs)
+        pairs = self._felt(now)
+        if pairs.empty():
+            return None
+        at_vertices = self._potential.hessian(pairs, self._mesh, now, PROJECTION[convex])
+        return sp.coo_matrix(self._spread.T @ at_vertices @ self._spread)
+
+    def gradient_rate(self, dofs: np.ndarray, velocity_mm: np.ndarray) -> np.ndarray:
+        """(n, 3) change of the nodes' gradient (N) as reference points move, displacements not.
+
+        Args:
+            dofs: displacement.
+            velocity_mm: (v, 3) of the vertices' reference positions.
+        """
+        fastest = np.abs(velocity_mm).max(initial=0.0)
+        if fastest == 0 or self._felt(self.positions(dofs)).empty():
+            return np.zeros((len(self.surface.nodes), 3))
+        # by differences: ipctk 1.6's shape_derivative is 1 % off them for pairs of edges
+        step = MOVED * self.width_mm / fastest
+        there, back = (
+            BarrierContact(
+                self.surface.moved(way * step * velocity_mm), self.width_mm, self._stiffness_MPa
+            ).gradient(dofs)
+            for way in (1, -1)
+        )
+        return (there - back) / (2 * step)
+
+    def add_gradient(self, dofs: np.ndarray, residual: PETSc.Vec) -> None:
+        """Add the gradient to the rows that this rank owns."""
+        values = self.gradient(dofs)
+        rows = self.surface.nodes[self.surface.owned]
+        residual.setValuesBlocked(
+            rows.astype(PETSc.IntType), values[self.surface.owned].ravel(), addv=True
+        )
+
+    # -- bounds --------------------------------------------------------------------------------
+
+    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
+        """Largest fraction of ``step`` in [0, 1] without a collision on the way."""
+        start = self.positions(dofs)
+        end = np.asfortranarray(start + self.surface.displacement(step))
+        return float(
+            ipctk.compute_collision_free_stepsize(
+                self._mesh, start, end, narrow_phase_ccd=self._ccd
+            )
+        )
+
+    def gap_mm(self, dofs: np.ndarray, reach_mm: float) -> float:
+        """Smallest distance between parts closer than ``reach_mm``, infinity where none are."""
+        now = self.positions(dofs)
+        close = self._pairs(now, reach_mm)
+        return float(np.sqrt(close.compute_minimum_distance(self._mesh, now)))
+
+    def intersects(self, dofs: np.ndarray) -> bool:
+        """Whether any two triangles pass through one another."""
+        return bool(ipctk.has_intersections(self._mesh, self.positions(dofs)))
+
+
+def _aside(surface: Surface) -> np.ndarray:
+    """(v, 3) by how much (mm) vertices are moved, :data:`UNALIGNED` of an edge or less.
+
+    ipctk 1.6 takes edges on one line that rounding turns by 1e-8 for edges that cross, at a
+    distance of 0 whose barrier is infinite; and the corners of neighbouring bellows are such edges.
+    """
+    ends = surface.rest[surface.triangles]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
+    by = np.random.default_rng(0).uniform(-1, 1, surface.rest.shape)
+    return np.asarray(UNALIGNED * length / np.sqrt(3) * by)

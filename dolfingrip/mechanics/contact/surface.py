@@ -1,0 +1,160 @@
+"""Deformable surfaces as linear triangles, known whole on every rank."""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+import scipy.sparse as sp
+from dolfinx import fem
+
+from dolfingrip.mechanics.contact.resampled import resample
+from dolfingrip.mechanics.model.domain import Domain
+
+# A quadratic triangle's nodes are its corners, then the midpoints opposite to them; those of a
+# quadrilateral its corners in turn, then the midpoints from each to the next.
+SPLIT = {
+    3: np.array([[0, 1, 2]]),
+    4: np.array([[0, 1, 2], [0, 2, 3]]),
+    6: np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2], [3, 4, 5]]),
+    8: np.array([[0, 4, 7], [1, 5, 4], [2, 6, 5], [3, 7, 6], [4, 5, 7], [5, 6, 7]]),
+}
+
+IN_TURN = {4: [0, 1, 3, 2], 8: [0, 1, 3, 2, 4, 6, 7, 5]}
+"""From a tensor product's order, with edges 01, 02, 13 and 23, to that of going round."""
+
+
+class Surface:
+    """Triangulated surface of a body, whose vertices move with the displacement nodes.
+
+    On tetrahedra the vertices are the nodes, and each quadratic facet becomes four triangles; on
+    hexahedra in the planes of a grid they are spread evenly (:mod:`.resampled`). All ranks hold
+    the same arrays, so that contact is found alike on each; a rank contributes the rows of the
+    nodes it owns.
+
+    Args:
+        space: of the displacement.
+        domain: reference configuration.
+        facets: this rank's facets of the surface.
+        spacing_mm: largest distance of neighbouring vertices where they are spread.
+
+    Attributes:
+        rest: (v, 3) reference positions of the vertices (mm).
+        triangles: (m, 3) vertex numbers.
+        nodes: (n,) global displacement nodes (block index) that the vertices move with.
+        owned: places in ``nodes`` of those this rank owns.
+        weights: (v, n) of the nodes in each vertex; rows sum to 1.
+    """
+
+    def __init__(
+        self, space: fem.FunctionSpace, domain: Domain, facets: np.ndarray, spacing_mm: float = 2.5
+    ) -> None:
+        self._comm = space.mesh.comm
+        index_map = space.dofmap.index_map
+        self._first, self._end = index_map.local_range
+        local = _facet_nodes(space, domain, facets)
+        global_nodes = index_map.local_to_global(local.ravel().astype(np.int32))
+        gathered = self._comm.allgather(global_nodes.reshape(local.shape))
+        width = max(block.shape[1] for block in gathered)
+        nodes, faces = np.unique(
+            np.concatenate([b.reshape(-1, width) for b in gathered]), return_inverse=True
+        )
+        self._number(nodes)
+        rest = self.at_nodes(space.tabulate_dof_coordinates()[: self._end - self._first])
+        # ipctk's collision sets depend on the order of vertices and triangles, which must not
+        # depend on the ranks': sort by position, not by owner
+        order = _by_position(rest)
+        rank_of = np.empty_like(order)
+        rank_of[order] = np.arange(len(order))
+        rest = rest[order]
+        self._number(nodes[order])
+        faces = _canonical(rank_of[faces].reshape(-1, width))
+        spread = resample(faces, rest, spacing_mm) if width == 8 else None
+        if spread is None:
+            self.weights = sp.eye_array(len(rest), format="csr")
+            self.triangles = faces[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
+        else:
+            self.weights = spread[0]
+            self.triangles = spread[1].astype(np.int32)
+        self.rest = self.weights @ rest
+
+    def _number(self, nodes: np.ndarray) -> None:
+        """Take global displacement nodes as those of the surface."""
+        self.nodes = nodes
+        self.owned = np.flatnonzero((nodes >= self._first) & (nodes < self._end))
+        self._owned_local = (nodes[self.owned] - self._first).astype(np.int32)
+
+    def at_nodes(self, local_values: np.ndarray) -> np.ndarray:
+        """(n, 3) values at the nodes from a local array of three at each."""
+        whole = np.zeros((len(self.nodes), 3))
+        owned = local_values.reshape(-1, 3)[self._owned_local]
+        for places, values in self._comm.allgather((self.owned, owned)):
+            whole[places] = values
+        return whole
+
+    def moved(self, change_mm: np.ndarray) -> Surface:
+        """The same surface at other reference positions; ``change_mm`` is (v, 3)."""
+        other = copy(self)
+        other.rest = np.asfortranarray(self.rest + change_mm)
+        return other
+
+    def displacement(self, local_dofs: np.ndarray) -> np.ndarray:
+        """(v, 3) displacement (mm) of the vertices from a local dof array."""
+        return np.asarray(self.weights @ self.at_nodes(local_dofs))
+
+    def positions(self, local_dofs: np.ndarray) -> np.ndarray:
+        """(v, 3) deformed positions (mm), in the column order that ipctk wants."""
+        return np.asfortranarray(self.rest + self.displacement(local_dofs))
+
+    @property
+    def edges(self) -> np.ndarray:
+        """(k, 2) unique edges of the triangles."""
+        pairs = np.concatenate(
+            [self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]]
+        )
+        return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int32)
+
+
+def _by_position(points: np.ndarray) -> np.ndarray:
+    """(n,) order of points by z, y, x, blind to rounding."""
+    # an irrational shift keeps round positions off the borders between two roundings
+    keys = np.floor(points / (1e-7 * np.ptp(points, axis=0).max()) + 0.2360679775)
+    return np.lexsort(keys.T)
+
+
+def _canonical(facets: np.ndarray) -> np.ndarray:
+    """Facets that start at their smallest corner and run on to its smaller neighbour, sorted."""
+    corners = 3 if facets.shape[1] in (3, 6) else 4
+    facets = _turned(facets, corners)
+    return facets[np.lexsort(facets[:, corners - 1 :: -1].T)]
+
+
+def _turned(facets: np.ndarray, corners: int) -> np.ndarray:
+    if corners == 3:  # its midpoints are opposite to the corners, so they move with them
+        turn = np.argsort(facets[:, :3], axis=1)
+        parts = [facets[:, i : i + 3] for i in range(0, facets.shape[1], 3)]
+        return np.concatenate([np.take_along_axis(p, turn, axis=1) for p in parts], axis=1)
+    turn = (facets[:, :4].argmin(axis=1)[:, None] + np.arange(4)) % 4
+    parts = [
+        np.take_along_axis(facets[:, i : i + 4], turn, axis=1) for i in range(0, facets.shape[1], 4)
+    ]
+    back = parts[0][:, 3] < parts[0][:, 1]
+    parts[0][back] = parts[0][back][:, [0, 3, 2, 1]]
+    for middles in parts[1:]:
+        middles[back] = middles[back][:, ::-1]
+    return np.concatenate(parts, axis=1)
+
+
+def _facet_nodes(space: fem.FunctionSpace, domain: Domain, facets: np.ndarray) -> np.ndarray:
+    """(n, nodes) local displacement nodes of each facet: corners, then midpoints."""
+    topology = domain.mesh.topology
+    to_cell = topology.connectivity(2, 3)
+    topology.create_connectivity(3, 2)
+    to_facet = topology.connectivity(3, 2)
+    closure = [np.array(dofs) for dofs in space.element.basix_element.entity_closure_dofs[2]]
+    nodes = np.empty((len(facets), len(closure[0])), dtype=np.int32)
+    for row, facet in enumerate(facets):
+        cell = to_cell.links(facet)[0]
+        which = int(np.flatnonzero(to_facet.links(cell) == facet)[0])
+        nodes[row] = space.dofmap.cell_dofs(cell)[closure[which]]
+    return nodes[:, IN_TURN[nodes.shape[1]]] if nodes.shape[1] in IN_TURN else nodes

@@ -1,0 +1,1 @@
+"""A mechanical model: mesh, unknowns, potential, internal variables, state."""

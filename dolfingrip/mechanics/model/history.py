@@ -1,0 +1,91 @@
+"""Internal variables, and the constants that a potential knows time by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from dolfinx import fem
+from petsc4py import PETSc
+from ufl.core.expr import Expr
+
+from dolfingrip.mechanics.model import points
+from dolfingrip.mechanics.model.points import AtPoints
+
+
+class History:
+    """Internal variables at the integration points: a memory of a model.
+
+    During a load step they have the values of its start, and the potential is that of the
+    increment; once the step is accepted they take those of its end.
+
+    Args:
+        u: displacement (mm).
+        degree: of the rule that the strain energies are integrated with.
+
+    Attributes:
+        time_s: constant: time at the load step's end.
+        step_s: constant: length of the load step; 0 where no time passes.
+        u_before: displacement at the load step's start (mm).
+    """
+
+    def __init__(self, u: fem.Function, degree: int) -> None:
+        self._u = u
+        self._degree = degree
+        mesh = u.function_space.mesh
+        self.time_s = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        self.step_s = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        self.u_before = fem.Function(u.function_space, name="displacement_before_mm")
+        self._variables: dict[str, fem.Function] = {}
+        self._numbers: dict[str, tuple[fem.Constant, fem.Constant]] = {}
+        self._updates: list[tuple[fem.Function, AtPoints]] = []
+
+    def variable(self, name: str, initial: np.ndarray | float) -> fem.Function:
+        """A new internal variable of the shape of ``initial``, its value before anything."""
+        assert name not in self._variables
+        value = np.asarray(initial, dtype=float)
+        made = points.field(self._u.function_space.mesh, value.shape, self._degree, name)
+        made.x.array[:] = np.tile(value.ravel(), made.x.array.size // value.size)
+        self._variables[name] = made
+        return made
+
+    def before(self, name: str, number: fem.Constant) -> fem.Constant:
+        """The value that ``number``, which may be an unknown, has at the load step's start."""
+        assert name not in self._numbers
+        made = fem.Constant(self._u.function_space.mesh, PETSc.ScalarType(number.value))
+        self._numbers[name] = (made, number)
+        return made
+
+    def evolve(self, variable: fem.Function, end: Expr) -> None:
+        """Let ``variable`` be ``end``, of the step's start and the present u, once accepted."""
+        mesh = self._u.function_space.mesh
+        self._updates.append((variable, AtPoints(end, mesh, self._degree)))
+
+    # -- as a memory -----------------------------------------------------------------------------
+
+    def follow(self, time_s: float, step_s: float) -> None:
+        """Set the constants."""
+        self.time_s.value, self.step_s.value = time_s, step_s
+
+    def accept(self) -> None:
+        """Let all variables evolve at once, each from the values at the step's start."""
+        found = [(variable, end.values().ravel()) for variable, end in self._updates]
+        for variable, values in found:
+            variable.x.array[: values.size] = values
+        for made, number in self._numbers.values():
+            made.value = number.value
+        self.u_before.x.array[:] = self._u.x.array
+
+    def values(self) -> dict[str, np.ndarray]:
+        """Internal variables by name; the displacement is the state's own."""
+        fields = {name: made.x.array.copy() for name, made in self._variables.items()}
+        numbers = {name: np.array([made.value]) for name, (made, _) in self._numbers.items()}
+        return fields | numbers
+
+    def restore(self, values: Mapping[str, np.ndarray]) -> None:
+        """Set the variables, and the displacement at the step's start to the present one."""
+        for name, made in self._variables.items():
+            made.x.array[:] = values[name]
+        for name, (number, _) in self._numbers.items():
+            number.value = float(values[name][0])
+        self.u_before.x.array[:] = self._u.x.array

@@ -1,0 +1,43 @@
+"""Fields that live at the integration points."""
+
+from __future__ import annotations
+
+import basix
+import basix.ufl
+import numpy as np
+from dolfinx import fem, mesh
+from ufl.core.expr import Expr
+
+from dolfingrip.mechanics.model import jit
+
+
+def field(domain: mesh.Mesh, shape: tuple[int, ...], degree: int, name: str) -> fem.Function:
+    """A function of ``shape`` at the points of the rule of ``degree``."""
+    element = basix.ufl.quadrature_element(domain.basix_cell(), value_shape=shape, degree=degree)
+    return fem.Function(fem.functionspace(domain, element), name=name)
+
+
+class AtPoints:
+    """An expression that can be evaluated into such a field.
+
+    Args:
+        expression: UFL, of the field's shape.
+        domain: its mesh.
+        degree: of the rule.
+    """
+
+    def __init__(self, expression: Expr, domain: mesh.Mesh, degree: int) -> None:
+        points = basix.make_quadrature(domain.basix_cell(), degree)[0]
+        self._expression = fem.Expression(expression, points, jit_options=jit.options())
+        self._mesh = domain
+        self._cells = np.arange(domain.topology.index_map(3).size_local, dtype=np.int32)
+
+    def values(self) -> np.ndarray:
+        """(cells, points × entries) on this rank's cells."""
+        return np.asarray(self._expression.eval(self._mesh, self._cells))
+
+    def into(self, target: fem.Function) -> None:
+        """Evaluate into ``target``."""
+        # a quadrature element numbers its dofs cell by cell, in the order of the evaluation
+        values = self.values()
+        target.x.array[: values.size] = values.ravel()

@@ -1,0 +1,1 @@
+"""Newton's method: tangents, factorisations, globalisation, bordered systems."""

@@ -1,0 +1,49 @@
+"""The pressure field that belongs to a displacement."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from dolfinx import fem, la
+from dolfinx.fem import petsc as fem_petsc
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.model.model import Model
+
+RTOL: Final = 1e-12
+"""Of the pressure's equations."""
+
+
+class Condensation:
+    """Makes a mixed model's Π(u, p) one of u alone, Π(u, p(u)), with p(u) where ∂Π/∂p = 0.
+
+    Of a displacement and a pressure apart one step may well raise Π, which is concave in p; Π of
+    the displacement alone falls along each that its tangent leads.
+
+    Args:
+        model: a mixed one, quadratic in p as a perturbed Lagrangian is.
+    """
+
+    def __init__(self, model: Model) -> None:
+        assert model.p is not None
+        self._model = model
+        self._ksp = PETSc.KSP().create(model.comm)
+        self._ksp.setType(PETSc.KSP.Type.CG)
+        self._ksp.getPC().setType(PETSc.PC.Type.JACOBI)  # a mass matrix is well conditioned so
+        self._ksp.setTolerances(rtol=RTOL)
+
+    def step(self) -> np.ndarray:
+        """The step (a local array of the unknowns) from p to p(u) at the present u."""
+        tangent = fem_petsc.assemble_matrix(self._model.potential.coupling[-1])
+        tangent.assemble()
+        tangent.scale(-1.0)
+        constraint = fem.assemble_vector(self._model.potential.constraint)
+        constraint.scatter_reverse(la.InsertMode.add)
+        change = tangent.createVecLeft()
+        right = change.duplicate()
+        right.array[:] = constraint.array[: right.getLocalSize()]
+        self._ksp.setOperators(tangent)
+        self._ksp.solve(right, change)
+        still = np.zeros(len(self._model.unknowns.owned()) - change.getLocalSize())
+        return self._model.unknowns.to_local(np.concatenate([still, change.array_r]))

@@ -1,0 +1,140 @@
+"""Newton's linear solves where the tangent may be indefinite: a motion through a viscous medium."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Final
+
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton.tangent import Tangent
+
+LEAST: Final = 1e-7
+"""Smallest damping besides none, relative to the tangent's diagonal."""
+
+MORE: Final = 8.0
+"""By how much damping grows that leaves the tangent indefinite."""
+
+MOST: Final = 20
+"""How often in a row it may; the last is far stiffer than the body."""
+
+EASY, HARD, STUCK = 0.5, 0.1, 1e-3
+"""Parts of a step, taken above or below which the next ones are damped less, more, far more."""
+
+LESS, STRONGER, FAR_STRONGER = 4.0, 4.0, 100.0
+"""By how much."""
+
+
+class Damping:
+    """Factors of K + cM, the damping c as small as leaves a minimum's inertia.
+
+    The steps are those of a massless body in a viscous medium, led by the implicit Euler method
+    with steps of 1/c in time (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal.
+    35, 1998): where equilibrium ends they lead on to another one that is stable, as a finger that
+    snaps through does. That K + cM has the inertia of a minimum's tangent (Wächter & Biegler,
+    Math. Program. 106, 2006) makes each step lead downhill. M is the diagonal of the mass matrix
+    at unit density. It is PETSc's preconditioner of type ``python``, to be applied once
+    (``preonly``); it adds cM to the matrix it is given.
+
+    Args:
+        prefix: of the factorisation's options.
+        model: whose tangent is factorised.
+        tangent: that tangent.
+
+    Attributes:
+        count: factorisations so far.
+        unstable: the tangent was indefinite since :meth:`start`.
+    """
+
+    def __init__(self, prefix: str, model: Model, tangent: Tangent) -> None:
+        self._model = model
+        self._tangent = tangent
+        size = model.u.function_space.dofmap.index_map.size_global
+        self._negative = model.dofs - 3 * size  # Π is concave in the pressure of a mixed model
+        self._prefix = prefix
+        self.count = 0
+        self._least = 0.0
+        self.start()
+
+    def start(self) -> None:
+        """Forget the last solve."""
+        self._damping = 0.0
+        self.unstable = False
+
+    def heed(self, fraction: float) -> None:
+        """Damp the next step less or more for how much of the last one was taken."""
+        if abs(fraction) > EASY:
+            self._damping /= LESS
+            if self._damping < self._least:
+                self._damping = 0.0
+        elif abs(fraction) < HARD:
+            by = STRONGER if abs(fraction) > STUCK else FAR_STRONGER
+            self._damping = max(by * self._damping, self._least)
+
+    # -- as PETSc's preconditioner -----------------------------------------------------------------
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Factorise the matrix, damped."""
+        matrix = pc.getOperators()[0]
+        stiffness = matrix.getDiagonal().norm(PETSc.NormType.N1)
+        self._least = LEAST * stiffness / self._masses.norm(PETSc.NormType.N1)
+        self._add(matrix, self._damping)
+        if self._leads_downhill(matrix):
+            return
+        # contact of edges that pass one another is far from convex: damping it would hold all
+        self._tangent.assemble(convex=True)
+        self._add(matrix, self._damping)
+        for _ in range(MOST):
+            if self._leads_downhill(matrix):
+                return
+            more = max(MORE * self._damping, self._least)
+            self._add(matrix, more - self._damping)
+            self._damping = more
+
+    def _leads_downhill(self, matrix: PETSc.Mat) -> bool:
+        """Factorise; whether the inertia is that of a minimum's tangent."""
+        self._pc.setOperators(matrix)
+        self._pc.setUp()
+        self.count += 1
+        downhill = self._pc.getFactorMatrix().getMumpsInfog(12) == self._negative
+        self.unstable |= not downhill
+        return bool(downhill)
+
+    def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
+        """Solve; ``pc`` is marked as failed where the matrix cannot be factorised."""
+        self._pc.apply(right, solution)
+        pc.setFailedReason(self._pc.getFailedReason())
+
+    @cached_property
+    def _pc(self) -> PETSc.PC:
+        pc = PETSc.PC().create(self._model.comm)
+        pc.setOptionsPrefix(self._prefix)
+        pc.setType(PETSc.PC.Type.CHOLESKY)
+        pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+        options = PETSc.Options(self._prefix)
+        options["mat_mumps_icntl_13"] = 1  # the last front on one rank, or its pivots do not count
+        options["mat_mumps_icntl_24"] = 0
+        return pc
+
+    def _add(self, matrix: PETSc.Mat, damping: float) -> None:
+        if damping > 0:
+            matrix.setDiagonal(damping * self._masses, addv=True)
+
+    @cached_property
+    def _masses(self) -> PETSc.Vec:
+        """Diagonal of the displacement's mass matrix (mm³), 0 for pressures."""
+        model = self._model
+        space = model.u.function_space
+        u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
+        form = fem.form(ufl.inner(u, v) * ufl.dx(space.mesh), jit_options=jit.options())
+        matrix = fem_petsc.assemble_matrix(form)
+        matrix.assemble()
+        diagonal = matrix.getDiagonal().array_r
+        masses = PETSc.Vec().createMPI((len(model.unknowns.owned()), model.dofs), comm=model.comm)
+        masses.array[: len(diagonal)] = diagonal
+        return masses

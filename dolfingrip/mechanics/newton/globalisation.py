@@ -1,0 +1,200 @@
+"""How far a Newton step may go, and when to stop: rules around full steps."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from enum import Enum, auto
+
+import numpy as np
+
+from dolfingrip.mechanics.model.model import INVERTED, Model
+from dolfingrip.sections.numerics import Solver
+
+FALLING = 0.5
+"""A residual that has not fallen to this part of the one before belongs to a tangent that has
+changed much."""
+
+STUBBORN = 0.7
+"""Once the first iterations are over, a residual that falls by less calls a line search."""
+
+SETTLED = 2
+"""Iterations after which a step that a bound cuts is searched: a new touch must not undo them."""
+
+HOPELESS = 3.0
+"""A residual so many times its early peak does not come back."""
+
+EARLY = 4
+"""Iterations in which the residual may rise, as the carried stress makes it do."""
+
+SHORTEST_STEP = 1e-3
+"""A Newton step shortened below this fraction makes no progress any more."""
+
+PATIENCE = 2
+"""How many such steps in a row are borne."""
+
+FOLDED = 5
+"""How many steps in a row that elements would invert in: the next would, too."""
+
+SEARCHED = 8
+"""Residuals that a search looks at beyond the first two."""
+
+ENOUGH = 0.3
+"""Part of the work at the start of a step that may be left where a search ends."""
+
+
+class Verdict(Enum):
+    """What a residual norm means."""
+
+    GO_ON = auto()
+    CONVERGED = auto()
+    NOT_A_NUMBER = auto()
+    STUCK = auto()
+    HOPELESS = auto()
+
+
+class Globalisation:
+    """Bounds and judges the steps of one solve.
+
+    A step is bounded by the model (contact, plate, inversion). Within the bound full steps are
+    taken at first, since the carried stress makes the residual rise before it falls; later a
+    residual that stagnates (pairs of contact that change from step to step) is searched along
+    the step, and one that exceeds its early peak ends the solve.
+
+    Args:
+        model: whose steps are bounded.
+        settings: tolerances.
+        residual_along: product of the residual at the model's present displacement with a step
+            (mJ).
+
+    Attributes:
+        bound: name of what cut the last step, "" if nothing did.
+        far: the tangent is likely to be far from the one before.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        settings: Solver,
+        residual_along: Callable[[np.ndarray], float],
+    ) -> None:
+        self._model = model
+        self._settings = settings
+        self._residual_along = residual_along
+        self.start()
+
+    def start(
+        self, scale_N: float | None = None, *, far: bool = False, careful: bool = False
+    ) -> None:
+        """Forget the last solve.
+
+        Args:
+            scale_N: force (N) that the relative tolerance refers to; default: the first residual.
+            far: the start is not where the last solve ended.
+            careful: search along each step, and do not give up on a residual that rises.
+        """
+        self.bound = ""
+        self.far = far
+        self._careful = careful
+        self._short = 0
+        self._inverted = 0
+        self._scale_N = scale_N
+        self._peak = 0.0
+        self._recent: deque[float] = deque(maxlen=3)
+        self._settled = False
+        self._stagnates = False
+
+    @property
+    def _folds(self) -> bool:
+        """Whether elements would have inverted in too many steps in a row."""
+        return self._inverted > FOLDED
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the last step was too short to make progress, or one of many to the same end."""
+        return self._short > 0 or self._folds
+
+    def judge(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
+        """What the residual norm (N) at the start of ``iteration`` means.
+
+        Args:
+            iteration: 0 before the first step.
+            norm: of the residual (N).
+            scale: force (N) that the relative tolerance refers to, where larger than the
+                first residual.
+        """
+        if not np.isfinite(norm):
+            return Verdict.NOT_A_NUMBER
+        if self._scale_N is None:
+            self._scale_N = norm
+        if iteration <= EARLY:
+            self._peak = max(self._peak, norm)
+        if self._short > PATIENCE or self._folds:
+            return Verdict.STUCK
+        tolerance = self._settings.rtol * max(self._scale_N, scale)
+        if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
+            return Verdict.CONVERGED
+        if self._recent:
+            self.far = norm > FALLING * self._recent[-1]
+        self._settled = iteration >= SETTLED
+        # not against the last alone: pairs that touch and part in turn make it jump up and down
+        self._stagnates = self._careful or (
+            iteration > EARLY and norm > STUBBORN * min(self._recent)
+        )
+        self._recent.append(norm)
+        if iteration > EARLY and norm > HOPELESS * self._peak and not self._careful:
+            return Verdict.HOPELESS
+        return Verdict.GO_ON
+
+    def fraction(self, step: np.ndarray) -> float:
+        """How much of ``step`` (a local array of the unknowns) to take."""
+        fraction, self.bound = self._model.admissible_step(step)
+        if self._stagnates or (self.bound and self._settled):
+            fraction = self._search(step, fraction)
+        self._short = self._short + 1 if abs(fraction) < SHORTEST_STEP else 0
+        self._inverted = self._inverted + 1 if self.bound == INVERTED else 0
+        return fraction
+
+    def _search(self, step: np.ndarray, longest: float) -> float:
+        """The fraction of ``step``, up to the longest, where the forces do no more work along it.
+
+        Regula falsi on the residual's product with the step (Matthies & Strang, Int. J. Numer.
+        Methods Eng. 14, 1979): Π has its minimum along the step there, also where pairs that
+        touch and part make the residual jump. A step that leads uphill, as one to a saddle does
+        where a bellow slides over another's edge, is searched backwards: down to either side.
+        """
+        unknowns = self._model.unknowns
+        start = unknowns.local()
+
+        def work(fraction: float) -> float:
+            unknowns.set_local(start + fraction * step)
+            return self._residual_along(step)
+
+        try:
+            first = work(0.0)
+            if first <= 0:
+                return _root(work, first, longest)
+            back, self.bound = self._model.admissible_step(-step)
+            return -_root(lambda fraction: -work(-fraction), -first, back)
+        finally:
+            unknowns.set_local(start)
+
+
+def _root(work: Callable[[float], float], first: float, end: float) -> float:
+    """Where ``work``, ``first`` at 0, comes near 0 up to ``end``; ``end`` where it does not."""
+    near, far = (0.0, first), (end, work(end))
+    if far[1] <= ENOUGH * abs(first):
+        return end
+    found = end
+    for _ in range(SEARCHED):
+        found = near[0] - near[1] * (far[0] - near[0]) / (far[1] - near[1])
+        value = work(found)
+        if abs(value) <= ENOUGH * abs(first):
+            break
+        if value > 0:
+            far = (found, value)
+            near = (near[0], near[1] / 2)  # as Illinois does, lest one end stays for ever
+        else:
+            near = (found, value)
+            far = (far[0], far[1] / 2)
+    return found

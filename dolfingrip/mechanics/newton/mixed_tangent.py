@@ -1,0 +1,109 @@
+"""The tangent matrix of a mixed model: displacement and pressure in one symmetric matrix."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton.symmetric import symmetric
+from dolfingrip.mechanics.newton.tangent import Tangent, block_graph
+
+
+class MixedTangent(Tangent):
+    """Hessian of Π(u, p): indefinite, since Π is concave in p.
+
+    Scalar entries instead of 3 × 3 blocks, the upper triangle alone. On each rank the rows of the
+    displacement come first, then those of the pressure; contact adds to the displacement's.
+    """
+
+    def __init__(self, model: Model) -> None:
+        assert model.p is not None
+        self._fields = [_Place(field.function_space) for field in (model.u, model.p)]
+        sizes = np.array(model.comm.allgather([field.size for field in self._fields]))
+        starts = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes
+        for field, start, size in zip(self._fields, starts.T, sizes.T, strict=True):
+            field.settle(start, size, model.unknowns.count)
+        displacement, pressure = self._fields
+        across, back, within = map(_scalar_graph, model.potential.coupling)
+        self._beside = pressure.columns(across)
+        self._below = displacement.columns(back) + pressure.columns(within)
+        super().__init__(model)
+
+    def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
+        """An assembled zero matrix with the places of ``graph`` (owned displacement nodes)."""
+        ones = np.ones((graph.nnz, 3, 3))
+        pattern = sp.vstack([self._scalars(graph, ones) + self._beside, self._below])
+        matrix = symmetric(0.0 * pattern, self._model.comm)
+        local = np.concatenate([field.numbers() for field in self._fields])
+        numbering = PETSc.LGMap().create(local.astype(PETSc.IntType), comm=self._model.comm)
+        matrix.setLGMap(numbering, numbering)
+        matrix.setOption(PETSc.Mat.Option.IGNORE_LOWER_TRIANGULAR, True)
+        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATION_ERR, True)
+        self.patterns += 1
+        return matrix
+
+    def _scalars(self, graph: sp.csr_matrix, blocks: np.ndarray) -> sp.csr_matrix:
+        """(3, 3) blocks at the places of ``graph`` as scalars at those of the matrix."""
+        shape = (3 * graph.shape[0], 3 * graph.shape[1])
+        scalars = sp.bsr_matrix((blocks, graph.indices, graph.indptr), shape).tocsr()
+        return self._fields[0].columns(scalars)
+
+    def _insert(
+        self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
+    ) -> None:
+        """Set or add (3, 3) ``blocks`` at the places of ``graph``."""
+        values = self._scalars(graph, blocks)
+        values.resize(matrix.getLocalSize()[0], values.shape[1])  # nothing in the pressure's rows
+        matrix.setValuesCSR(
+            values.indptr.astype(PETSc.IntType),
+            values.indices.astype(PETSc.IntType),
+            values.data,
+            addv=add,
+        )
+
+    def _assemble_forms(self) -> None:
+        across, back, within = self._model.potential.coupling
+        forms = [[self._form, across], [back, within]]
+        fem_petsc.assemble_matrix_block(self.matrix, forms, bcs=self._model.supports)
+
+
+class _Place:
+    """Where the dofs of one field are in the matrix."""
+
+    def __init__(self, space: fem.FunctionSpace) -> None:
+        self._map = space.dofmap.index_map
+        self._block = space.dofmap.index_map_bs
+        self.size = self._map.size_local * self._block
+
+    def settle(self, starts: np.ndarray, sizes: np.ndarray, count: int) -> None:
+        """Take ``sizes`` rows from ``starts`` on, by rank, of ``count``."""
+        self._count = count
+        self._ends = np.cumsum(sizes)
+        self._shift = starts - (self._ends - sizes)
+
+    def to_matrix(self, dofs: np.ndarray) -> np.ndarray:
+        """Rows of the matrix of global dofs."""
+        owner = np.searchsorted(self._ends, dofs, side="right")
+        return np.asarray(dofs + self._shift[owner])
+
+    def columns(self, graph: sp.csr_matrix) -> sp.csr_matrix:
+        """``graph`` with its columns, dofs of this field, where they are in the matrix."""
+        places = self.to_matrix(graph.indices.astype(np.int64))
+        return sp.csr_matrix((graph.data, places, graph.indptr), (graph.shape[0], self._count))
+
+    def numbers(self) -> np.ndarray:
+        """Rows of the local dofs, ghosts included."""
+        count = self._map.size_local + self._map.num_ghosts
+        nodes = self._map.local_to_global(np.arange(count, dtype=np.int32)).astype(np.int64)
+        dofs = self._block * nodes[:, None] + np.arange(self._block)
+        return self.to_matrix(dofs.ravel())
+
+
+def _scalar_graph(form: fem.Form) -> sp.csr_matrix:
+    """What a form's elements couple, dof by dof."""
+    blocks = tuple(space.dofmap.index_map_bs for space in form.function_spaces)
+    return sp.kron(block_graph(form), np.ones(blocks), "csr")

@@ -1,0 +1,288 @@
+"""Newton's method: PETSc SNES with a symmetric factorisation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.model.model import INVERTED, Model
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.border import Border
+from dolfingrip.mechanics.newton.condensation import Condensation
+from dolfingrip.mechanics.newton.damping import Damping
+from dolfingrip.mechanics.newton.factors import Factors
+from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
+from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
+from dolfingrip.mechanics.newton.tangent import Tangent
+from dolfingrip.mechanics.path.predictor import Guess
+from dolfingrip.sections.numerics import Solver
+
+PREFIX = "dolfingrip_"
+"""Of PETSc's options."""
+
+CAREFUL = 3
+"""How many times the iterations of a plain solve a careful one may take."""
+
+REASON = {
+    Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
+    Verdict.CONVERGED: PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE,
+    Verdict.NOT_A_NUMBER: PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN,
+    Verdict.STUCK: PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH,
+    Verdict.HOPELESS: PETSc.SNES.ConvergedReason.DIVERGED_DTOL,
+}
+
+
+class Ending(StrEnum):
+    """How a solve ended."""
+
+    CONVERGED = "converged"
+    ITERATIONS = "iteration limit"
+    DIVERGED = "diverged"
+    INVERTED = "inverted"
+    BLOCKED = "blocked by contact"
+    SINGULAR = "singular tangent"
+
+
+@dataclass(frozen=True, slots=True)
+class Solve:
+    """Outcome of one solve.
+
+    Attributes:
+        ending: converged, or why not.
+        iterations: Newton iterations taken.
+        residual_N: norm of the last residual.
+        unstable: a careful solve met states that are not stable.
+    """
+
+    ending: Ending
+    iterations: int
+    residual_N: float
+    unstable: bool = False
+
+    @property
+    def converged(self) -> bool:
+        """Whether the residual met its tolerance."""
+        return self.ending is Ending.CONVERGED
+
+
+class Newton:
+    """Finds a stationary point of a model's Π from its present state.
+
+    Args:
+        model: whose displacement is solved for.
+        settings: tolerances and limits.
+        profile: where to book the time.
+        border: unknowns besides the displacement, such as the pressure at a prescribed volume.
+
+    Attributes:
+        iterations: Newton iterations since the start, failed solves included.
+        careful: careful solves since the start that converged.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        settings: Solver,
+        profile: Profile | None = None,
+        border: Border | None = None,
+    ) -> None:
+        self.model = model
+        self.settings = settings
+        self.profile = profile or Profile()
+        self.tangent = Tangent(model) if model.p is None else MixedTangent(model)
+        self.iterations = 0
+        self.careful = 0
+        # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
+        self._factors = Factors(PREFIX, self.tangent.graph if model.p is None else None)
+        self._border = border
+        self._residual = model.unknowns.create_vector()
+        # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
+        self._x = self._residual.duplicate()
+        self._trial = self._residual.duplicate()
+        self._retired: list[PETSc.Mat] = []
+        self._globalisation = Globalisation(model, settings, self._residual_along)
+        self._damping = Damping(PREFIX + "damped_", model, self.tangent)
+        self._condensation = None if model.p is None else Condensation(model)
+        self._careful = False
+        self._snes = self._make_snes()
+
+    def _make_snes(self) -> PETSc.SNES:
+        snes = PETSc.SNES().create(self.model.comm)
+        snes.setOptionsPrefix(PREFIX)
+        snes.setType(PETSc.SNES.Type.NEWTONLS)
+        snes.setFunction(self._form_residual, self._residual)
+        snes.setJacobian(self._form_tangent, self.tangent.matrix)
+        snes.setConvergenceTest(self._converged)
+        snes.setLineSearchPreCheck(self._bound_step)
+        ksp = snes.getKSP()
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        ksp.getPC().setType(PETSc.PC.Type.PYTHON)
+        options = PETSc.Options(PREFIX)
+        options["snes_linesearch_type"] = "basic"
+        # a rising residual is no failure: see Globalisation
+        options["snes_divergence_tolerance"] = -1
+        snes.setFromOptions()
+        return snes
+
+    @property
+    def factorisations(self) -> int:
+        """Factorisations since the start."""
+        return self._factors.count + self._damping.count
+
+    @property
+    def bordered(self) -> bool:
+        """Whether there are unknowns besides the model's."""
+        return self._border is not None
+
+    # -- callbacks -----------------------------------------------------------------------------
+
+    def _take(self, x: PETSc.Vec) -> None:
+        """Copy SNES' iterate into the unknowns, ghosts included."""
+        self.model.unknowns.set_owned(x.array_r)
+
+    def _residual_norm(self) -> float:
+        self.model.assemble_equations(self._trial)
+        return float(self._trial.norm())
+
+    def _residual_along(self, step: np.ndarray) -> float:
+        """Product of the residual with a local array of the unknowns."""
+        self.model.assemble_equations(self._trial)
+        own = self._trial.array_r @ self.model.unknowns.owned_part(step)
+        return float(self.model.comm.allreduce(own, MPI.SUM))
+
+    def _form_residual(self, _snes: Any, x: PETSc.Vec, residual: PETSc.Vec) -> None:
+        with self.profile.phase("residual"):
+            self._take(x)
+            self.model.assemble_equations(residual)
+
+    def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
+        with self.profile.phase("tangent"):
+            self._take(x)
+            carried = self.model.potential.carried
+            if self._careful and carried is not None:
+                carried.reset()  # the energy's own tangent leads downhill
+            before = self.tangent.matrix
+            self.tangent.assemble()
+            if self.tangent.matrix is not before:
+                self._retired.append(before)  # SNES still holds it until this call returns
+                snes.setJacobian(self._form_tangent, self.tangent.matrix)
+            if self._globalisation.far:
+                self._factors.renew()
+
+    def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
+        """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
+        with self.profile.phase("step bound"):
+            self._take(x)
+            if self._border is not None:
+                self._border.correct(y, self._snes.getKSP())
+            step = self.model.unknowns.to_local(-y.array_r)
+            fraction = 1.0
+            if self._careful and self._condensation and self._residual_along(step) > 0:
+                # the damped tangent leads downhill in the displacement: it is the pressure's fault
+                step = self._condensation.step()
+            else:
+                fraction = self._globalisation.fraction(step)
+                if self._careful:
+                    self._damping.heed(fraction)
+            if self._border is not None:
+                fraction = self._border.limit(step, fraction)
+            step *= fraction
+            if self.model.potential.carried is not None:
+                self.model.potential.carried.follow(*self.model.unknowns.parts(step))
+            if self._border is not None:
+                self._border.advance(fraction)
+            y.array[:] = -self.model.unknowns.owned_part(step)
+        return True
+
+    def _converged(
+        self, _snes: Any, iteration: int, norms: tuple[float, float, float], *_: Any
+    ) -> int:
+        scale = self._border.force_N if self._border is not None else 0.0
+        verdict = self._globalisation.judge(iteration, norms[2], scale)
+        missed = self._border is not None and not self._border.met(self.settings.rtol)
+        if verdict is Verdict.CONVERGED and missed:
+            verdict = Verdict.GO_ON
+        return REASON[verdict]
+
+    # -- solve ---------------------------------------------------------------------------------
+
+    def solve(self, guess: Guess | None = None, *, careful: bool = False) -> Solve:
+        """Iterate from the model's present state; the state is changed even if this fails.
+
+        Args:
+            guess: start there instead; the tolerance still refers to the present state's residual.
+            careful: damp and search along each step, which takes more and costlier iterations but
+                hardly loses its way: it follows a motion to a stable state.
+        """
+        model = self.model
+        carried = model.potential.carried
+        self._lead(careful)
+        if guess is not None and carried is not None:
+            self._globalisation.start(self._residual_norm(), far=True, careful=careful)
+            model.unknowns.set_local(guess.unknowns)
+            carried.stress.x.array[:] = guess.stress
+        else:
+            self._globalisation.start(careful=careful)
+            if carried is not None:
+                carried.reset()
+        self._x.array[:] = model.unknowns.owned()
+        with self.profile.phase("linear solve"):
+            self._snes.solve(None, self._x)
+        self._take(self._x)
+        self._retired.clear()
+        iterations = self._snes.getIterationNumber()
+        self.iterations += iterations
+        solve = Solve(
+            self._ending(self._snes.getConvergedReason()),
+            iterations,
+            float(self._snes.getFunctionNorm()),
+            self._damping.unstable,
+        )
+        self.careful += careful and solve.converged
+        return solve
+
+    def linear(self) -> Callable[[np.ndarray], np.ndarray]:
+        """K⁻¹ at the model's present state, for owned arrays in the order of a vector."""
+        self._lead(careful=False)
+        if self.model.potential.carried is not None:
+            self.model.potential.carried.reset()
+        self.tangent.assemble()
+        self._snes.setJacobian(self._form_tangent, self.tangent.matrix)
+        self._factors.renew()
+        ksp = self._snes.getKSP()
+        ksp.setOperators(self.tangent.matrix)
+
+        def solve(values: np.ndarray) -> np.ndarray:
+            self._trial.array[:] = values
+            ksp.solve(self._trial, self._x)
+            return self._x.array_r.copy()
+
+        return solve
+
+    def _lead(self, careful: bool) -> None:
+        """Prepare SNES for a careful solve, or a plain one."""
+        self._careful = careful
+        self._damping.start()
+        solver = self._damping if careful else self._factors
+        self._snes.getKSP().getPC().setPythonContext(solver)
+        most = self.settings.max_iterations
+        self._snes.setTolerances(max_it=CAREFUL * most if careful else most)
+
+    def _ending(self, reason: int) -> Ending:
+        reasons = PETSc.SNES.ConvergedReason
+        if reason > 0:
+            return Ending.CONVERGED
+        if self._globalisation.stuck:
+            inverted = self._globalisation.bound == INVERTED
+            return Ending.INVERTED if inverted else Ending.BLOCKED
+        if reason == reasons.DIVERGED_MAX_IT:
+            return Ending.ITERATIONS
+        if reason == reasons.DIVERGED_LINEAR_SOLVE:
+            return Ending.SINGULAR
+        return Ending.DIVERGED

@@ -1,0 +1,1 @@
+"""Load paths: adaptive steps, start values, limit points, failures."""

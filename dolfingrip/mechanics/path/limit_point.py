@@ -1,0 +1,74 @@
+"""Whether the pressure has a maximum just beyond a state."""
+
+from __future__ import annotations
+
+import ufl
+
+from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.newton.volume_control import VolumeControl
+from dolfingrip.sections.numerics import Solver
+
+FIRST, LONGEST = 1e-4, 0.1
+"""First step of the volume, relative to the cavity's, and longest; each is twice the one before."""
+
+MOST = 20
+"""Steps: the last ends about the cavity's volume away."""
+
+SHORTER = 4.0
+"""By how much a step that fails is shortened."""
+
+FALL = 1e-4
+"""Part of the pressure by which it must fall to have had a maximum."""
+
+
+class Summit:
+    """Leads the cavity's volume on from a state at which the pressure could not be raised.
+
+    A limit point is where equilibrium goes on at a falling pressure, so it is looked for. A single
+    bellows that gives way among stiff ones hardly shows in any norm of the displacement.
+
+    Args:
+        model: with the pressure among its controls.
+        pressure: that control.
+        volume: UFL form of the meshed cavity's volume (mm³).
+        settings: of Newton's method.
+    """
+
+    def __init__(self, model: Model, pressure: Control, volume: ufl.Form, settings: Solver) -> None:
+        self._model = model
+        self._pressure = pressure
+        self._volume = volume
+        self._settings = settings
+
+    def is_near(self, beyond_kPa: float) -> bool:
+        """Whether the pressure rises to a maximum and falls; the model is left as it was.
+
+        Args:
+            beyond_kPa: the pressure that was not reached; where it is, there is no maximum before.
+        """
+        good = last = self._model.state()
+        control = VolumeControl(self._model, self._pressure, self._volume)
+        newton = Newton(self._model, self._settings, border=control)
+        highest, start = self._pressure.value, control.value
+        volume, step = start, FIRST * start
+        try:
+            for _ in range(MOST):
+                control.set(volume + step)
+                if not newton.solve().converged:
+                    self._model.restore(last)
+                    step /= SHORTER
+                    if step < FIRST * start:
+                        return False
+                    continue
+                pressure = self._pressure.value
+                if pressure < (1 - FALL) * highest:
+                    return True
+                if pressure > beyond_kPa:
+                    return False
+                highest = max(highest, pressure)
+                volume, last = volume + step, self._model.state()
+                step = min(2 * step, LONGEST * start)
+        finally:
+            self._model.restore(good)
+        return False

@@ -1,0 +1,223 @@
+"""The load path: adaptive steps that land on the asked controls, up and down."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from mpi4py import MPI
+
+from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.newton.newton import Ending, Newton, Solve
+from dolfingrip.mechanics.path.failure import Failure, FailureKind
+from dolfingrip.mechanics.path.predictor import Guess, Predictor
+
+SOFT = 0.2
+"""Part of the largest stiffness on the path below which a failure is a limit point."""
+
+AWAY = 0.1
+"""Part of the largest stiffness below which a motion past unstable states runs away."""
+
+COMFORTABLE = 8
+"""Newton iterations up to which the next step may be longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """How a target was reached.
+
+    Attributes:
+        iterations: Newton iterations since the last target, failed steps included.
+        steps: converged load steps.
+        cuts: steps that failed and were halved.
+        failure: set where the target was not reached; the model is then at the last good state.
+    """
+
+    iterations: int
+    steps: int
+    cuts: int
+    failure: Failure | None = None
+
+
+class LoadPath:
+    """Leads a model along straight lines between prescribed controls, time among them.
+
+    A step starts from where the path so far leads, as long as that is straight. One that fails is
+    taken back and tried again with care, then halved; steps grow again after easy ones. With care
+    the path may go on beyond a limit point, where the model snaps to another stable state. The
+    solver's time limit counts from here, and is looked at before each step.
+
+    Args:
+        newton: solver of the model.
+        longest: longest step of each control that limits the step (``pressure_kPa`` to the
+            solver's ``max_step_kPa`` by default); a control that is absent does not.
+        accept: called after each converged step; returns a reason to reject it, or "".
+        passable: asked at the last good state and told the controls that were not reached, whether
+            equilibrium goes on there at a falling load.
+    """
+
+    def __init__(
+        self,
+        newton: Newton,
+        longest: Mapping[str, float] | None = None,
+        accept: Callable[[], str] = lambda: "",
+        passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
+    ) -> None:
+        self.newton = newton
+        self.model = newton.model
+        settings = newton.settings
+        self._longest = longest or {"pressure_kPa": settings.max_step_kPa}
+        self._accept = accept
+        self._passable = passable
+        self._length = 1.0  # of the longest step
+        self._stiffest = 0.0
+        self._shortest = settings.min_step_kPa / settings.max_step_kPa
+        self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
+        # what borders the displacement would have to be guessed along with it
+        self._predictor = None if newton.bordered else Predictor(self.model, newton.linear)
+        self._lost = False  # whether the last careful solve on the way to the target failed
+        self._direction: dict[str, float] = {}
+        self._end: dict[str, float] = {}
+        self._place = 0.0  # along the path, in longest steps
+
+    def advance(self, target: Mapping[str, float]) -> Arrival:
+        """Go to ``target`` (controls by name); stop at the last good state on failure."""
+        good = self.model.state()
+        start = {name: good.controls[name] for name in target}
+        whole = (
+            max(
+                (
+                    abs(target[name] - start[name]) / longest
+                    for name, longest in self._longest.items()
+                    if name in target
+                ),
+                default=1.0,
+            )
+            or 1.0
+        )  # number of longest steps to the target
+
+        def at(fraction: float) -> dict[str, float]:
+            if fraction == 1.0:
+                return dict(target)
+            return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
+
+        self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
+        self._lost = False
+        before = self.newton.iterations
+        done, iterations, steps, cuts = 0.0, 0, 0, 0
+        while done < 1.0:
+            if self._late():
+                failure = Failure(FailureKind.TIME_LIMIT, at(done), dict(target))
+                return Arrival(iterations, steps, cuts, failure)
+            length = min(self._length, 1.0) / whole
+            # no sliver is left for a last step
+            reach = 1.0 if done + 1.01 * length >= 1.0 else done + length
+            self.model.prescribe(at(reach))
+            ahead = self._place + (reach - done) * whole
+            guess = self._predictor.guess(ahead) if self._predictor else None
+            last = (reach - done) * whole < 2 * self._shortest
+            solve = self._solve(good, at(reach), guess, last=last)
+            iterations = self.newton.iterations - before
+            rejected = self._accept() if solve.converged else ""
+            if solve.converged and not rejected:
+                stiffness = self._stiffness((reach - done) * whole, good)
+                self._stiffest = max(self._stiffest, stiffness)
+                done, steps = reach, steps + 1
+                self.model.accept_step()
+                self._place, self._end = ahead, at(reach)
+                if self._predictor:
+                    self._predictor.keep(ahead)
+                good = self.model.state()
+                if solve.iterations <= COMFORTABLE:
+                    self._length = min(2 * self._length, 1.0)
+                continue
+            away = solve.unstable and self._runs_away((reach - done) * whole, good)
+            self.model.restore(good)
+            if self._predictor:
+                self._predictor.restart(self._place)
+            cuts += 1
+            self._length = (reach - done) * whole / 2
+            if self._length < self._shortest:
+                back = self._shortest / whole / 2
+                soft = (
+                    away
+                    or self._is_soft(at(done - back), back * whole, good)
+                    or self._passable(at(reach))
+                )
+                failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
+                return Arrival(iterations, steps, cuts, failure)
+        return Arrival(iterations, steps, cuts)
+
+    def _solve(
+        self, good: State, controls: Mapping[str, float], guess: Guess | None, *, last: bool
+    ) -> Solve:
+        """Solve the model from ``good``, its state, at ``controls``, its own.
+
+        Where care has not helped before it is left out but for the ``last`` step that is tried:
+        beyond a limit point it takes its time to run away.
+        """
+        solve = self.newton.solve(guess)
+        if solve.converged or self.newton.bordered or (self._lost and not last):
+            return solve
+        self.model.restore(good)
+        self.model.prescribe(controls)
+        careful = self.newton.solve(careful=True)
+        self._lost = not careful.converged
+        return careful
+
+    def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
+        """Take ``direction``, the change of each control in a longest step, from ``start`` on."""
+        straight = start == self._end and all(
+            math.isclose(change, self._direction[name], rel_tol=1e-6, abs_tol=1e-12)
+            for name, change in direction.items()
+        )
+        if not straight and self._predictor:
+            with self.newton.profile.phase("prediction"):
+                self._predictor.turn(self._place, direction)
+        self._direction = direction
+
+    def _late(self) -> bool:
+        """Whether the time is over, the same on all ranks."""
+        if self._end_s == math.inf:
+            return False
+        return bool(self.model.comm.allreduce(time.monotonic() > self._end_s, MPI.LOR))
+
+    def _stiffness(self, length: float, before: State) -> float:
+        """Part of a longest step for each mm that the displacement has moved from ``before``."""
+        moved = self.model.u.x.array - before.displacement
+        square = self.model.comm.allreduce(float(moved @ moved), MPI.SUM)
+        return length / math.sqrt(square) if square > 0 else 0.0
+
+    def _runs_away(self, length: float, good: State) -> bool:
+        """Whether a failed solve has gone far from ``good`` for so small a step.
+
+        A motion through a viscous medium that leaves a stable state and finds no other ends by
+        inverting elements, or not within its iterations.
+        """
+        return self._stiffness(length, good) < AWAY * self._stiffest
+
+    def _is_soft(self, controls: Mapping[str, float], length: float, good: State) -> bool:
+        """Whether the model answers a small step back much more softly than it once did.
+
+        Bergan's current stiffness parameter (Bergan, Horrigmoe, Kråkeland & Søreide, Int. J.
+        Numer. Methods Eng. 12, 1978), which vanishes at a limit point. The pivots of a diverged
+        iteration tell nothing. The model is restored to ``good``.
+        """
+        self.model.prescribe(controls)
+        converged = self.newton.solve().converged
+        stiffness = self._stiffness(length, good)
+        self.model.restore(good)
+        return converged and 0 < stiffness < SOFT * self._stiffest
+
+
+def _classify(solve: Solve, rejected: str, soft: bool) -> FailureKind:
+    """The class of a step that failed at its smallest length."""
+    if rejected or solve.ending is Ending.BLOCKED:
+        return FailureKind.CONTACT
+    if soft or solve.ending is Ending.SINGULAR:
+        return FailureKind.LIMIT_POINT
+    if solve.ending is Ending.INVERTED:
+        return FailureKind.INVERTED_ELEMENT
+    return FailureKind.ITERATION_LIMIT

@@ -1,0 +1,118 @@
+"""Where Newton's method starts a load step."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.path import series
+
+MOST, FEWEST = 4, 3
+"""States that the polynomial goes through: at most, so cubic, and at least."""
+
+CLEAR = 0.9
+"""Part of the way to a bound that is taken: on it the barrier would be felt too much."""
+
+WORTH = 0.3
+"""A shorter part of the way to the state ahead saves no iteration."""
+
+AHEAD = (0.25, -0.125, 0.125)
+"""Places of the states that stand for a path's series, in its unit: those that serve longest last.
+So near the path that nothing is stretched yet, so far apart that rounding is not felt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A start of Newton's method.
+
+    Attributes:
+        unknowns: of the model, as a local array.
+        stress: values of its carried stress.
+    """
+
+    unknowns: np.ndarray
+    stress: np.ndarray
+
+
+class Predictor:
+    """Continues the polynomial through the last states of a straight load path.
+
+    At its start the states are those of its series. Displacement *and* carried stress are
+    extrapolated: the stress barely feels that the extrapolated displacement stretches what should
+    merely turn, and with it the first tangent is nearly that of the solution. Displacement alone
+    costs more iterations than it saves.
+
+    Args:
+        model: whose states are kept; without a carried stress nothing is predicted.
+        tangent: makes K⁻¹ at the model's state, as :func:`series.terms` takes it.
+    """
+
+    def __init__(self, model: Model, tangent: Callable[[], series.Solve]) -> None:
+        self._model = model
+        self._tangent = tangent
+        self._kept: deque[tuple[float, Guess]] = deque(maxlen=MOST)
+
+    def restart(self, place: float) -> None:
+        """Forget all but the present, converged state at ``place`` on the path."""
+        self._kept.clear()
+        if self._model.potential.carried is not None:
+            self._model.potential.carried.reset()
+            self.keep(place)
+
+    def turn(self, place: float, rates: Mapping[str, float]) -> None:
+        """Start a new straight path at the present, converged state.
+
+        Args:
+            place: of the state.
+            rates: of the controls, for each unit of place.
+        """
+        self.restart(place)
+        state = self._model.state()
+        if self._model.potential.carried is None or state.history:
+            return  # where internal variables evolve, half a step leads elsewhere
+        terms = series.terms(self._model, self._tangent, state.controls, rates)
+        here = self._model.unknowns.local()
+        farthest = series.along(here, terms, AHEAD[0])
+        if not terms or self._model.admissible_step(farthest - here)[0] < 1.0:
+            return
+        self._kept.clear()
+        for ahead in (*AHEAD, 0.0):
+            self._model.unknowns.set_local(series.along(here, terms, ahead))
+            self._model.potential.carried.reset()
+            self.keep(place + ahead)
+
+    def keep(self, place: float) -> None:
+        """Remember the state that Newton's method has found at ``place``."""
+        carried = self._model.potential.carried
+        if carried is not None:
+            guess = Guess(self._model.unknowns.local(), carried.stress.x.array.copy())
+            self._kept.append((place, guess))
+
+    def guess(self, place: float) -> Guess | None:
+        """The state at ``place``, or close to it as far as the bounds let; None if not far."""
+        if len(self._kept) < FEWEST:
+            return None
+        places = np.array([kept for kept, _ in self._kept])
+        weights = lagrange(places, place)
+        states = [state for _, state in self._kept]
+        last = states[-1]
+        step = np.tensordot(weights, [state.unknowns for state in states], 1) - last.unknowns
+        part, _ = self._model.admissible_step(step)
+        if part < 1.0:
+            part *= CLEAR
+        if part < WORTH:
+            return None
+        stress = np.tensordot(weights, [state.stress for state in states], 1)
+        return Guess(last.unknowns + part * step, last.stress + part * (stress - last.stress))
+
+
+def lagrange(places: np.ndarray, place: float) -> np.ndarray:
+    """(n,) weights with which values at ``places`` (n,) make the polynomial's at ``place``."""
+    apart = places[:, None] - places + np.eye(len(places))
+    ratios = (place - places) / apart
+    np.fill_diagonal(ratios, 1.0)
+    return np.asarray(ratios.prod(axis=1))

@@ -1,0 +1,91 @@
+"""Where a load path leads at first: its Taylor series, known before any step along it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from mpi4py import MPI
+
+from dolfingrip.mechanics.model.model import Model
+
+ORDER = 3
+"""Of the series, as of the polynomials that the path is continued by."""
+
+NEAR = 1e-3
+"""Distance of the states that the derivatives are differences of, in the path's unit. Membranes
+are so stiff that at a hundredth the third term is 1.7 times too large; rounding stays below 1e-5
+of the first term."""
+
+FALLING = 0.3
+"""Part of the first term that the last one may be: a series with greater ones leads astray."""
+
+Solve = Callable[[np.ndarray], np.ndarray]
+"""K⁻¹ of an array of the equations' residual, both owned values in the order of a vector."""
+
+
+def terms(
+    model: Model,
+    tangent: Callable[[], Solve],
+    controls: Mapping[str, float],
+    rates: Mapping[str, float],
+) -> list[np.ndarray]:
+    """Taylor terms of the states on a straight path through a model's present solution.
+
+    Where the terms of u(s) below sⁿ are known, the residual along them starts with r sⁿ, and the
+    next term is −K⁻¹r sⁿ: one tangent serves all orders (the asymptotic numerical method: Cochelin,
+    Damil & Potier-Ferry, Int. J. Numer. Methods Eng. 37, 1994). r is a central difference here,
+    so that every energy, contact and extensions will do.
+
+    Args:
+        model: at a solution, and left there.
+        tangent: makes K⁻¹ at the model's state; not called where the state does not depend on s.
+        controls: there.
+        rates: of the controls, for each unit of s.
+
+    Returns:
+        The factors of s, s², … of the unknowns, local arrays; none where the path does not move,
+        or the series does not converge: in contact, for one, which is not smooth.
+    """
+    start = model.unknowns.local()
+    found: list[np.ndarray] = []
+    equations = model.unknowns.create_vector()
+
+    def residual(s: float) -> np.ndarray:
+        model.unknowns.set_local(along(start, found, s))
+        model.prescribe({name: controls[name] + s * rate for name, rate in rates.items()})
+        model.assemble_equations(equations)
+        return equations.array_r.copy()
+
+    def difference(order: int) -> np.ndarray:
+        ahead, back = residual(NEAR), residual(-NEAR)
+        both = ahead - back if order % 2 else ahead + back - 2 * residual(0.0)
+        return both / (2 * NEAR**order)
+
+    try:
+        change = difference(1)
+        if not model.comm.allreduce(bool(change.any()), MPI.LOR):
+            return []
+        model.unknowns.set_local(start)
+        model.prescribe(controls)
+        solve = tangent()
+        found.append(model.unknowns.to_local(-solve(change)))
+        for order in range(2, ORDER + 1):
+            found.append(model.unknowns.to_local(-solve(difference(order))))
+    finally:
+        model.unknowns.set_local(start)
+        model.prescribe(controls)
+        equations.destroy()
+    first, last = (_length(model, term) for term in (found[0], found[-1]))
+    return found if last < FALLING * first else []
+
+
+def along(start: np.ndarray, terms: Sequence[np.ndarray], s: float) -> np.ndarray:
+    """Start + Σ terms[k − 1] sᵏ."""
+    return sum((s**order * term for order, term in enumerate(terms, 1)), start=start)
+
+
+def _length(model: Model, term: np.ndarray) -> float:
+    """Norm of a term's displacement (mm)."""
+    owned = model.unknowns.owned_part(term)[: model.u.x.index_map.size_local * model.u.x.block_size]
+    return float(np.sqrt(model.comm.allreduce(owned @ owned, MPI.SUM)))

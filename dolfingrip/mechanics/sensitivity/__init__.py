@@ -1,0 +1,1 @@
+"""Derivatives of what a model yields with respect to its parameters."""

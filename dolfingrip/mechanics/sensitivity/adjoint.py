@@ -1,0 +1,117 @@
+"""How an output of a solved model changes with its parameters: the adjoint method."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton.tangent import Tangent
+
+
+@dataclass(frozen=True, slots=True)
+class Direction:
+    """What changes with a parameter, and how fast.
+
+    Attributes:
+        velocity: of the points of the reference configuration (mm for each unit of the
+            parameter), a piecewise linear vector; None where they stay.
+        rates: constants of the potential with their rates.
+    """
+
+    velocity: fem.Function | None = None
+    rates: Sequence[tuple[fem.Constant, float]] = ()
+
+
+class Adjoint:
+    """Derivatives of one output of a model at its present state, which must be a solution.
+
+    With R(u, m) = ∂Π/∂u = 0 and an output g(u, m) the derivative to any parameter m is
+    ∂g/∂m − λ·∂R/∂m, Kλ = ∂g/∂u: one linear solve with the tangent, however many parameters.
+    Partial derivatives to the shape move the mesh and keep the nodal displacements (Ham,
+    Mitchell, Paganini & Wechsung, Struct. Multidisc. Optim. 60, 2019).
+
+    Args:
+        model: led by its constants (pressure rather than volume).
+        output: UFL form of the meshed part's share of g.
+    """
+
+    def __init__(self, model: Model, output: ufl.Form) -> None:
+        self._model = model
+        space = model.u.function_space
+        self._adjoint = fem.Function(space)
+        self._lagrangian = output - ufl.action(model.potential.gradient, self._adjoint)
+        test = ufl.TestFunction(space)
+        self._solve(fem.form(ufl.derivative(output, model.u, test), jit_options=jit.options()))
+        self._moving: tuple[fem.Function, fem.Form] | None = None
+
+    def _solve(self, right: fem.Form) -> None:
+        model = self._model
+        if model.potential.carried is not None:
+            model.potential.carried.reset()
+        tangent = Tangent(model)  # of its own: Newton's may not change under it
+        tangent.assemble()
+        load = fem_petsc.create_vector(right)
+        fem_petsc.assemble_vector(load, right)
+        load.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        model.release(load)
+        ksp = PETSc.KSP().create(model.comm)
+        ksp.setOperators(tangent.matrix)
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        ksp.getPC().setType(PETSc.PC.Type.CHOLESKY)
+        ksp.getPC().setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+        solution = load.duplicate()
+        ksp.solve(load, solution)
+        self._adjoint.x.array[: solution.getLocalSize()] = solution.array_r
+        self._adjoint.x.scatter_forward()
+        for each in (ksp, load, solution, tangent.matrix):
+            each.destroy()
+
+    def derivative(self, direction: Direction) -> float:
+        """dg/dm along a direction, in the output's unit for each unit of the parameter."""
+        local = 0.0
+        if direction.velocity is not None:
+            local += self._to_shape(direction.velocity)
+        for constant, rate in direction.rates:
+            local += self._to_constant(constant, rate)
+        model = self._model
+        found = model.comm.allreduce(local, MPI.SUM)
+        if direction.velocity is not None and model.contact is not None:
+            found -= self._through_contact(direction.velocity)
+        return float(model.domain.copies * found)
+
+    def _to_shape(self, velocity: fem.Function) -> float:
+        if self._moving is None:
+            field = fem.Function(velocity.function_space)
+            x = ufl.SpatialCoordinate(self._model.domain.mesh)
+            form = ufl.derivative(self._lagrangian, x, field)
+            self._moving = field, fem.form(form, jit_options=jit.options())
+        field, compiled = self._moving
+        field.x.array[:] = velocity.x.array
+        return float(fem.assemble_scalar(compiled))
+
+    def _to_constant(self, constant: fem.Constant, rate: float) -> float:
+        # UFL derives by functions only: a piecewise constant one takes the constant's place
+        space = fem.functionspace(self._model.domain.mesh, ("DG", 0))
+        value, change = fem.Function(space), fem.Function(space)
+        value.x.array[:], change.x.array[:] = constant.value, rate
+        form = ufl.derivative(ufl.replace(self._lagrangian, {constant: value}), value, change)
+        return float(fem.assemble_scalar(fem.form(form, jit_options=jit.options())))
+
+    def _through_contact(self, velocity: fem.Function) -> float:
+        """λ·∂R/∂m of the contact potential, the same on all ranks."""
+        contact = self._model.contact
+        assert contact is not None
+        moving = fem.Function(self._model.u.function_space)
+        moving.interpolate(velocity)
+        rates = contact.surface.displacement(moving.x.array)
+        weights = contact.surface.at_nodes(self._adjoint.x.array)
+        return float(np.sum(weights * contact.gradient_rate(self._model.u.x.array, rates)))

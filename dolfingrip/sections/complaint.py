@@ -1,0 +1,159 @@
+"""Bad configuration, said in one line that names the key, the value and the allowed range."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import types
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from annotated_types import BaseMetadata
+from pydantic import BaseModel, ValidationError
+
+from dolfingrip.sections.units import unit
+
+BOUNDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
+LONGEST = 60
+"""Characters of a value that are shown."""
+
+
+class ConfigError(ValueError):
+    """Bad input, said in one line that names the key, the value and the allowed range."""
+
+
+def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
+    """``data`` as a ``root``.
+
+    Raises:
+        ConfigError: one line naming the key, its value and the allowed range.
+    """
+    try:
+        return root.model_validate(data)
+    except ValidationError as error:
+        raise ConfigError(one_line(error, root, data)) from None
+
+
+def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, Any]) -> str:
+    """The first complaint of pydantic about ``data``, which should have made a ``root``."""
+    first = error.errors()[0]
+    # the numbers are places in a list, which is named as a whole
+    location = [str(part) for part in first["loc"] if not isinstance(part, int)]
+    key = ".".join(location)
+    if first["type"] == "extra_forbidden":
+        return _unknown(location, root)
+    if first["type"] == "geometry":
+        return f"{key}.{first['msg']}" if key else str(first["msg"])
+    value: Any = data
+    last = max(i for i, part in enumerate(first["loc"]) if not isinstance(part, int))
+    for place in first["loc"][: last + 1]:
+        if first["type"] == "missing" and place not in value:
+            return f"{key}: missing; {_reason('missing', location, root)}"
+        value = value[place]
+    return f"{key} = {shown(value)}: {_reason(first['type'], location, root)}"
+
+
+def shown(value: Any) -> str:
+    """A value as it stands in TOML, cut where it is long."""
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+
+
+def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
+    info = _fields(location[:-1], root)[location[-1]]
+    hint = _bare(info.annotation)
+    if isinstance(hint, type) and issubclass(hint, BaseModel):
+        return f"not a table; allowed: keys {', '.join(hint.model_fields)}"
+    if get_origin(hint) is Literal:
+        return f"allowed: {', '.join(str(choice) for choice in get_args(hint))}"
+    if hint is bool:
+        return "allowed: true, false"
+    if hint is Path:
+        return "allowed: a file's path in quotes"
+    if get_origin(hint) is tuple:
+        return f"allowed: {_entries(hint, info)}"
+    if hint is str:
+        return "allowed: a text in quotes"
+    what = "integer" if hint is int else "number"
+    allowed = bounds(info, location[-1])
+    if kind.startswith(("greater", "less")):
+        return f"allowed: {allowed}"
+    if kind == "finite_number":
+        what = "finite number"
+    article = "an" if hint is int else "a"
+    return f"not {article} {what}; allowed: {allowed}"
+
+
+def _entries(hint: Any, info: Any) -> str:
+    """What a list may hold, in words."""
+    entry, *more = get_args(hint)
+    if more and more[0] is not Ellipsis:
+        return "three finite numbers, as in [1, 0, 0]"
+    inner, bounded = entry, None
+    if get_origin(entry) is Annotated:
+        inner, *bounded = get_args(entry)
+    if get_origin(inner) is Literal:
+        return f"a list of {', '.join(str(choice) for choice in get_args(inner))}"
+    limits = {
+        name: getattr(item, name)
+        for item in info.metadata
+        for name in ("min_length", "max_length")
+        if getattr(item, name, None) is not None
+    }
+    count = " to ".join(dict.fromkeys(str(limit) for limit in limits.values()))
+    what = "integers" if inner is int else "numbers"
+    each = _within([item for field in bounded or () for item in getattr(field, "metadata", [])])
+    text = " ".join(part for part in ("a list of", count, what) if part)
+    return f"{text}, each {each}" if each else text
+
+
+def bounds(info: Any, key: str) -> str:
+    """The allowed range in words, with its unit, from pydantic's bounds."""
+    return f"{_within(info.metadata)} {unit(key)}".strip()
+
+
+def _within(metadata: Sequence[Any]) -> str:
+    """Pydantic's bounds in words."""
+    return " and ".join(
+        f"{word} {getattr(item, name):.10g}"
+        for item in metadata
+        if isinstance(item, BaseMetadata)
+        for name, word in BOUNDS.items()
+        if getattr(item, name, None) is not None
+    )
+
+
+def _bare(hint: Any) -> Any:
+    """A type without the None that makes it optional."""
+    if get_origin(hint) in (Union, types.UnionType):
+        return next(part for part in get_args(hint) if part is not type(None))
+    return hint
+
+
+def _fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
+    """Fields of the section at the end of ``sections``."""
+    model: Any = root
+    for name in sections:
+        model = _bare(model.model_fields[name].annotation)
+        if get_origin(model) is tuple:  # a list of tables
+            model = get_args(model)[0]
+    return dict(model.model_fields)
+
+
+def _unknown(location: Sequence[str], root: type[BaseModel]) -> str:
+    """An unknown key, the nearest known one and those that are allowed in its place."""
+    *sections, name = location
+    here = list(_fields(sections, root))
+    elsewhere = [
+        f"{section}.{name}"
+        for section, info in root.model_fields.items()
+        if name in getattr(info.annotation, "model_fields", ())
+    ]
+    if elsewhere:
+        meant = " or ".join(elsewhere)
+    else:
+        near = difflib.get_close_matches(name, here, 1, 0.6)
+        meant = ".".join([*sections, *near]) if near else ""
+    hint = f"did you mean {meant}? " if meant else ""
+    return f"{'.'.join(location)}: unknown key; {hint}allowed: {', '.join(here)}"

@@ -1,0 +1,52 @@
+"""Sections of the configuration that tell how it is solved: Newton's method, contact."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from dolfingrip.sections.section import Section, check_up_to
+
+
+class Solver(Section):
+    """Discretisation and Newton's method."""
+
+    element: Literal["P1", "P2", "P2-P1", "S2"] | None = Field(
+        None,
+        description="displacement: P1 or P2 on tetrahedra, P2-P1 with a linear pressure for nu "
+        "near 0.5, S2 on hexahedra (20 nodes, 8 integration points); default: S2, or P2 on "
+        "tetrahedra of a file or by number",
+    )
+    rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
+    atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
+    max_iterations: int = Field(
+        30, ge=1, le=1000, description="Newton iterations a step, thrice as many with care"
+    )
+    max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")
+    max_step_s: float | None = Field(
+        None, gt=0, description="largest step in time; default: as long as the pressure's allows"
+    )
+    min_step_kPa: float = Field(0.1, gt=0, description="smallest step before a failure is called")
+    time_limit_s: float | None = Field(
+        None, gt=0, description="of a load path, which then ends at its last good pressure"
+    )
+    mixed_integration_point: bool = Field(
+        True, description="carry the stress as an independent field (fewer iterations)"
+    )
+
+    @model_validator(mode="after")
+    def _steps(self) -> Solver:
+        check_up_to(self, "min_step_kPa", "max_step_kPa", "kPa")
+        return self
+
+
+class Contact(Section):
+    """Barrier contact (incremental potential contact) of the outer skin with itself."""
+
+    self_contact: bool = Field(True, description="bellows cannot pass through one another")
+    barrier_mm: float = Field(0.2, gt=0, le=10, description="distance at which contact is felt")
+    stiffness_MPa: float = Field(0.005, gt=0, description="of the barrier")
+    spacing_mm: float = Field(
+        2.0, gt=0, le=100, description="hexahedra: largest distance of contact points"
+    )

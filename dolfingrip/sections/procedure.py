@@ -1,0 +1,92 @@
+"""Sections of the configuration that tell how it is tested: experiment, protocol, coupon."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from dolfingrip.sections.section import Section, check_up_to, outside
+
+Branch = Literal["loading", "unloading", "hold"]
+Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
+Values = Annotated[tuple[float, ...], Field(strict=False)]
+Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
+Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
+
+
+class Experiment(Section):
+    """Readings to take, in order: from rest to the maximum, and back where asked."""
+
+    control: Literal["pressure", "volume"] = Field(
+        "pressure", description="what is led; led by volume, the cavity passes limit points"
+    )
+    max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
+    step_kPa: float = Field(25.0, gt=0, description="a reading every so much")
+    max_volume_ratio: float = Field(
+        2.0, gt=1, le=100, description="led by volume: largest cavity, relative to rest"
+    )
+    step_volume_ratio: float = Field(
+        0.1, gt=0, le=10, description="led by volume: a reading every so much"
+    )
+    unload: bool = Field(False, description="go back to rest in the same steps")
+    rate_kPa_per_s: float = Field(25.0, gt=0, description="ramp; felt by models with a clock only")
+    cycles: int = Field(1, ge=1, le=10_000, description="how often; more than one unloads, too")
+    hold_s: float = Field(0.0, ge=0, description="wait at the maximum of each cycle")
+    rest_s: float = Field(0.0, ge=0, description="wait unpressurised after each cycle")
+    hold_readings: int = Field(4, ge=1, le=1000, description="readings of a wait, ever sparser")
+
+    @model_validator(mode="after")
+    def _steps(self) -> Experiment:
+        check_up_to(self, "step_kPa", "max_pressure_kPa", "kPa")
+        return self
+
+
+class Protocol(Section):
+    """Readings at given times, instead of the experiment's ramps; made by --protocol."""
+
+    time_s: Times = Field((), description="of each reading, none earlier than the one before")
+    pressure_kPa: Values = Field((), description="of each reading (finger)")
+    displacement_mm: Values = Field((), description="of each reading (coupon)")
+    cycle: Cycles = Field((), description="of each reading; default: 1")
+    branch: Branches = Field((), description="of each reading; default: from its neighbour")
+
+    @model_validator(mode="after")
+    def _table(self) -> Protocol:
+        count = len(self.time_s)
+        led = "displacement_mm" if self.displacement_mm else "pressure_kPa"
+        for key in (led, "cycle", "branch"):
+            values = getattr(self, key)
+            if len(values) != count and (values or key == led):
+                raise outside(
+                    key, f"{len(values)} values", f"allowed: as many as time_s has, {count}"
+                )
+        late = [b for a, b in pairwise(self.time_s) if b < a]
+        if late:
+            raise outside("time_s", f"… {late[0]:g}", "allowed: no earlier than the one before")
+        return self
+
+
+class Coupon(Section):
+    """Uniaxial tension of a bar: its gauge length, moved at one end."""
+
+    gauge_length_mm: float = Field(33.0, gt=0, le=1000, description="length that is stretched")
+    width_mm: float = Field(3.0, gt=0, le=500, description="of the cross-section")
+    thickness_mm: float = Field(3.0, gt=0, le=500, description="of the cross-section")
+    grip: Literal["sliding", "clamped"] = Field(
+        "sliding", description="ends free to narrow (uniform stretch) or held fast"
+    )
+    max_strain: float = Field(0.5, gt=0, le=10, description="largest nominal strain")
+    step_strain: float = Field(0.05, gt=0, le=10, description="a reading every so much")
+    rate_mm_per_s: float = Field(2.5, gt=0, description="crosshead; felt by models with a clock")
+
+    @model_validator(mode="after")
+    def _steps(self) -> Coupon:
+        check_up_to(self, "step_strain", "max_strain")
+        return self
+
+    @property
+    def area_mm2(self) -> float:
+        """Cross-section at rest."""
+        return self.width_mm * self.thickness_mm

@@ -1,0 +1,153 @@
+"""A protocol file: what the laboratory does, as readings at given times.
+
+TOML: segments that are run through in order, ``cycles`` times, at each pose:
+
+    cycles = 2
+    [[segment]]
+    to_kPa = 100.0           # a coupon: to_mm
+    rate_kPa_per_s = 25.0    # a coupon: rate_mm_per_s
+    readings = 4
+    [[segment]]
+    hold_s = 60.0
+    readings = 5
+    [[pose]]
+    name = "gap 2 mm"
+    set = ["plate.gap_mm=2", "gravity.direction=[1, 0, 0]"]
+
+or the CSV of a measurement, whose own time stamps are taken.
+"""
+
+from __future__ import annotations
+
+import csv
+import tomllib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import Field, model_validator
+
+from dolfingrip.sections.complaint import ConfigError, checked
+from dolfingrip.sections.procedure import Branch
+from dolfingrip.sections.section import Section, outside
+
+SPARSER = 3.0
+"""Ratio of the times of successive readings of a wait, since what relaxes does so ever slower."""
+
+Lines = Annotated[tuple[str, ...], Field(strict=False)]
+
+
+class Segment(Section):
+    """A ramp or a wait."""
+
+    to_kPa: float | None = Field(None, description="pressure at the end of the ramp")
+    to_mm: float | None = Field(None, description="crosshead's displacement at its end (coupon)")
+    rate_kPa_per_s: float = Field(25.0, gt=0, description="of the ramp")
+    rate_mm_per_s: float = Field(2.5, gt=0, description="of the ramp (coupon)")
+    hold_s: float | None = Field(None, ge=0, description="length of the wait")
+    readings: int = Field(4, ge=1, le=100_000, description="the last at the segment's end")
+
+    @model_validator(mode="after")
+    def _one_of(self) -> Self:
+        given = [key for key in ("to_kPa", "to_mm", "hold_s") if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise outside("hold_s", self.hold_s, "allowed: exactly one of to_kPa, to_mm and hold_s")
+        return self
+
+
+class Pose(Section):
+    """A set-up in which all segments are run through."""
+
+    name: str = Field(description="folder of its results")
+    set: Lines = Field((), description="as with --set")
+
+
+class ProtocolFile(Section):
+    """Contents of a TOML protocol."""
+
+    cycles: int = Field(1, ge=1, le=10_000, description="how often the segments are repeated")
+    segment: Annotated[tuple[Segment, ...], Field(strict=False)] = Field(
+        (), description="ramps and waits in order"
+    )
+    pose: Annotated[tuple[Pose, ...], Field(strict=False)] = Field((), description="set-ups")
+
+
+def waits(length_s: float, count: int) -> list[float]:
+    """Times after the start of a wait at which it is read, the last at its end."""
+    return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
+
+
+def read(file: Path, experiment: str) -> tuple[dict[str, Any], Sequence[Pose]]:
+    """The table ``[protocol]`` that ``file`` stands for, and the poses it is run at.
+
+    Args:
+        file: TOML, or CSV in the measured-data format.
+        experiment: whose rows of a CSV are meant.
+
+    Raises:
+        ConfigError: one line naming the key, its value and what is allowed.
+    """
+    try:
+        text = file.read_text(encoding="utf-8")
+        if file.suffix == ".csv":
+            return _measured(file, text.splitlines(), experiment), ()
+        data = tomllib.loads(text)
+    except OSError as error:
+        raise ConfigError(f"--protocol {file}: {error.strerror}") from None
+    except ValueError as error:
+        raise ConfigError(f"--protocol {file}: not TOML: {error}") from None
+    asked = checked(ProtocolFile, data)
+    if not asked.segment:
+        raise ConfigError(f"--protocol {file}: segment = []: allowed: at least one [[segment]]")
+    by = "to_mm" if experiment == "coupon" else "to_kPa"
+    wrong = [s for s in asked.segment if s.hold_s is None and getattr(s, by) is None]
+    if wrong:
+        raise ConfigError(f"--protocol {file}: segment: allowed: {by} or hold_s in a {experiment}")
+    return _table(asked, by), asked.pose
+
+
+def _table(asked: ProtocolFile, by: str) -> dict[str, Any]:
+    rows: list[tuple[float, float, int, Branch]] = [(0.0, 0.0, 1, "loading")]
+    rate = "rate_mm_per_s" if by == "to_mm" else "rate_kPa_per_s"
+    for cycle in range(1, asked.cycles + 1):
+        for segment in asked.segment:
+            start_s, start, *_ = rows[-1]
+            if segment.hold_s is not None:
+                after = waits(segment.hold_s, segment.readings)
+                rows += [(start_s + t, start, cycle, "hold") for t in after]
+                continue
+            change = getattr(segment, by) - start
+            branch: Branch = "loading" if change > 0 else "unloading"
+            length_s = abs(change) / getattr(segment, rate)
+            for k in range(1, segment.readings + 1) if change else ():
+                part = k / segment.readings
+                rows.append((start_s + part * length_s, start + part * change, cycle, branch))
+    led = "displacement_mm" if by == "to_mm" else "pressure_kPa"
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    return dict(zip(("time_s", led, "cycle", "branch"), columns, strict=True))
+
+
+def _measured(file: Path, lines: Iterable[str], experiment: str) -> dict[str, Any]:
+    """Time stamps of the first specimen of an experiment."""
+    led = "displacement_mm" if experiment == "coupon" else "pressure_kPa"
+    table = csv.DictReader(lines)
+    missing = [name for name in ("time_s", led) if name not in (table.fieldnames or ())]
+    if missing:
+        raise ConfigError(f"--protocol {file}: missing column {missing[0]}")
+    rows = [row for row in table if row.get("experiment", experiment) == experiment]
+    rows = [row for row in rows if row.get("specimen") == rows[0].get("specimen")]
+    if not rows:
+        raise ConfigError(f"--protocol {file}: no row; allowed: rows of experiment {experiment}")
+    found: dict[str, Any] = {}
+    try:
+        for name in ("time_s", led):
+            found[name] = [float(row[name]) for row in rows]
+        if "cycle" in rows[0]:
+            found["cycle"] = [int(row["cycle"]) for row in rows]
+    except (TypeError, ValueError) as error:
+        raise ConfigError(f"--protocol {file}: {error}") from None
+    if "branch" in rows[0]:
+        found["branch"] = [row["branch"] for row in rows]
+    start = found["time_s"][0]
+    found["time_s"] = [time - start for time in found["time_s"]]
+    return found

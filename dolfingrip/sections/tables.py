@@ -1,0 +1,90 @@
+"""The tables of a configuration from and to text: TOML, ``run.json``, ``--set``."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from pydantic import BaseModel
+
+from dolfingrip.sections.complaint import ConfigError
+
+
+def override(data: dict[str, Any], assignment: str, *, replace: bool = True) -> None:
+    """Apply one ``section.key=value`` to ``data``; the value is read as TOML.
+
+    Without ``replace`` a value that is there already stays.
+    """
+    key, separator, text = assignment.partition("=")
+    if not separator or not key.strip():
+        raise ConfigError(f"--set {assignment}: allowed: section.key=value")
+    try:
+        value = tomllib.loads(f"v = {text.strip()}")["v"]
+    except tomllib.TOMLDecodeError:
+        value = text.strip()
+    *sections, name = key.strip().split(".")
+    for section in sections:
+        data = data.setdefault(section, {})
+        if not isinstance(data, dict):
+            raise ConfigError(f"--set {assignment}: {section} is a value, not a section")
+    if replace or name not in data:
+        data[name] = value
+
+
+def read(file: Path) -> dict[str, Any]:
+    """Sections of a TOML file, or those a ``run.json`` was computed with."""
+    try:
+        text = file.read_text(encoding="utf-8")
+        data = json.loads(text)["config"] if file.suffix == ".json" else tomllib.loads(text)
+    except OSError as error:
+        raise ConfigError(f"--config {file}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError) as error:
+        kind = "a run.json" if file.suffix == ".json" else "TOML"
+        raise ConfigError(f"--config {file}: not {kind}: {error}") from None
+    if not isinstance(data, dict):
+        raise ConfigError(f"--config {file}: not a run.json: its config is no table")
+    return data
+
+
+def anchor(data: dict[str, Any], folder: Path) -> None:
+    """Make the mesh file's path absolute, so that it is found from any folder later."""
+    mesh = data.get("mesh")
+    if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
+        mesh["file"] = str((folder / mesh["file"]).resolve())
+
+
+def dumps(config: BaseModel) -> str:
+    """The resolved configuration as TOML, each key with its meaning as a comment."""
+    document = tomlkit.document()
+    document.add(tomlkit.comment("dolfingrip configuration: every key, as resolved"))
+    for name in type(config).model_fields:
+        document.add(name, _table(getattr(config, name)))
+    return tomlkit.dumps(document)
+
+
+def _table(section: BaseModel) -> tomlkit.items.Table:
+    """A section, each key with its meaning; sections within it come last, as TOML wants."""
+    table, inner = tomlkit.table(), {}
+    table.comment((type(section).__doc__ or "").splitlines()[0])
+    for key, info in type(section).model_fields.items():
+        value = getattr(section, key)
+        if value is None:  # TOML has no null: an unset key is shown commented out
+            table.add(tomlkit.comment(f"{key} =    # {info.description}"))
+        elif isinstance(value, BaseModel):
+            inner[key] = _table(value)
+        else:
+            item = tomlkit.item(_plain(value))
+            item.comment(info.description or "")
+            table.add(key, item)
+    for key, below in inner.items():
+        table.add(key, below)
+    return table
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Path):
+        return str(value)
+    return list(value) if isinstance(value, tuple) else value

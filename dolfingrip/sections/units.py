@@ -1,0 +1,34 @@
+"""Units: by the ending of a name, and the one conversion."""
+
+from __future__ import annotations
+
+KPA = 1e-3
+"""MPa per kPa."""
+
+UNITS = {
+    "mm": "mm",
+    "MPa": "MPa",
+    "kPa": "kPa",
+    "N": "N",
+    "s": "s",
+    "deg": "deg",
+    "kg_m3": "kg/m³",
+    "m_s2": "m/s²",
+    "kPa_per_s": "kPa/s",
+    "mm_per_s": "mm/s",
+    "N_per_s": "N/s",
+    "N_per_mm": "N/mm",
+    "mm_per_N": "mm/N",
+    "rad_per_Nmm": "rad/(N mm)",
+    "N_per_mm3": "N/mm³",
+    "Nmm_per_rad": "N mm/rad",
+    "degC": "°C",
+    "per_degC": "1/°C",
+}
+"""Unit by the ending of a key."""
+
+
+def unit(key: str) -> str:
+    """The unit that a key's name ends in; "" for a pure number."""
+    endings = [ending for ending in UNITS if key.endswith(f"_{ending}")]
+    return UNITS[max(endings, key=len)] if endings else ""
