@@ -23,7 +23,7 @@ class BellowsGaps:
         config = finger.config.finger
         self._reach = 1.25 * config.gap_mm
         self._pairs: list[tuple[str, ipctk.CollisionMesh, np.ndarray]] = []
-        contact = finger.model.contact
+        contact = finger.contact
         self._surface = contact.surface if contact is not None else None
         if self._surface is None:
             return

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
 
 import dolfinx
 import numpy as np
@@ -24,11 +23,11 @@ from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import CELL, displacement_element, integration_degree
 from dolfingrip.mechanics.model.history import History
-from dolfingrip.mechanics.model.model import Control, Memory, Model
+from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.newton.border import Border
-from dolfingrip.mechanics.newton.scalars import ScalarUnknowns
-from dolfingrip.mechanics.newton.volume_control import VolumeControl
+from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.unknowns import Number
+from dolfingrip.mechanics.newton.volume_control import led_by_volume
 
 KG_M3_M_S2 = 1e-9
 """N/mm³ per kg/m³ · m/s²."""
@@ -44,8 +43,7 @@ class FingerModel:
         plate: the force sensor's.
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
         enclosed: UFL form of the meshed cavity's volume (mm³).
-        volume: the cavity's, where it is led.
-        scalars: numbers to solve for that extensions add, if any.
+        contact: of the skin with itself, where there is any.
         parameters: constants of the potential by name, that sensitivities are taken to.
     """
 
@@ -54,14 +52,8 @@ class FingerModel:
     plate: RigidPlate | None
     cavity: Control
     enclosed: ufl.Form
-    volume: VolumeControl | None = None
-    scalars: ScalarUnknowns | None = None
+    contact: BarrierContact | None = None
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
-
-    @property
-    def border(self) -> Border | None:
-        """What is solved for besides the displacement."""
-        return self.volume or self.scalars
 
 
 def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
@@ -103,20 +95,14 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     terms += config.extensions.terms(site)
     if sensor is not None:
         terms.append(sensor.energy)
-    memories: list[Memory] = [history]
-
-    contact: BarrierContact | None = None
-    if config.contact.self_contact:
-        surface = Surface(space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm)
-        barrier = config.contact.barrier_mm, config.contact.stiffness_MPa
-        coefficient, slip_mm = site.rubbing
-        if coefficient:
-            contact = FrictionalContact(
-                surface, *barrier, u=u, coefficient=coefficient, slip_mm=slip_mm
-            )
-            memories.append(contact)
-        else:
-            contact = BarrierContact(surface, *barrier)
+    numbers = [Number(name, constant) for name, constant in site.unknowns.items()]
+    further: list[Term] = []
+    if sensor is not None:
+        sensor.number = next((n for n in numbers if n.constant is sensor.offset), None)
+        further.append(sensor)
+    contact = _contact(config, domain, u, site) if config.contact.self_contact else None
+    if contact is not None:
+        further.append(contact)
     by_pressure = Control(pressure, KPA)
     supply = _supply(config, by_pressure)
     model = Model(
@@ -128,36 +114,30 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
             terms,
             carried=config.solver.mixed_integration_point,
             p=p,
+            numbers=numbers,
         ),
         _supports(space, domain, site.held),
         {"pressure_kPa": supply or by_pressure},
-        contact,
-        [sensor] if sensor is not None else [],
-        memories,
+        further,
+        [history] if supply is None else [history, supply],
         p=p,
     )
-    if supply is not None:
-        memories.append(supply)
-    scalars = None
-    if site.unknowns:
-        scalars = ScalarUnknowns(model, site.unknowns, sum(terms[1:], start=terms[0]))
-        memories.append(scalars)
-        if sensor is not None:
-            sensor.travel_mm = partial(scalars.change, sensor.offset)
     exactly = domain.surface("cavity", quadrature_degree=3 * degree)
     enclosed = cavity_pressure.volume_density(u, mesh) * exactly
-    volume = None
     if config.experiment.control == "volume":
-        if site.unknowns:
-            name = next(iter(site.unknowns)).partition(".")[0]
-            raise ConfigError(
-                f'extensions.{name}: allowed: with experiment.control = "pressure" only'
-            )
-        volume = VolumeControl(model, by_pressure, enclosed)
-        model.controls["cavity_volume_mm3"] = volume
-    return FingerModel(
-        config, model, sensor, by_pressure, enclosed, volume, scalars, site.parameters
-    )
+        model = led_by_volume(model, by_pressure, enclosed)
+    return FingerModel(config, model, sensor, by_pressure, enclosed, contact, site.parameters)
+
+
+def _contact(config: Config, domain: Domain, u: fem.Function, site: Site) -> BarrierContact:
+    """Contact of the skin with itself, with friction where an extension asks for it."""
+    space = u.function_space
+    surface = Surface(space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm)
+    barrier = config.contact.barrier_mm, config.contact.stiffness_MPa
+    coefficient, slip_mm = site.rubbing
+    if not coefficient:
+        return BarrierContact(surface, *barrier)
+    return FrictionalContact(surface, *barrier, u=u, coefficient=coefficient, slip_mm=slip_mm)
 
 
 def _element(config: Config, domain: Domain) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import ufl
 from dolfinx import fem
-from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 
 from dolfingrip.experiments.bellows import BellowsGaps, smallest_mm
@@ -51,7 +50,6 @@ class Observation:
         self._arm = np.subtract(tip_centre, clamp_centre)
         self.tare()
         self._clamped = _clamped_rows(finger)
-        self._reaction = fem_petsc.create_vector(model.potential.residual)
         self._gaps = BellowsGaps(finger)
         self.gaps_mm: dict[str, float] = {}
 
@@ -84,8 +82,7 @@ class Observation:
     def clamp_force_N(self) -> np.ndarray:
         """(3,) force of the clamp on the whole finger."""
         model = self._finger.model
-        model.assemble_residual(self._reaction, supported=False)
-        local = self._reaction.array_r.reshape(-1, 3)[self._clamped].sum(axis=0)
+        local = model.reactions()[self._clamped].sum(axis=0)
         return model.domain.copies * np.asarray(self._comm.allreduce(local, MPI.SUM))
 
     def read(self) -> dict[str, float]:

@@ -71,13 +71,12 @@ def run(
             if out is not None
             else None
         )
-        newton = Newton(finger.model, config.solver, profile, finger.border)
+        newton = Newton(finger.model, config.solver, profile)
         rest = finger.model.state()
         path = LoadPath(
             newton,
             _longest(config, rest),
-            accept=lambda: _intersecting(finger),
-            passable=lambda attempted: _passable(finger, attempted["pressure_kPa"]),
+            passable=lambda attempted: _passable(finger, attempted.get("pressure_kPa", 0.0)),
         )
         stops = [
             Stop(landing.controls(config, rest), landing.branch, landing.cycle)
@@ -130,17 +129,11 @@ def _longest(config: Config, rest: State) -> dict[str, float]:
 
 
 def _passable(finger: FingerModel, beyond_kPa: float) -> bool:
-    """Whether an unbordered finger goes on at a falling pressure where its volume is led."""
-    if finger.border is not None:
+    """Whether a finger led by pressure goes on at a falling one where its volume is led."""
+    if finger.config.experiment.control == "volume":
         return False
     settings = finger.config.solver
     return Summit(finger.model, finger.cavity, finger.enclosed, settings).is_near(beyond_kPa)
-
-
-def _intersecting(finger: FingerModel) -> str:
-    contact = finger.model.contact
-    passed = contact is not None and contact.intersects(finger.model.u.x.array)
-    return "the skin passes through itself" if passed else ""
 
 
 def _turning(result: Result, gaps: list[dict[str, float]], config: Config) -> TurningPoint | None:

@@ -52,7 +52,7 @@ def force_N(finger: FingerModel) -> float:
 )
 def test_blocked_force(pressure_kPa: float, overrides: list[str]) -> None:
     finger = solved(pressure_kPa, *overrides, plate=True)
-    contact = finger.model.contact
+    contact = finger.contact
     if contact is not None:
         forces = contact.gradient(finger.model.u.x.array)
         assert np.linalg.norm(forces, axis=1).max() > 0.01  # N: the bellows do touch

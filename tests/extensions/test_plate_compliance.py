@@ -43,12 +43,18 @@ def test_free_bending_has_no_plate() -> None:
 def test_a_step_is_bounded_either_way() -> None:
     """Taken backwards a step leads into the plate that it leads away from."""
     finger = small.model(trial.configured({PlateCompliance: {}}, *COMMON), plate=True)
-    assert finger.border is not None
-    away = np.zeros_like(finger.model.u.x.array)
-    away[0::3] = 1.0
+    assert finger.plate.number is not None
+    away = np.zeros_like(finger.model.unknowns.local())
+    away[0 : len(finger.model.u.x.array) : 3] = 1.0
     gap = finger.plate.gap_mm()
     assert 0 < gap < 1
-    assert finger.border.limit(away, 1.0) == 1.0
-    back = finger.border.limit(away, -1.0)
-    assert -0.9 * gap <= back < -0.4 * gap
-    assert finger.border.limit(-away, 1.0) == -back
+    assert finger.model.max_step(away) == (1.0, "")
+    back, bound = finger.model.max_step(-away)
+    assert back == pytest.approx(0.9 * gap)
+    assert bound == "plate"
+    # the plate itself, moved towards the finger
+    plate = np.zeros_like(away)
+    plate[finger.plate.number.place] = 1.0
+    assert finger.model.max_step(plate) == (back, "plate")
+    assert finger.model.max_step(-plate) == (1.0, "")
+    assert finger.model.max_step(away + plate) == (1.0, "")

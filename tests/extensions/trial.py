@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from experiments import small
 from mechanics import taylor
@@ -17,6 +16,7 @@ from dolfingrip.config import Config, checked
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS, table
+from dolfingrip.mechanics.model.unknowns import Gradient
 
 SEED = 5
 STRICT = ("solver.rtol=1e-12", "solver.atol_N=1e-11")
@@ -76,13 +76,13 @@ def orders(finger: FingerModel) -> tuple[float, float]:
 
     def energy(step: float) -> float:
         at(step)
-        return float(fem.assemble_scalar(potential.value))
+        return float(potential.value(model.u.x.array))
 
     def gradient(step: float) -> np.ndarray:
         at(step)
-        vector = fem_petsc.create_vector(potential.residual)
-        model.assemble_residual(vector, supported=False)
-        return np.array(vector.array)
+        rates = Gradient(model.unknowns)
+        potential.add_gradient(model.u.x.array, rates)
+        return rates.fields[0]
 
     slope = float(gradient(0.0) @ direction.array)
     if potential.carried is not None:

@@ -19,6 +19,7 @@ from petsc4py import PETSc
 
 from dolfingrip.config import KPA
 from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
+from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Control, Model
@@ -93,6 +94,12 @@ class Body:
     pressure: fem.Constant
     body_force: fem.Function
     plate: RigidPlate
+    contact: BarrierContact | None = None
+
+    def touch(self, contact: BarrierContact) -> None:
+        """Give the body contact, in place of what it has."""
+        self.contact = contact
+        self.model.terms = [self.plate, contact]
 
     @property
     def u(self) -> fem.Function:
@@ -130,13 +137,11 @@ class Body:
 
     def energy(self) -> float:
         """Π (mJ)."""
-        return float(fem.assemble_scalar(self.model.potential.value))
+        return self.model.energy()
 
     def gradient(self) -> np.ndarray:
         """(n, 3) gradient of Π (N), reactions included."""
-        residual = fem_petsc.create_vector(self.model.potential.residual)
-        self.model.assemble_residual(residual, supported=False)
-        return np.array(residual.array).reshape(-1, 3)
+        return self.model.reactions()
 
     def tangent(self) -> PETSc.Mat:
         """Hessian of the UFL energies (N/mm) without supports, fresh carried stress."""
@@ -193,7 +198,7 @@ def body(
         ],
         carried=carried,
     )
-    model = Model(solid, u, potential, [], {"pressure_kPa": Control(pressure, KPA)}, None, [plate])
+    model = Model(solid, u, potential, [], {"pressure_kPa": Control(pressure, KPA)}, [plate])
     return Body(model, moduli[0], moduli[1], pressure, force, plate)
 
 

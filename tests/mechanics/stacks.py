@@ -27,7 +27,7 @@ def stacked(lower: int, upper: int) -> bodies.Body:
     )
     body = bodies.body(solid, 1, nu=NU)
     surface = Surface(body.u.function_space, solid, solid.facets("skin"))
-    body.model.contact = BarrierContact(surface, WIDTH, STIFFNESS)
+    body.touch(BarrierContact(surface, WIDTH, STIFFNESS))
     return body
 
 

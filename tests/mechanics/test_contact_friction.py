@@ -20,12 +20,12 @@ SLIP = 1e-3
 
 def rubbing(blocks: bodies.Body, coefficient: float = MU) -> FrictionalContact:
     """Give ``blocks`` friction, from where they stand."""
-    contact = blocks.model.contact
+    contact = blocks.contact
     assert contact is not None
     made = FrictionalContact(
         contact.surface, WIDTH, STIFFNESS, u=blocks.u, coefficient=coefficient, slip_mm=SLIP
     )
-    blocks.model.contact, blocks.model.memories = made, [made]
+    blocks.touch(made)
     return made
 
 
@@ -42,8 +42,8 @@ def pressed(lower: int, upper: int, turn_rad: float = 0.0) -> bodies.Body:
 
 def on_upper(blocks: bodies.Body, forces: np.ndarray) -> np.ndarray:
     """(3,) sum over the upper cube of (n, 3) forces at the surface's nodes."""
-    assert blocks.model.contact is not None
-    surface = blocks.model.contact.surface
+    assert blocks.contact is not None
+    surface = blocks.contact.surface
     return np.asarray(forces[is_upper(surface.rest)].sum(axis=0))
 
 
@@ -121,7 +121,7 @@ def test_derivatives() -> None:
 
 def test_without_a_coefficient_it_is_the_barrier() -> None:
     blocks = pressed(3, 4, 0.3)
-    plain = blocks.model.contact
+    plain = blocks.contact
     assert plain is not None
     contact = rubbing(blocks, coefficient=0.0)
     dofs = slips(blocks)[0]

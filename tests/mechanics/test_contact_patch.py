@@ -65,7 +65,7 @@ def test_edges_on_one_line_do_not_cross() -> None:
     Taken for edges that cross, the two on one line have a distance of 0 and an infinite force.
     """
     blocks = stacked(3, 3)
-    contact = blocks.model.contact
+    contact = blocks.contact
     assert contact is not None
     print("seed", SEED)
     rng = np.random.default_rng(SEED)

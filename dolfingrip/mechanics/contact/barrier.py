@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import ClassVar
+
 import ipctk
 import numpy as np
 import scipy.sparse as sp
-from petsc4py import PETSc
 
 from dolfingrip.mechanics.contact.surface import Surface
+from dolfingrip.mechanics.model.term import Coupling, Term
+from dolfingrip.mechanics.model.unknowns import Gradient
 
 ipctk.set_num_threads(1)  # one thread a rank, as everywhere
 
@@ -21,7 +25,7 @@ MOVED = 1e-4
 """Part of the barrier's width by which points move where derivatives are taken by differences."""
 
 
-class BarrierContact:
+class BarrierContact(Term):
     """Surfaces repel one another within the barrier's width and never pass.
 
     Π_contact = −κ ĝ Σ A (1 − s²)² ln s², s = d/ĝ, over the pairs of vertex–face and edge–edge at
@@ -36,7 +40,7 @@ class BarrierContact:
         stiffness_MPa: κ.
     """
 
-    name = "contact"
+    name: ClassVar[str] = "contact"
 
     def __init__(self, surface: Surface, width_mm: float, stiffness_MPa: float) -> None:
         self.surface = surface
@@ -125,20 +129,32 @@ class BarrierContact:
         )
         return (there - back) / (2 * step)
 
-    def add_gradient(self, dofs: np.ndarray, residual: PETSc.Vec) -> None:
-        """Add the gradient to the rows that this rank owns."""
-        values = self.gradient(dofs)
-        rows = self.surface.nodes[self.surface.owned]
-        residual.setValuesBlocked(
-            rows.astype(PETSc.IntType), values[self.surface.owned].ravel(), addv=True
-        )
+    # -- as a term -----------------------------------------------------------------------------
+
+    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
+        """Add the derivatives (N) by the nodes that this rank owns."""
+        self.surface.add_owned(self.gradient(dofs), gradient.at_nodes)
+
+    def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
+        """The Hessian, the same whole on all ranks."""
+        hessian = self.hessian(dofs, convex=convex)
+        return () if hessian is None else [Coupling(self.surface.nodes, hessian)]
+
+    def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
+        """Add the change of the gradient as the reference points move."""
+        found = self.gradient_rate(dofs, self.surface.displacement(velocity))
+        self.surface.add_owned(found, rate.at_nodes)
+
+    def rejects(self, dofs: np.ndarray) -> str:
+        """A state in which surfaces intersect."""
+        return "the skin passes through itself" if self.intersects(dofs) else ""
 
     # -- bounds --------------------------------------------------------------------------------
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Largest fraction of ``step`` in [0, 1] without a collision on the way."""
         start = self.positions(dofs)
-        end = np.asfortranarray(start + self.surface.displacement(step))
+        end = np.asfortranarray(start + self.surface.displacement(step[: len(dofs)]))
         return float(
             ipctk.compute_collision_free_stepsize(
                 self._mesh, start, end, narrow_phase_ccd=self._ccd

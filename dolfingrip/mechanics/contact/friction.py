@@ -84,9 +84,6 @@ class FrictionalContact(BarrierContact):
 
     # -- as a memory ---------------------------------------------------------------------------
 
-    def follow(self, time_s: float, step_s: float) -> None:
-        """It has no clock: friction is the same at any rate."""
-
     def accept(self) -> None:
         """Take the present positions and normal forces for those of a load step's start."""
         self._before = self.positions(self._u.x.array)

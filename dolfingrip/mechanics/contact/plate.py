@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 import ufl
@@ -14,9 +14,11 @@ from ufl.core.expr import Expr
 from dolfingrip.forms import plate as form
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.unknowns import Number
 
 
-class RigidPlate:
+class RigidPlate(Term):
     """Plane n · x = offset on whose side n points the skin stays.
 
     The plane lies one barrier width behind the position that first feels the skin, so that a
@@ -37,10 +39,10 @@ class RigidPlate:
         measure: of the part of the skin that may touch it.
         reaction: that of the normal force on the meshed part, dΠ/d(offset).
         offset: the plane's position along n (mm), a constant of the form.
-        travel_mm: by how much the present Newton step moves it along n, where it is an unknown.
+        number: the plane's position as an unknown, where it is one.
     """
 
-    name = "plate"
+    name: ClassVar[str] = "plate"
 
     def __init__(
         self,
@@ -53,7 +55,7 @@ class RigidPlate:
         width_mm: float,
         stiffness_MPa: float,
     ) -> None:
-        self.travel_mm: Callable[[], float] = float
+        self.number: Number | None = None
         self._u = u
         self._copies = domain.copies
         space, mesh = u.function_space, domain.mesh
@@ -118,7 +120,8 @@ class RigidPlate:
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Largest fraction of ``step`` that leaves each node a tenth of its distance."""
         now = self._distance(dofs)
-        approach = self.travel_mm() - step.reshape(-1, 3)[self._nodes] @ self.normal
+        moved = step[: len(dofs)].reshape(-1, 3)[self._nodes] @ self.normal
+        approach = (0.0 if self.number is None else self.number.change(step)) - moved
         closing = approach > 0
         allowed = (0.9 * now[closing] / approach[closing]).min(initial=1.0)
         return float(self._u.function_space.mesh.comm.allreduce(allowed, MPI.MIN))

@@ -92,6 +92,10 @@ class Surface:
             whole[places] = values
         return whole
 
+    def add_owned(self, values: np.ndarray, target: np.ndarray) -> None:
+        """Add those of (n, 3) values at the nodes that this rank owns to its nodes' (m, 3)."""
+        target[self._owned_local] += values[self.owned]
+
     def moved(self, change_mm: np.ndarray) -> Surface:
         """The same surface at other reference positions; ``change_mm`` is (v, 3)."""
         other = copy(self)

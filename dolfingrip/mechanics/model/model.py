@@ -1,38 +1,27 @@
-"""A mechanical model: displacement, total potential, supports, contact, controls."""
+"""A mechanical model: unknowns, the terms of its potential, supports, controls."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
-from dolfinx import fem, la
-from dolfinx.fem import petsc as fem_petsc
+from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
-from dolfingrip.mechanics.model.unknowns import Unknowns
+from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.unknowns import Gradient, Number, Unknowns
 
 INVERTED = "inverted"
 """Name of what bounds a step that would turn an element inside out."""
 
 SHORTEST = 1e-6
 """Fraction of a step below which none is looked for."""
-
-
-class StepBound(Protocol):
-    """What limits the length of a Newton step."""
-
-    name: str
-
-    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest allowed fraction of ``step`` (local dofs, mm) in [0, 1], on all ranks."""
-        ...
 
 
 class Prescribed(Protocol):
@@ -92,15 +81,15 @@ class Model:
     Attributes:
         domain: reference configuration.
         u: displacement (mm).
-        potential: all energies written in UFL.
+        potential: all energies written in UFL, the first term of Π.
         supports: homogeneous displacement conditions.
         controls: prescribed quantities by name with unit.
-        contact: barrier contact, where there is any.
-        bounds: limits of a Newton step besides contact.
-        memories: what the state has besides the displacement: internal variables, for one.
+        terms: further terms of Π.
+        memories: what the state has besides unknowns and terms: internal variables, for one.
         time_s: time at the load step's end.
         p: pressure field of a mixed model (MPa).
-        unknowns: u, and p where there is one, as one vector.
+        numbers: what is solved for besides those that the potential contains.
+        unknowns: u, p where there is one, and all numbers, as one vector.
     """
 
     domain: Domain
@@ -108,17 +97,18 @@ class Model:
     potential: Potential
     supports: list[fem.DirichletBC]
     controls: dict[str, Prescribed]
-    contact: BarrierContact | None = None
-    bounds: Sequence[StepBound] = ()
+    terms: Sequence[Term] = ()
     memories: Sequence[Memory] = ()
     time_s: float = 0.0
     p: fem.Function | None = None
+    numbers: Sequence[Number] = ()
     unknowns: Unknowns = field(init=False, repr=False)
     _clock: str = field(default="time_s", init=False)
     _accepted_s: float = field(default=0.0, init=False)
 
     def __post_init__(self) -> None:
-        self.unknowns = Unknowns([self.u] if self.p is None else [self.u, self.p])
+        fields = [self.u] if self.p is None else [self.u, self.p]
+        self.unknowns = Unknowns(fields, [*self.potential.numbers, *self.numbers])
 
     @property
     def comm(self) -> MPI.Comm:
@@ -130,23 +120,48 @@ class Model:
         """Number of unknowns on all ranks."""
         return int(self.unknowns.count)
 
+    @property
+    def all_terms(self) -> Sequence[Term]:
+        """The summands of Π."""
+        return [self.potential, *self.terms]
+
+    @property
+    def _remembering(self) -> Sequence[Memory]:
+        return [*self.memories, *self.terms]
+
+    def with_term(
+        self, term: Term, numbers: Sequence[Number], controls: Mapping[str, Prescribed]
+    ) -> Model:
+        """A model of the same fields with one term more, its numbers and its controls."""
+        made = replace(
+            self,
+            terms=[*self.terms, term],
+            numbers=[*self.numbers, *numbers],
+            controls={**self.controls, **controls},
+        )
+        made._accepted_s = self._accepted_s
+        return made
+
     # -- state ---------------------------------------------------------------------------------
 
     def state(self) -> State:
         """A copy of the present state."""
         controls = {name: control.value for name, control in self.controls.items()}
         pressure = None if self.p is None else self.p.x.array.copy()
-        history = {k: v for memory in self.memories for k, v in memory.values().items()}
+        numbers = {number.name: number.value for number in self.unknowns.numbers}
+        history = {k: v for memory in self._remembering for k, v in memory.values().items()}
         controls[self._clock] = self.time_s
-        return State(self.u.x.array.copy(), controls, pressure, history)
+        return State(self.u.x.array.copy(), controls, pressure, numbers, history)
 
     def restore(self, state: State) -> None:
         """Go back (or over) to ``state``, one that was accepted."""
         self.u.x.array[:] = state.displacement
         if self.p is not None:
             self.p.x.array[:] = state.pressure
+        for number in self.unknowns.numbers:
+            number.constant.value = state.numbers[number.name]
         self._accepted_s = state.controls.get(self._clock, self.time_s)
-        for memory in self.memories:
+        for memory in self._remembering:
             memory.restore(state.history)
         self.prescribe(state.controls)
 
@@ -158,70 +173,65 @@ class Model:
             else:
                 self.controls[name].set(value)
         step_s = max(self.time_s - self._accepted_s, 0.0)
-        for memory in self.memories:
+        for memory in self._remembering:
             memory.follow(self.time_s, step_s)
 
     def accept_step(self) -> None:
         """Take the present, converged state as the start of the next load step."""
-        for memory in self.memories:
+        for memory in self._remembering:
             memory.accept()
         self._accepted_s = self.time_s
         self.prescribe({})
 
-    # -- Newton's operands ---------------------------------------------------------------------
+    # -- the potential and Newton's operands -----------------------------------------------------
 
-    def assemble_residual(self, residual: PETSc.Vec, *, supported: bool = True) -> None:
-        """Gradient of Π with respect to u at the present state (N) into ``residual``.
+    def energy(self) -> float:
+        """Π of the meshed part (mJ), all terms, at the present state."""
+        return sum(term.value(self.u.x.array) for term in self.all_terms)
+
+    def gradient(self, *, supported: bool = True) -> np.ndarray:
+        """Derivatives of Π by this rank's owned unknowns (N), in the order of a vector of them.
 
         Args:
-            residual: overwritten.
             supported: put 0 in the rows of supported dofs; their reactions otherwise.
         """
-        with residual.localForm() as local:
-            local.set(0.0)
-        fem_petsc.assemble_vector(residual, self.potential.residual)
-        residual.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        if self.contact is not None:
-            self.contact.add_gradient(self.u.x.array, residual)
-            residual.assemble()
+        found = Gradient(self.unknowns)
+        for term in self.all_terms:
+            term.add_gradient(self.u.x.array, found)
         if supported:
-            self.release(residual)
+            for bc in self.supports:
+                dofs, owned = bc.dof_indices()
+                found.array[dofs[:owned]] = 0.0
+        return found.array
 
     def assemble_equations(self, residual: PETSc.Vec) -> None:
-        """Gradient of Π with respect to all unknowns (N, and mm³ for p) into ``residual``."""
-        if self.p is None:
-            self.assemble_residual(residual)
-            return
-        forces = fem_petsc.create_vector(self.potential.residual)
-        self.assemble_residual(forces)
-        constraint = fem.assemble_vector(self.potential.constraint)
-        constraint.scatter_reverse(la.InsertMode.add)
-        owned = len(forces.array_r)
-        residual.array[:owned] = forces.array_r
-        residual.array[owned:] = constraint.array[: residual.getLocalSize() - owned]
-        forces.destroy()
+        """Gradient of Π with respect to all unknowns (N) into ``residual``."""
+        residual.array[:] = self.gradient()
 
-    def release(self, forces: PETSc.Vec) -> None:
-        """Put 0 in the rows of supported dofs, whose forces the supports take."""
-        for bc in self.supports:
-            dofs, owned = bc.dof_indices()
-            forces.array[dofs[:owned]] = 0.0
+    def reactions(self) -> np.ndarray:
+        """(n, 3) forces (N) on this rank's displacement nodes that the supports take."""
+        displacement = self.unknowns.owned_parts(self.gradient(supported=False))[0]
+        return displacement.reshape(-1, 3)
+
+    def scale_N(self) -> float:
+        """Force that the residual's tolerance may refer to, where larger than its start."""
+        return max(term.scale_N() for term in self.all_terms)
+
+    def rejects(self) -> str:
+        """Why the present, converged state is not accepted; "" where it is."""
+        return next(filter(None, (term.rejects(self.u.x.array) for term in self.terms)), "")
 
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
-        """Largest fraction of ``step`` that no bound forbids, and the bound that set it.
+        """Largest fraction of ``step`` that no term forbids, and the term that set it.
 
         Args:
             step: of the unknowns, as a local array.
         """
-        step = self.unknowns.parts(step)[0]
         fraction, reason = 1.0, ""
-        bounds: list[StepBound] = [*self.bounds]
-        if self.contact is not None:
-            bounds.append(self.contact)
-        for bound in bounds:
-            allowed = bound.max_step(self.u.x.array, step)
+        for term in self.terms:
+            allowed = term.max_step(self.u.x.array, step)
             if allowed < fraction:
-                fraction, reason = allowed, bound.name
+                fraction, reason = allowed, term.name
         return fraction, reason
 
     def admissible_step(self, step: np.ndarray) -> tuple[float, str]:

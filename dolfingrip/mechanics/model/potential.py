@@ -1,4 +1,4 @@
-"""The total potential Π(u) and what is derived from it."""
+"""All energies in UFL as one term of Π, and what is derived from it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import ufl
-from dolfinx import fem
+from dolfinx import fem, la
+from mpi4py import MPI
 from ufl.core.expr import Expr
 
 from dolfingrip.forms.kinematics import (
@@ -19,12 +20,14 @@ from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.carried_stress import CarriedStress
 from dolfingrip.mechanics.model.element import integration_degree
 from dolfingrip.mechanics.model.points import AtPoints
+from dolfingrip.mechanics.model.term import Coupling, Term, number_coupling
+from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number
 
 StrainEnergy = Callable[[Expr], Expr]
 """Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
 
 
-class Potential:
+class Potential(Term):
     """Π(u) = ∫ Σψ(E(u)) dX + further terms, with residual and tangent in UFL.
 
     The tangent's geometric part takes its stress from :class:`CarriedStress` where
@@ -37,10 +40,12 @@ class Potential:
         terms: other potentials (mJ), as UFL forms in ``u``.
         carried: use the carried stress in the tangent.
         p: pressure field of a mixed model (MPa), which the densities contain.
+        numbers: solved for, too; constants that ``terms`` contain.
 
     Attributes:
+        numbers: as given.
         gradient: ∂Π/∂u as a UFL form, linear in its test function.
-        value, residual, tangent: Π and its derivatives with respect to u.
+        residual, tangent: its first and second derivative with respect to u.
         constraint: derivative of Π with respect to p; None without p.
         coupling: blocks (u, p), (p, u) and (p, p) of the tangent; empty without p.
     """
@@ -53,6 +58,7 @@ class Potential:
         *,
         carried: bool = True,
         p: fem.Function | None = None,
+        numbers: Sequence[Number] = (),
     ) -> None:
         space = u.function_space
         degree = integration_degree(space)
@@ -63,6 +69,8 @@ class Potential:
         density = sum((energy(strain) for energy in strain_energies), start=0 * strain[0, 0])
         stress = ufl.diff(density, strain)
         fields = [u] if p is None else [u, p]
+        self._comm = space.mesh.comm
+        self.numbers = tuple(numbers)
         self.carried = CarriedStress(fields, stress, degree) if carried else None
         geometric = self.carried.stress if self.carried else stress
 
@@ -78,7 +86,7 @@ class Potential:
             residual += ufl.derivative(rest, u, v)
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
         self.gradient = residual
-        self.value, self.residual, self.tangent = map(_compiled, (value, residual, tangent))
+        self._value, self.residual, self.tangent = map(_compiled, (value, residual, tangent))
         self.constraint: fem.Form | None = None
         self.coupling: tuple[fem.Form, ...] = ()
         if p is not None:
@@ -92,6 +100,32 @@ class Potential:
             self.coupling = tuple(map(_compiled, blocks))
         determinant = ufl.det(deformation_gradient(u))
         self._jacobian = AtPoints(determinant, space.mesh, degree)
+        self._numbers = _NumberForms(u, rest, numbers) if numbers and rest is not None else None
+
+    # -- as a term -------------------------------------------------------------------------------
+
+    def value(self, dofs: np.ndarray) -> float:
+        """Energy (mJ) of the meshed part at the present unknowns."""
+        return float(self._comm.allreduce(fem.assemble_scalar(self._value), MPI.SUM))
+
+    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
+        """Add the derivatives by the unknowns (N) at the present ones."""
+        forms = [self.residual] if self.constraint is None else [self.residual, self.constraint]
+        for form, part in zip(forms, gradient.fields, strict=True):
+            part += _assembled(form)[: len(part)]
+        if self._numbers is not None:
+            self._numbers.add_slopes(gradient)
+
+    def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
+        """The tangent, by blocks of displacement and pressure."""
+        if not self.coupling:
+            return [[self.tangent]]
+        across, back, within = self.coupling
+        return [[self.tangent, across], [back, within]]
+
+    def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
+        """Second derivatives that numbers take part in."""
+        return () if self._numbers is None else [self._numbers.coupling()]
 
     def smallest_jacobian(self) -> float:
         """Smallest det F over this rank's integration points."""
@@ -100,3 +134,41 @@ class Potential:
 
 def _compiled(form: ufl.Form) -> fem.Form:
     return fem.form(form, jit_options=jit.options())
+
+
+def _assembled(form: fem.Form) -> np.ndarray:
+    """A form's vector, ghosts' shares sent to their owners."""
+    vector = fem.assemble_vector(form)
+    vector.scatter_reverse(la.InsertMode.add)
+    return np.asarray(vector.array)
+
+
+class _NumberForms:
+    """Derivatives of an energy by numbers that it contains as constants."""
+
+    def __init__(self, u: fem.Function, energy: ufl.Form, numbers: Sequence[Number]) -> None:
+        self._numbers = numbers
+        constants = [number.constant for number in numbers]
+        marks = [ufl.variable(constant) for constant in constants]
+        marked = ufl.replace(energy, dict(zip(constants, marks, strict=True)))
+        slopes = [ufl.diff(marked, mark) for mark in marks]
+        test = ufl.TestFunction(u.function_space)
+        self._comm = u.function_space.mesh.comm
+        self._first = u.function_space.dofmap.index_map.local_range[0]
+        self._owned = u.function_space.dofmap.index_map.size_local
+        self._slopes = [_compiled(slope) for slope in slopes]
+        self._curvatures = [[_compiled(ufl.diff(slope, m)) for m in marks] for slope in slopes]
+        self._mixed = [_compiled(ufl.derivative(slope, u, test)) for slope in slopes]
+
+    def _sum(self, form: fem.Form) -> float:
+        return float(self._comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
+
+    def add_slopes(self, gradient: Gradient) -> None:
+        for number, slope in zip(self._numbers, self._slopes, strict=True):
+            gradient.add(number, self._sum(slope))
+
+    def coupling(self) -> Coupling:
+        """This rank's rows, and the numbers' own."""
+        mixed = [_assembled(form)[: NODE * self._owned] for form in self._mixed]
+        within = np.array([[self._sum(form) for form in row] for row in self._curvatures])
+        return number_coupling(self._numbers, self._first, np.array(mixed), within)

@@ -7,6 +7,19 @@ from dataclasses import dataclass, field
 import numpy as np
 
 
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """A start of Newton's method.
+
+    Attributes:
+        unknowns: of the model, as a local array.
+        stress: values of its carried stress.
+    """
+
+    unknowns: np.ndarray
+    stress: np.ndarray
+
+
 @dataclass(slots=True)
 class State:
     """A point on a load path that can be copied, restored and stored.
@@ -16,12 +29,14 @@ class State:
         controls: prescribed quantities by name, in the unit of the name (``pressure_kPa``,
             ``time_s``).
         pressure: this rank's dofs of a mixed model's pressure field, ghosts included (MPa).
+        numbers: what is solved for beside the fields, by name with unit.
         history: internal variables by name, this rank's values.
     """
 
     displacement: np.ndarray
     controls: dict[str, float]
     pressure: np.ndarray | None = None
+    numbers: dict[str, float] = field(default_factory=dict)
     history: dict[str, np.ndarray] = field(default_factory=dict)
 
     def copy(self) -> State:
@@ -30,5 +45,6 @@ class State:
             self.displacement.copy(),
             dict(self.controls),
             None if self.pressure is None else self.pressure.copy(),
+            dict(self.numbers),
             {name: values.copy() for name, values in self.history.items()},
         )

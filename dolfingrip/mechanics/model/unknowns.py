@@ -1,4 +1,4 @@
-"""The fields of a model as one vector."""
+"""The fields and numbers of a model as one vector."""
 
 from __future__ import annotations
 
@@ -9,67 +9,149 @@ import numpy as np
 from dolfinx import fem, la
 from petsc4py import PETSc
 
+NODE = 3
+"""Numbers that share a block of the tangent matrix, as the components of a displacement do."""
+
+
+class Number:
+    """A number that is solved for with the displacement: a plate's place, a multiplier.
+
+    The vector of unknowns has ``value / scale``, so that derivatives by it are forces (N).
+
+    Args:
+        name: with its unit, as ``plate_compliance.place_mm``.
+        constant: holds the present value; forms may contain it.
+        scale: unit of the name for each mm of the unknown.
+        multiplier: Π is concave in it: the solution is a saddle point, not a minimum.
+
+    Attributes:
+        place: of the unknown in a local array, once a model has it.
+        node, component: its row of the tangent matrix, as those of a displacement are numbered.
+    """
+
+    def __init__(
+        self, name: str, constant: fem.Constant, scale: float = 1.0, *, multiplier: bool = False
+    ) -> None:
+        self.name = name
+        self.constant = constant
+        self.scale = scale
+        self.multiplier = multiplier
+        self.place = self.node = self.component = -1
+
+    @property
+    def value(self) -> float:
+        """Present value, in the unit of its name."""
+        return float(self.constant.value)
+
+    def change(self, step: np.ndarray) -> float:
+        """By how much ``step``, a local array of the unknowns, changes the value."""
+        return self.scale * float(step[self.place])
+
 
 class Unknowns:
-    """Displacement, and the pressure field of a mixed model, in one array.
+    """Displacement, the pressure field of a mixed model, and numbers, in one array.
 
     Two layouts: a *local* array has all dofs that this rank knows, ghosts included, field after
-    field; a PETSc vector has the owned ones, field after field on each rank. Of a displacement
-    alone both are those of its function.
+    field, then the numbers, which all ranks know. A PETSc vector has the owned ones, field after
+    field on each rank; the last rank owns the numbers. Numbers are filled up to whole blocks of
+    three with entries that stay 0. Of a displacement alone both layouts are those of its function.
 
     Args:
         fields: displacement first.
+        numbers: solved for, too.
 
     Attributes:
-        count: unknowns on all ranks, of all fields.
+        count: unknowns on all ranks, without what fills blocks up.
+        size: length of a vector of them.
+        padded: entries of the numbers, filled up.
     """
 
-    def __init__(self, fields: Sequence[fem.Function]) -> None:
+    def __init__(self, fields: Sequence[fem.Function], numbers: Sequence[Number] = ()) -> None:
         self._fields = fields
+        self.numbers = tuple(numbers)
+        space = fields[0].function_space
+        self.comm = space.mesh.comm
+        self.nodes = space.dofmap.index_map.size_global
         maps = [field.function_space.dofmap for field in fields]
         self._owned = [m.index_map.size_local * m.index_map_bs for m in maps]
-        self.count = sum(m.index_map.size_global * m.index_map_bs for m in maps)
+        fields_count = sum(m.index_map.size_global * m.index_map_bs for m in maps)
+        self.padded = NODE * -(-len(self.numbers) // NODE)
+        self.count = fields_count + len(self.numbers)
+        self.size = fields_count + self.padded
         ends = np.cumsum([0, *(len(field.x.array) for field in fields)])
         self._places = [slice(*pair) for pair in pairwise(ends)]
+        self._local = int(ends[-1])
+        for i, number in enumerate(self.numbers):
+            number.place = self._local + i
+            number.node, number.component = self.nodes + i // NODE, i % NODE
+        self.has_numbers = self.comm.rank == self.comm.size - 1 and self.padded > 0
+        self.owned_size = sum(self._owned) + (self.padded if self.has_numbers else 0)
 
     def create_vector(self) -> PETSc.Vec:
         """A PETSc vector of the unknowns; with ghosts for a displacement alone."""
-        if len(self._fields) == 1:
+        if len(self._fields) == 1 and not self.padded:
             dofmap = self._fields[0].function_space.dofmap
             return la.create_petsc_vector(dofmap.index_map, dofmap.index_map_bs)
-        comm = self._fields[0].function_space.mesh.comm
-        return PETSc.Vec().createMPI((sum(self._owned), self.count), comm=comm)
+        return PETSc.Vec().createMPI((self.owned_size, self.size), bsize=1, comm=self.comm)
+
+    # -- places ----------------------------------------------------------------------------------
 
     def parts(self, local: np.ndarray) -> list[np.ndarray]:
         """Views of a local array, one a field."""
         return [local[place] for place in self._places]
 
+    def owned_parts(self, owned: np.ndarray) -> list[np.ndarray]:
+        """Views of an owned array, one a field."""
+        ends = np.cumsum([0, *self._owned])
+        return [owned[start:end] for start, end in pairwise(ends)]
+
+    def number_rows(self, owned: np.ndarray) -> np.ndarray:
+        """View of an owned array's numbers, filled up; empty on ranks that do not own them."""
+        return owned[sum(self._owned) :]
+
+    def number_nodes(self) -> np.ndarray:
+        """Block numbers of the numbers in the tangent matrix of a displacement."""
+        return self.nodes + np.arange(self.padded // NODE)
+
+    # -- values ----------------------------------------------------------------------------------
+
+    def _numbers(self) -> np.ndarray:
+        values = np.zeros(self.padded)
+        values[: len(self.numbers)] = [n.value / n.scale for n in self.numbers]
+        return values
+
+    def _set_numbers(self, values: np.ndarray) -> None:
+        for number, value in zip(self.numbers, values, strict=False):
+            number.constant.value = float(value) * number.scale
+
     def local(self) -> np.ndarray:
-        """A copy of the fields' values as a local array."""
-        return np.concatenate([field.x.array for field in self._fields])
+        """A copy of the values as a local array."""
+        return np.concatenate([*(field.x.array for field in self._fields), self._numbers()])
 
     def set_local(self, local: np.ndarray) -> None:
-        """Set the fields to a local array."""
+        """Set fields and numbers to a local array."""
         for field, values in zip(self._fields, self.parts(local), strict=True):
             field.x.array[:] = values
+        self._set_numbers(local[self._local :])
 
     def owned(self) -> np.ndarray:
-        """A copy of the fields' owned values, in the order of a vector."""
-        pairs = zip(self._fields, self._owned, strict=True)
-        return np.concatenate([field.x.array[:owned] for field, owned in pairs])
+        """A copy of the owned values, in the order of a vector."""
+        return self.owned_part(self.local())
 
     def owned_part(self, local: np.ndarray) -> np.ndarray:
         """The owned values of a local array, in the order of a vector."""
         pairs = zip(self.parts(local), self._owned, strict=True)
-        return np.concatenate([values[:owned] for values, owned in pairs])
+        fields = [values[:owned] for values, owned in pairs]
+        return np.concatenate([*fields, local[self._local :] if self.has_numbers else []])
 
     def set_owned(self, values: np.ndarray) -> None:
-        """Set the fields to a vector's values, ghosts from their owners."""
-        start = 0
-        for field, owned in zip(self._fields, self._owned, strict=True):
-            field.x.array[:owned] = values[start : start + owned]
+        """Set fields and numbers to a vector's values; all ranks learn what they need."""
+        for field, part in zip(self._fields, self.owned_parts(values), strict=True):
+            field.x.array[: len(part)] = part
             field.x.scatter_forward()
-            start += owned
+        if self.padded:
+            found = self.number_rows(values).copy() if self.has_numbers else None
+            self._set_numbers(self.comm.bcast(found, root=self.comm.size - 1))
 
     def to_local(self, values: np.ndarray) -> np.ndarray:
         """A vector's values as a local array, ghosts from their owners."""
@@ -78,3 +160,32 @@ class Unknowns:
         local = self.local()
         self.set_local(kept)
         return local
+
+
+class Gradient:
+    """Derivatives of Π by this rank's owned unknowns (N), which terms add to.
+
+    Args:
+        unknowns: of the model.
+
+    Attributes:
+        array: in the order of a vector of the unknowns.
+        fields: views of it, one a field.
+    """
+
+    def __init__(self, unknowns: Unknowns) -> None:
+        self.array = np.zeros(unknowns.owned_size)
+        self.fields = unknowns.owned_parts(self.array)
+        self._rows = unknowns.number_rows(self.array)
+        self._first = unknowns.nodes
+
+    @property
+    def at_nodes(self) -> np.ndarray:
+        """(n, 3) view of the derivatives by the displacement of the owned nodes."""
+        return self.fields[0].reshape(-1, 3)
+
+    def add(self, number: Number, slope: float) -> None:
+        """Add dΠ/d(value of ``number``), the same on all ranks."""
+        if len(self._rows):
+            place = NODE * (number.node - self._first) + number.component
+            self._rows[place] += number.scale * slope

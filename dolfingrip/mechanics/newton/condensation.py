@@ -35,7 +35,7 @@ class Condensation:
 
     def step(self) -> np.ndarray:
         """The step (a local array of the unknowns) from p to p(u) at the present u."""
-        tangent = fem_petsc.assemble_matrix(self._model.potential.coupling[-1])
+        tangent = fem_petsc.assemble_matrix(self._model.potential.tangent_forms()[-1][-1])
         tangent.assemble()
         tangent.scale(-1.0)
         constraint = fem.assemble_vector(self._model.potential.constraint)
@@ -45,5 +45,6 @@ class Condensation:
         right.array[:] = constraint.array[: right.getLocalSize()]
         self._ksp.setOperators(tangent)
         self._ksp.solve(right, change)
-        still = np.zeros(len(self._model.unknowns.owned()) - change.getLocalSize())
-        return self._model.unknowns.to_local(np.concatenate([still, change.array_r]))
+        step = np.zeros(self._model.unknowns.owned_size)
+        self._model.unknowns.owned_parts(step)[1][:] = change.array_r
+        return self._model.unknowns.to_local(step)

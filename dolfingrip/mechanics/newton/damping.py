@@ -8,10 +8,12 @@ from typing import Final
 import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.unknowns import NODE
 from dolfingrip.mechanics.newton.tangent import Tangent
 
 LEAST: Final = 1e-7
@@ -54,8 +56,10 @@ class Damping:
     def __init__(self, prefix: str, model: Model, tangent: Tangent) -> None:
         self._model = model
         self._tangent = tangent
-        size = model.u.function_space.dofmap.index_map.size_global
-        self._negative = model.dofs - 3 * size  # Π is concave in the pressure of a mixed model
+        # Π is concave in the pressure of a mixed model, and in multipliers
+        self._negative = sum(number.multiplier for number in model.unknowns.numbers)
+        if model.p is not None:
+            self._negative += model.p.function_space.dofmap.index_map.size_global
         self._prefix = prefix
         self.count = 0
         self._least = 0.0
@@ -127,7 +131,10 @@ class Damping:
 
     @cached_property
     def _masses(self) -> PETSc.Vec:
-        """Diagonal of the displacement's mass matrix (mm³), 0 for pressures."""
+        """Diagonal of the displacement's mass matrix (mm³); a number's is the whole volume.
+
+        Pressures and multipliers have none.
+        """
         model = self._model
         space = model.u.function_space
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
@@ -135,6 +142,12 @@ class Damping:
         matrix = fem_petsc.assemble_matrix(form)
         matrix.assemble()
         diagonal = matrix.getDiagonal().array_r
-        masses = PETSc.Vec().createMPI((len(model.unknowns.owned()), model.dofs), comm=model.comm)
+        masses = model.unknowns.create_vector()
+        masses.set(0.0)
         masses.array[: len(diagonal)] = diagonal
+        volume = float(model.comm.allreduce(diagonal.sum(), MPI.SUM)) / 3
+        rows = model.unknowns.number_rows(masses.array)
+        for number in model.unknowns.numbers if len(rows) else ():
+            place = NODE * (number.node - model.unknowns.nodes) + number.component
+            rows[place] = 0.0 if number.multiplier else volume
         return masses

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
@@ -24,11 +26,13 @@ class MixedTangent(Tangent):
         assert model.p is not None
         self._fields = [_Place(field.function_space) for field in (model.u, model.p)]
         sizes = np.array(model.comm.allgather([field.size for field in self._fields]))
-        starts = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes
+        starts = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes  # numbers come last of all
         for field, start, size in zip(self._fields, starts.T, sizes.T, strict=True):
-            field.settle(start, size, model.unknowns.count)
+            field.settle(start, size, model.unknowns.size, model.unknowns.padded)
         displacement, pressure = self._fields
-        across, back, within = map(_scalar_graph, model.potential.coupling)
+        (_, across), (back, within) = (
+            map(_scalar_graph, row) for row in model.potential.tangent_forms()
+        )
         self._beside = pressure.columns(across)
         self._below = displacement.columns(back) + pressure.columns(within)
         super().__init__(model)
@@ -36,7 +40,8 @@ class MixedTangent(Tangent):
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
         """An assembled zero matrix with the places of ``graph`` (owned displacement nodes)."""
         ones = np.ones((graph.nnz, 3, 3))
-        pattern = sp.vstack([self._scalars(graph, ones) + self._beside, self._below])
+        above, numbers = self._scalars(graph, ones)
+        pattern = sp.vstack([above + self._beside, self._below, numbers])
         matrix = symmetric(0.0 * pattern, self._model.comm)
         local = np.concatenate([field.numbers() for field in self._fields])
         numbering = PETSc.LGMap().create(local.astype(PETSc.IntType), comm=self._model.comm)
@@ -46,18 +51,22 @@ class MixedTangent(Tangent):
         self.patterns += 1
         return matrix
 
-    def _scalars(self, graph: sp.csr_matrix, blocks: np.ndarray) -> sp.csr_matrix:
-        """(3, 3) blocks at the places of ``graph`` as scalars at those of the matrix."""
+    def _scalars(
+        self, graph: sp.csr_matrix, blocks: np.ndarray
+    ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """(3, 3) blocks at the places of ``graph`` as scalar rows of displacement and numbers."""
         shape = (3 * graph.shape[0], 3 * graph.shape[1])
         scalars = sp.bsr_matrix((blocks, graph.indices, graph.indptr), shape).tocsr()
-        return self._fields[0].columns(scalars)
+        rows = self._fields[0].columns(scalars)
+        return rows[: self._fields[0].size], rows[self._fields[0].size :]
 
     def _insert(
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
     ) -> None:
         """Set or add (3, 3) ``blocks`` at the places of ``graph``."""
-        values = self._scalars(graph, blocks)
-        values.resize(matrix.getLocalSize()[0], values.shape[1])  # nothing in the pressure's rows
+        above, numbers = self._scalars(graph, blocks)
+        nothing = sp.csr_matrix(self._below.shape)  # in the pressure's rows
+        values = sp.vstack([above, nothing, numbers], "csr")
         matrix.setValuesCSR(
             values.indptr.astype(PETSc.IntType),
             values.indices.astype(PETSc.IntType),
@@ -65,10 +74,9 @@ class MixedTangent(Tangent):
             addv=add,
         )
 
-    def _assemble_forms(self) -> None:
-        across, back, within = self._model.potential.coupling
-        forms = [[self._form, across], [back, within]]
-        fem_petsc.assemble_matrix_block(self.matrix, forms, bcs=self._model.supports)
+    def _assemble_forms(self, forms: Sequence[Sequence[fem.Form]]) -> None:
+        blocks = [list(row) for row in forms]
+        fem_petsc.assemble_matrix_block(self.matrix, blocks, bcs=self._model.supports)
 
 
 class _Place:
@@ -79,16 +87,18 @@ class _Place:
         self._block = space.dofmap.index_map_bs
         self.size = self._map.size_local * self._block
 
-    def settle(self, starts: np.ndarray, sizes: np.ndarray, count: int) -> None:
-        """Take ``sizes`` rows from ``starts`` on, by rank, of ``count``."""
+    def settle(self, starts: np.ndarray, sizes: np.ndarray, count: int, numbers: int) -> None:
+        """Take ``sizes`` rows from ``starts`` on, by rank, of ``count``, the last ``numbers``."""
         self._count = count
         self._ends = np.cumsum(sizes)
         self._shift = starts - (self._ends - sizes)
+        self._last = self._ends[-1] + numbers
 
     def to_matrix(self, dofs: np.ndarray) -> np.ndarray:
         """Rows of the matrix of global dofs."""
         owner = np.searchsorted(self._ends, dofs, side="right")
-        return np.asarray(dofs + self._shift[owner])
+        shift = np.append(self._shift, self._count - self._last)  # beyond are the numbers
+        return np.asarray(dofs + shift[owner])
 
     def columns(self, graph: sp.csr_matrix) -> sp.csr_matrix:
         """``graph`` with its columns, dofs of this field, where they are in the matrix."""

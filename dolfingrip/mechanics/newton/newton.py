@@ -13,14 +13,13 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import INVERTED, Model
 from dolfingrip.mechanics.model.profile import Profile
-from dolfingrip.mechanics.newton.border import Border
+from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.condensation import Condensation
 from dolfingrip.mechanics.newton.damping import Damping
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.tangent import Tangent
-from dolfingrip.mechanics.path.predictor import Guess
 from dolfingrip.sections.numerics import Solver
 
 PREFIX = "dolfingrip_"
@@ -78,7 +77,6 @@ class Newton:
         model: whose displacement is solved for.
         settings: tolerances and limits.
         profile: where to book the time.
-        border: unknowns besides the displacement, such as the pressure at a prescribed volume.
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
@@ -90,7 +88,6 @@ class Newton:
         model: Model,
         settings: Solver,
         profile: Profile | None = None,
-        border: Border | None = None,
     ) -> None:
         self.model = model
         self.settings = settings
@@ -100,7 +97,6 @@ class Newton:
         self.careful = 0
         # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
         self._factors = Factors(PREFIX, self.tangent.graph if model.p is None else None)
-        self._border = border
         self._residual = model.unknowns.create_vector()
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
@@ -134,11 +130,6 @@ class Newton:
     def factorisations(self) -> int:
         """Factorisations since the start."""
         return self._factors.count + self._damping.count
-
-    @property
-    def bordered(self) -> bool:
-        """Whether there are unknowns besides the model's."""
-        return self._border is not None
 
     # -- callbacks -----------------------------------------------------------------------------
 
@@ -179,8 +170,6 @@ class Newton:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
         with self.profile.phase("step bound"):
             self._take(x)
-            if self._border is not None:
-                self._border.correct(y, self._snes.getKSP())
             step = self.model.unknowns.to_local(-y.array_r)
             fraction = 1.0
             if self._careful and self._condensation and self._residual_along(step) > 0:
@@ -190,25 +179,16 @@ class Newton:
                 fraction = self._globalisation.fraction(step)
                 if self._careful:
                     self._damping.heed(fraction)
-            if self._border is not None:
-                fraction = self._border.limit(step, fraction)
             step *= fraction
             if self.model.potential.carried is not None:
                 self.model.potential.carried.follow(*self.model.unknowns.parts(step))
-            if self._border is not None:
-                self._border.advance(fraction)
             y.array[:] = -self.model.unknowns.owned_part(step)
         return True
 
     def _converged(
         self, _snes: Any, iteration: int, norms: tuple[float, float, float], *_: Any
     ) -> int:
-        scale = self._border.force_N if self._border is not None else 0.0
-        verdict = self._globalisation.judge(iteration, norms[2], scale)
-        missed = self._border is not None and not self._border.met(self.settings.rtol)
-        if verdict is Verdict.CONVERGED and missed:
-            verdict = Verdict.GO_ON
-        return REASON[verdict]
+        return REASON[self._globalisation.judge(iteration, norms[2], self.model.scale_N())]
 
     # -- solve ---------------------------------------------------------------------------------
 

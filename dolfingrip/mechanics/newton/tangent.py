@@ -1,14 +1,18 @@
-"""The tangent matrix: symmetric blocks in a fixed pattern with room for contact."""
+"""The tangent matrix: symmetric blocks in a pattern with room for what comes near."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import cpp, fem
 from dolfinx.fem import petsc as fem_petsc
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.term import Coupling
 
 
 class Tangent:
@@ -27,39 +31,66 @@ class Tangent:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        self._form = model.potential.tangent
-        self.graph = block_graph(self._form)
-        self._rows = self.graph.shape[0]
-        self._first = model.u.function_space.dofmap.index_map.local_range[0]
-        self._known = np.empty(0, dtype=np.int64)
+        (self._form, *_), *_ = model.potential.tangent_forms()
+        index_map = model.u.function_space.dofmap.index_map
+        self._nodes = model.unknowns.nodes
+        self._numbers = model.unknowns.padded // 3
+        self._rows = index_map.size_local + (self._numbers if model.unknowns.has_numbers else 0)
+        self._first = index_map.local_range[0]
         self._free = self._free_components()
         self.patterns = 0
+        graph = self._with_numbers(block_graph(self._form))
+        self._known: np.ndarray = np.empty(0, dtype=np.int64)
+        if self._numbers:  # what they couple is known before the first step
+            self._note(self._couplings(convex=False))
+            graph = (graph + self._pattern(self._known)).tocsr()
+        self.graph = graph
         self.matrix = self._create(self.graph)
 
     def assemble(self, *, convex: bool = False) -> None:
-        """Assemble at the model's present state, contact ``convex`` or as it is."""
-        model = self._model
-        extra = None
-        if model.contact is not None:
-            extra = model.contact.hessian(model.u.x.array, convex=convex)
-        if extra is not None:
-            self._make_room(extra)
+        """Assemble at the model's present state, pairs in contact ``convex`` or as they are."""
+        couplings = self._couplings(convex=convex)
+        self._make_room(couplings)
         self.matrix.zeroEntries()
-        if extra is not None:  # before the form, which ends by setting the supports' diagonal
-            self._add(self._scaled(extra))
-        self._assemble_forms()
+        for coupling in couplings:  # before the forms, which end by setting the supports' diagonal
+            self._add(coupling)
+        self._fill_up()
+        for term in self._model.all_terms:
+            if term.tangent_forms():
+                self._assemble_forms(term.tangent_forms())
         self.matrix.assemble()
 
-    def _assemble_forms(self) -> None:
-        """Add the UFL energies' part; 1 on the supports' diagonal."""
-        fem_petsc.assemble_matrix(self.matrix, self._form, bcs=self._model.supports)
+    def _assemble_forms(self, forms: Sequence[Sequence[fem.Form]]) -> None:
+        """Add what elements integrate; 1 on the supports' diagonal."""
+        fem_petsc.assemble_matrix(self.matrix, forms[0][0], bcs=self._model.supports)
+
+    def _couplings(self, *, convex: bool) -> list[Coupling]:
+        """Those of all terms at the model's present state."""
+        dofs = self._model.u.x.array
+        return [
+            coupling
+            for term in self._model.all_terms
+            for coupling in term.couplings(dofs, convex=convex)
+        ]
 
     # -- pattern -------------------------------------------------------------------------------
 
+    def _with_numbers(self, graph: sp.csr_matrix) -> sp.csr_matrix:
+        """``graph`` with rows and columns for the numbers, each block coupled with itself."""
+        if not self._numbers:
+            return graph
+        graph = sp.csr_matrix(
+            (graph.data, graph.indices, graph.indptr),
+            (graph.shape[0], self._nodes + self._numbers),
+        )
+        if not self._model.unknowns.has_numbers:
+            return graph
+        own = sp.eye_array(self._numbers, self._nodes + self._numbers, k=self._nodes)
+        return sp.csr_matrix(sp.vstack([graph, own]))
+
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
         """An assembled zero matrix with the places of ``graph`` (owned block rows)."""
-        space = self._model.u.function_space
-        local, size = 3 * self._rows, 3 * space.dofmap.index_map.size_global
+        local, size = 3 * self._rows, 3 * graph.shape[1]
         row, column = graph.nonzero()
         here = (column >= self._first) & (column < self._first + self._rows)
         upper = column >= row + self._first
@@ -87,52 +118,77 @@ class Tangent:
         nodes = index_map.local_to_global(np.arange(count, dtype=np.int32))
         return PETSc.LGMap().create(nodes.astype(PETSc.IntType), bsize=3, comm=self._model.comm)
 
-    def _make_room(self, extra: sp.coo_matrix) -> None:
-        """Widen the pattern where ``extra`` has vertex pairs that it lacks."""
-        count = np.int64(extra.shape[0] // 3)
-        pairs = np.unique((extra.row // 3) * count + extra.col // 3)
-        if np.isin(pairs, self._known, assume_unique=True).all():
-            return
-        assert self._model.contact is not None
-        self._known = np.union1d(self._known, pairs)
-        nodes = self._model.contact.surface.nodes
-        row, column = (nodes[i] for i in np.divmod(self._known, count))
-        owned = (row >= self._first) & (row < self._first + self._rows)
-        contact = sp.csr_matrix(
-            (np.ones(owned.sum()), (row[owned] - self._first, column[owned])),
-            shape=self.graph.shape,
-        )
-        self.matrix = self._create((self.graph + contact).tocsr())
+    def _note(self, couplings: Sequence[Coupling]) -> bool:
+        """Whether ``couplings`` have pairs of nodes, on any rank, that were not known before."""
+        found = [self._known]
+        for nodes, hessian in couplings:
+            count = max(len(nodes), 1)
+            pairs = np.unique((hessian.row // 3).astype(np.int64) * count + hessian.col // 3)
+            row, column = np.divmod(pairs, count)
+            row, column = nodes[row], nodes[column]
+            owned = (row >= self._first) & (row < self._first + self._rows)
+            found.append(self._keys(row[owned], column[owned]))
+        known = np.unique(np.concatenate(found))
+        new = known.size > self._known.size
+        self._known = known
+        return bool(self._model.comm.allreduce(new, MPI.LOR))
 
-    # -- contact -------------------------------------------------------------------------------
+    def _keys(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+        return np.asarray(row.astype(np.int64) * (self._nodes + self._numbers) + column)
+
+    def _pattern(self, keys: np.ndarray) -> sp.csr_matrix:
+        """Owned pairs of nodes as a graph."""
+        row, column = np.divmod(keys, self._nodes + self._numbers)
+        shape = (self._rows, self._nodes + self._numbers)
+        return sp.csr_matrix((np.ones(len(row)), (row - self._first, column)), shape=shape)
+
+    def _make_room(self, couplings: Sequence[Coupling]) -> None:
+        """Widen the pattern where ``couplings`` have pairs of nodes that it lacks."""
+        if self._note(couplings):
+            self.matrix = self._create((self.graph + self._pattern(self._known)).tocsr())
+
+    # -- couplings -----------------------------------------------------------------------------
 
     def _free_components(self) -> np.ndarray:
-        """(3n,) 1 for free components of the contact surface's nodes, 0 for supported ones."""
-        contact = self._model.contact
-        if contact is None:
-            return np.empty(0)
-        free = np.ones_like(self._model.u.x.array)
+        """(3n,) 1 for free components of all nodes on all ranks and numbers, 0 for others."""
+        free = np.ones(3 * (self._nodes + self._numbers))
         for bc in self._model.supports:
-            free[bc.dof_indices()[0]] = 0.0
-        return contact.surface.at_nodes(free).ravel()
+            dofs, owned = bc.dof_indices()
+            held = dofs[:owned].astype(np.int64) + 3 * self._first
+            free[np.concatenate(self._model.comm.allgather(held))] = 0.0
+        return free
 
-    def _scaled(self, extra: sp.coo_matrix) -> sp.bsr_matrix:
-        """The contact Hessian by blocks, zero in supported rows and columns."""
-        data = extra.data * self._free[extra.row] * self._free[extra.col]
-        return sp.coo_matrix((data, (extra.row, extra.col)), shape=extra.shape).tobsr((3, 3))
-
-    def _add(self, blocks: sp.bsr_matrix) -> None:
-        """Add the block rows that this rank owns."""
-        assert self._model.contact is not None
-        nodes = self._model.contact.surface.nodes
-        vertex = np.repeat(np.arange(len(nodes)), np.diff(blocks.indptr))
-        row, column = nodes[vertex], nodes[blocks.indices]
+    def _add(self, coupling: Coupling) -> None:
+        """Add the block rows that this rank owns, zero in supported rows and columns."""
+        nodes, hessian = coupling
+        free = self._free.reshape(-1, 3)[nodes].ravel()
+        data = hessian.data * free[hessian.row] * free[hessian.col]
+        blocks = sp.coo_matrix((data, (hessian.row, hessian.col)), hessian.shape).tobsr((3, 3))
+        which = np.repeat(np.arange(len(nodes)), np.diff(blocks.indptr))
+        row, column = nodes[which], nodes[blocks.indices]
         owned = (row >= self._first) & (row < self._first + self._rows)
         graph = sp.csr_matrix(
             (np.flatnonzero(owned) + 1, (row[owned] - self._first, column[owned])),
             shape=self.graph.shape,
         )
         self._insert(self.matrix, graph, blocks.data[graph.data - 1], add=True)
+
+    def _fill_up(self) -> None:
+        """Put 1 on the diagonal of the entries that fill up the numbers' blocks."""
+        unknowns = self._model.unknowns
+        spare = unknowns.padded - len(unknowns.numbers)
+        if not spare:
+            return
+        rows = self._rows - self._numbers + np.arange(self._numbers)
+        blocks = np.zeros((self._numbers, 3, 3))
+        for place in range(unknowns.padded - spare, unknowns.padded):
+            blocks[place // 3, place % 3, place % 3] = 1.0
+        owned = rows if unknowns.has_numbers else rows[:0]
+        graph = sp.csr_matrix(
+            (np.ones(len(owned)), (owned, unknowns.number_nodes()[: len(owned)])),
+            shape=self.graph.shape,
+        )
+        self._insert(self.matrix, graph, blocks[: len(owned)], add=True)
 
     def _insert(
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False

@@ -2,90 +2,113 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 import ufl
-from dolfinx import fem
-from dolfinx.fem import petsc as fem_petsc
+from dolfinx import fem, la
 from mpi4py import MPI
-from petsc4py import PETSc
 
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.term import Coupling, Term, number_coupling
+from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number
+
+CONTROL = "cavity_volume_mm3"
+"""Name of the volume among a model's controls."""
 
 
-class VolumeControl:
-    """Adds V(u) = V* to a model's equations and the pressure to its unknowns.
+@dataclass(slots=True)
+class Prescribed:
+    """Volume of the whole cavity (mm³), as a control of a load path."""
 
-    Each Newton step solves the bordered system by elimination with the factors at hand: with
-    y = K⁻¹R and z = K⁻¹ ∂V/∂u the step is −y + Δp z, Δp = (V* − V + ∂V/∂u·y) / (∂V/∂u·z)
-    (Batoz & Dhatt, Int. J. Numer. Methods Eng. 14, 1979). It is a model's control by the name
-    ``cavity_volume_mm3``: a load path leads it as it leads the pressure otherwise.
-
-    Args:
-        model: its control ``pressure_kPa`` becomes a result.
-        pressure: that control.
-        volume: UFL form of the meshed cavity's volume (mm³).
-
-    Attributes:
-        force_N: norm of the pressure's load, the scale of the residual.
-    """
-
-    def __init__(self, model: Model, pressure: Control, volume: ufl.Form) -> None:
-        self._model = model
-        self._pressure = pressure
-        self._volume = fem.form(volume, jit_options=jit.options())
-        test = ufl.TestFunction(model.u.function_space)
-        self._gradient = fem.form(ufl.derivative(volume, model.u, test), jit_options=jit.options())
-        self._g = fem_petsc.create_vector(self._gradient)
-        self._load = model.unknowns.create_vector()
-        self._z = self._load.duplicate()
-        self._target = self.volume_mm3()
-        self._change = 0.0
-        self.force_N = 0.0
-
-    # -- as a control ----------------------------------------------------------------------------
-
-    @property
-    def value(self) -> float:
-        """Prescribed volume of the whole cavity (mm³)."""
-        return self._target
+    value: float
 
     def set(self, value: float) -> None:
         """Prescribe ``value``."""
-        self._target = value
+        self.value = value
 
-    # -- in Newton's method ----------------------------------------------------------------------
+
+class VolumeControl(Term):
+    """Adds the constraint V(u) = V* to Π, whose multiplier is the cavity's pressure.
+
+    Π contains −p V(u). With + p V* it is stationary in p where V = V*, so that equilibria follow
+    one another through a limit point of the pressure (Batoz & Dhatt, Int. J. Numer. Methods Eng.
+    14, 1979).
+
+    Args:
+        u: displacement (mm).
+        pressure: control of the pressure, which becomes a result.
+        volume: UFL form of the meshed cavity's volume (mm³).
+        copies: how many meshed parts make the whole.
+
+    Attributes:
+        control: the volume of the whole cavity, at first the present one.
+        number: the pressure as an unknown.
+    """
+
+    name: ClassVar[str] = "volume"
+
+    def __init__(
+        self, u: fem.Function, pressure: Control, volume: ufl.Form, copies: int = 1
+    ) -> None:
+        space = u.function_space
+        self._comm = space.mesh.comm
+        self._first = space.dofmap.index_map.local_range[0]
+        self._owned = space.dofmap.index_map.size_local
+        self._copies = copies
+        self._volume = fem.form(volume, jit_options=jit.options())
+        test = ufl.TestFunction(space)
+        self._rate = fem.form(ufl.derivative(volume, u, test), jit_options=jit.options())
+        self.control = Prescribed(self.volume_mm3())
+        # 1 MPa for each size of the cavity: a missing volume then counts as much as the forces on
+        # the cavity's walls that go with it
+        scale = float(np.cbrt(copies / self.control.value))
+        self.number = Number("cavity_pressure_MPa", pressure.constant, scale, multiplier=True)
+        self._force_N = 0.0
 
     def volume_mm3(self) -> float:
         """Present volume of the whole cavity."""
         local = fem.assemble_scalar(self._volume)
-        return float(self._model.domain.copies * self._model.comm.allreduce(local, MPI.SUM))
+        return float(self._copies * self._comm.allreduce(local, MPI.SUM))
 
-    def met(self, tolerance: float) -> bool:
-        """Whether the volume is the prescribed one to a relative ``tolerance``."""
-        return abs(self.volume_mm3() - self._target) <= tolerance * abs(self._target)
+    def _rates(self) -> np.ndarray:
+        """Derivatives of the meshed volume by this rank's owned displacements (mm²)."""
+        vector = fem.assemble_vector(self._rate)
+        vector.scatter_reverse(la.InsertMode.add)
+        return np.asarray(vector.array[: NODE * self._owned])
 
-    def correct(self, y: PETSc.Vec, ksp: PETSc.KSP) -> None:
-        """Make SNES' step (x − y) at fixed pressure one that aims at the volume."""
-        model = self._model
-        with self._g.localForm() as local:
-            local.set(0.0)
-        fem_petsc.assemble_vector(self._g, self._gradient)
-        self._g.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        model.release(self._g)
-        self._load.array[: self._g.getLocalSize()] = self._g.array_r
-        ksp.solve(self._load, self._z)
-        missing = (self._target - self.volume_mm3()) / model.domain.copies
-        self._change = (missing + self._load.dot(y)) / self._load.dot(self._z)
-        y.axpy(-self._change, self._z)
-        pressure = float(self._pressure.constant.value) + self._change
-        self.force_N = max(self.force_N, abs(pressure) * self._g.norm())
+    # -- as a term -------------------------------------------------------------------------------
 
-    def limit(self, step: np.ndarray, fraction: float) -> float:
-        """``fraction``: the pressure bounds no step."""
-        return fraction
+    def value(self, dofs: np.ndarray) -> float:
+        """p V* of the meshed part (mJ)."""
+        return self.number.value * self.control.value / self._copies
 
-    def advance(self, fraction: float) -> None:
-        """Take ``fraction`` of the pressure's change."""
-        constant = self._pressure.constant
-        constant.value = float(np.asarray(constant.value)) + fraction * self._change
+    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
+        """Add what is missing of the volume."""
+        gradient.add(self.number, (self.control.value - self.volume_mm3()) / self._copies)
+
+    def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
+        """−∂V/∂u between pressure and displacement."""
+        rates = self._rates()
+        square = self._comm.allreduce(float(rates @ rates), MPI.SUM)
+        self._force_N = max(self._force_N, abs(self.number.value) * np.sqrt(square))
+        return [number_coupling([self.number], self._first, -rates[None], np.zeros((1, 1)))]
+
+    def scale_N(self) -> float:
+        """Norm of the pressure's load."""
+        return self._force_N
+
+
+def led_by_volume(model: Model, pressure: Control, volume: ufl.Form) -> Model:
+    """A model of the same fields and terms whose path leads the cavity's volume.
+
+    Args:
+        model: with ``pressure`` among its controls.
+        pressure: a result of the new model.
+        volume: UFL form of the meshed cavity's volume (mm³).
+    """
+    term = VolumeControl(model.u, pressure, volume, model.domain.copies)
+    return model.with_term(term, [term.number], {CONTROL: term.control})

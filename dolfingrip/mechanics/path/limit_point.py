@@ -6,7 +6,7 @@ import ufl
 
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import VolumeControl
+from dolfingrip.mechanics.newton.volume_control import CONTROL, led_by_volume
 from dolfingrip.sections.numerics import Solver
 
 FIRST, LONGEST = 1e-4, 0.1
@@ -47,16 +47,16 @@ class Summit:
         Args:
             beyond_kPa: the pressure that was not reached; where it is, there is no maximum before.
         """
-        good = last = self._model.state()
-        control = VolumeControl(self._model, self._pressure, self._volume)
-        newton = Newton(self._model, self._settings, border=control)
+        good = self._model.state()
+        model = led_by_volume(self._model, self._pressure, self._volume)
+        newton, control = Newton(model, self._settings), model.controls[CONTROL]
         highest, start = self._pressure.value, control.value
-        volume, step = start, FIRST * start
+        volume, step, last = start, FIRST * start, model.state()
         try:
             for _ in range(MOST):
                 control.set(volume + step)
                 if not newton.solve().converged:
-                    self._model.restore(last)
+                    model.restore(last)
                     step /= SHORTER
                     if step < FIRST * start:
                         return False
@@ -67,7 +67,7 @@ class Summit:
                 if pressure > beyond_kPa:
                     return False
                 highest = max(highest, pressure)
-                volume, last = volume + step, self._model.state()
+                volume, last = volume + step, model.state()
                 step = min(2 * step, LONGEST * start)
         finally:
             self._model.restore(good)

@@ -53,7 +53,8 @@ class LoadPath:
         newton: solver of the model.
         longest: longest step of each control that limits the step (``pressure_kPa`` to the
             solver's ``max_step_kPa`` by default); a control that is absent does not.
-        accept: called after each converged step; returns a reason to reject it, or "".
+        accept: called after each converged step; returns a reason to reject it, or ""; default:
+            what the model's terms say.
         passable: asked at the last good state and told the controls that were not reached, whether
             equilibrium goes on there at a falling load.
     """
@@ -62,21 +63,20 @@ class LoadPath:
         self,
         newton: Newton,
         longest: Mapping[str, float] | None = None,
-        accept: Callable[[], str] = lambda: "",
+        accept: Callable[[], str] | None = None,
         passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
     ) -> None:
         self.newton = newton
         self.model = newton.model
         settings = newton.settings
         self._longest = longest or {"pressure_kPa": settings.max_step_kPa}
-        self._accept = accept
+        self._accept = accept or self.model.rejects
         self._passable = passable
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
-        # what borders the displacement would have to be guessed along with it
-        self._predictor = None if newton.bordered else Predictor(self.model, newton.linear)
+        self._predictor = Predictor(self.model, newton.linear)
         self._lost = False  # whether the last careful solve on the way to the target failed
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
@@ -116,7 +116,7 @@ class LoadPath:
             reach = 1.0 if done + 1.01 * length >= 1.0 else done + length
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * whole
-            guess = self._predictor.guess(ahead) if self._predictor else None
+            guess = self._predictor.guess(ahead)
             last = (reach - done) * whole < 2 * self._shortest
             solve = self._solve(good, at(reach), guess, last=last)
             iterations = self.newton.iterations - before
@@ -127,16 +127,14 @@ class LoadPath:
                 done, steps = reach, steps + 1
                 self.model.accept_step()
                 self._place, self._end = ahead, at(reach)
-                if self._predictor:
-                    self._predictor.keep(ahead)
+                self._predictor.keep(ahead)
                 good = self.model.state()
                 if solve.iterations <= COMFORTABLE:
                     self._length = min(2 * self._length, 1.0)
                 continue
             away = solve.unstable and self._runs_away((reach - done) * whole, good)
             self.model.restore(good)
-            if self._predictor:
-                self._predictor.restart(self._place)
+            self._predictor.restart(self._place)
             cuts += 1
             self._length = (reach - done) * whole / 2
             if self._length < self._shortest:
@@ -159,7 +157,7 @@ class LoadPath:
         beyond a limit point it takes its time to run away.
         """
         solve = self.newton.solve(guess)
-        if solve.converged or self.newton.bordered or (self._lost and not last):
+        if solve.converged or (self._lost and not last):
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)
@@ -173,7 +171,7 @@ class LoadPath:
             math.isclose(change, self._direction[name], rel_tol=1e-6, abs_tol=1e-12)
             for name, change in direction.items()
         )
-        if not straight and self._predictor:
+        if not straight:
             with self.newton.profile.phase("prediction"):
                 self._predictor.turn(self._place, direction)
         self._direction = direction

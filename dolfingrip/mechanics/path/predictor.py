@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.path import series
 
 MOST, FEWEST = 4, 3
@@ -23,19 +23,6 @@ WORTH = 0.3
 AHEAD = (0.25, -0.125, 0.125)
 """Places of the states that stand for a path's series, in its unit: those that serve longest last.
 So near the path that nothing is stretched yet, so far apart that rounding is not felt."""
-
-
-@dataclass(frozen=True, slots=True)
-class Guess:
-    """A start of Newton's method.
-
-    Attributes:
-        unknowns: of the model, as a local array.
-        stress: values of its carried stress.
-    """
-
-    unknowns: np.ndarray
-    stress: np.ndarray
 
 
 class Predictor:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
@@ -14,6 +13,7 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.tangent import Tangent
 
 
@@ -62,7 +62,9 @@ class Adjoint:
         load = fem_petsc.create_vector(right)
         fem_petsc.assemble_vector(load, right)
         load.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        model.release(load)
+        for bc in model.supports:
+            dofs, owned = bc.dof_indices()
+            load.array[dofs[:owned]] = 0.0
         ksp = PETSc.KSP().create(model.comm)
         ksp.setOperators(tangent.matrix)
         ksp.setType(PETSc.KSP.Type.PREONLY)
@@ -84,8 +86,8 @@ class Adjoint:
             local += self._to_constant(constant, rate)
         model = self._model
         found = model.comm.allreduce(local, MPI.SUM)
-        if direction.velocity is not None and model.contact is not None:
-            found -= self._through_contact(direction.velocity)
+        if direction.velocity is not None:
+            found -= self._through_terms(direction.velocity)
         return float(model.domain.copies * found)
 
     def _to_shape(self, velocity: fem.Function) -> float:
@@ -106,12 +108,13 @@ class Adjoint:
         form = ufl.derivative(ufl.replace(self._lagrangian, {constant: value}), value, change)
         return float(fem.assemble_scalar(fem.form(form, jit_options=jit.options())))
 
-    def _through_contact(self, velocity: fem.Function) -> float:
-        """λ·∂R/∂m of the contact potential, the same on all ranks."""
-        contact = self._model.contact
-        assert contact is not None
-        moving = fem.Function(self._model.u.function_space)
+    def _through_terms(self, velocity: fem.Function) -> float:
+        """λ·∂R/∂m of the terms beside the potential, the same on all ranks."""
+        model = self._model
+        moving = fem.Function(model.u.function_space)
         moving.interpolate(velocity)
-        rates = contact.surface.displacement(moving.x.array)
-        weights = contact.surface.at_nodes(self._adjoint.x.array)
-        return float(np.sum(weights * contact.gradient_rate(self._model.u.x.array, rates)))
+        rates = Gradient(model.unknowns)
+        for term in model.terms:
+            term.add_gradient_rate(model.u.x.array, moving.x.array, rates)
+        own = self._adjoint.x.array[: rates.fields[0].size] @ rates.fields[0]
+        return float(model.comm.allreduce(own, MPI.SUM))

@@ -1,0 +1,135 @@
+"""A summand of the total potential, and what it may remember."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from dolfinx import fem
+
+from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number
+
+
+class Coupling(NamedTuple):
+    """Part of a Hessian that couples nodes which no element need join.
+
+    Attributes:
+        nodes: (n,) block numbers of the nodes in the tangent matrix, those of numbers included.
+        hessian: (3n, 3n) second derivatives (N/mm). A rank takes the rows of the nodes it owns,
+            so that all ranks may give the same whole, or each rank its rows alone.
+    """
+
+    nodes: np.ndarray
+    hessian: sp.coo_matrix
+
+
+class Term:
+    """A summand of Π, or of the load step's incremental potential.
+
+    A term derives what it can and inherits the rest, which does nothing. All displacements are
+    local arrays of degrees of freedom, ghosts included (mm).
+
+    Attributes:
+        name: what a step that this term bounds is said to be bounded by.
+        carries_history: whether its potential depends on the last accepted step.
+    """
+
+    name: ClassVar[str] = ""
+    carries_history: bool = False
+
+    # -- the potential ---------------------------------------------------------------------------
+
+    def value(self, dofs: np.ndarray) -> float:
+        """Potential (mJ) of the meshed part, the same on all ranks."""
+        return 0.0
+
+    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
+        """Add the derivatives by the unknowns at the displacement ``dofs`` to ``gradient``."""
+
+    def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
+        """Second derivatives beside those of :meth:`tangent_forms`.
+
+        Args:
+            dofs: displacement.
+            convex: leave out what makes a pair's part indefinite.
+        """
+        return ()
+
+    def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
+        """Add the gradient's change as reference points move and displacements do not.
+
+        Args:
+            dofs: displacement.
+            velocity: of the displacement's nodes (mm for each unit of a parameter).
+            rate: N for each unit of the parameter.
+        """
+
+    def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
+        """Second derivatives that elements integrate, by blocks of fields; () where none."""
+        return ()
+
+    def scale_N(self) -> float:
+        """Force that the residual's tolerance may refer to; 0 where the term has none."""
+        return 0.0
+
+    # -- Newton's steps --------------------------------------------------------------------------
+
+    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
+        """Largest admissible fraction of ``step``, in [0, 1], the same on all ranks.
+
+        Args:
+            dofs: displacement.
+            step: local array of the unknowns, the displacement first.
+        """
+        return 1.0
+
+    def rejects(self, dofs: np.ndarray) -> str:
+        """Why a converged state is not accepted; "" where it is."""
+        return ""
+
+    # -- memory ----------------------------------------------------------------------------------
+
+    def follow(self, time_s: float, step_s: float) -> None:
+        """Take note of the time at the load step's end and of the step's length (s)."""
+
+    def accept(self) -> None:
+        """Take the present, converged state as the start of the next load step."""
+
+    def values(self) -> dict[str, np.ndarray]:
+        """Copies of what is remembered, by name."""
+        return {}
+
+    def restore(self, values: Mapping[str, np.ndarray]) -> None:
+        """Remember what :meth:`values` gave."""
+
+
+def number_coupling(
+    numbers: Sequence[Number], first: int, mixed: np.ndarray, within: np.ndarray
+) -> Coupling:
+    """The coupling of numbers with displacements and with one another.
+
+    Args:
+        numbers: m of them.
+        first: this rank's first displacement node.
+        mixed: (m, 3n) derivatives by each number's value and this rank's owned displacements.
+        within: (m, m) derivatives by the numbers' values, the same on all ranks.
+    """
+    scales = np.array([number.scale for number in numbers])
+    mixed = mixed * scales[:, None]
+    within = within * scales[:, None] * scales
+    felt = np.flatnonzero(mixed.reshape(len(numbers), -1, NODE).any(axis=(0, 2)))
+    base = min(number.node for number in numbers)
+    blocks = 1 + max(number.node for number in numbers) - base
+    nodes = np.concatenate([first + felt, base + np.arange(blocks)])
+    columns = NODE * (len(felt) - base) + np.array(
+        [NODE * number.node + number.component for number in numbers]
+    )
+    values = mixed.reshape(len(numbers), -1, NODE)[:, felt].reshape(len(numbers), -1)
+    which, rows = np.nonzero(values)
+    i, j = (part.ravel() for part in np.meshgrid(columns, columns, indexing="ij"))
+    data = np.concatenate([values[which, rows], within.ravel()])
+    places = (np.concatenate([rows, i]), np.concatenate([columns[which], j]))
+    size = NODE * len(nodes)
+    return Coupling(nodes, sp.coo_matrix((data, places), shape=(size, size)))
