@@ -12,7 +12,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from ufl.core.expr import Expr
 
-from dolfingrip.config import KPA, Config, ConfigError
+from dolfingrip.config import KPA, Config, ConfigError, Plate
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
@@ -44,6 +44,7 @@ class FingerModel:
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
         enclosed: UFL form of the meshed cavity's volume (mm³).
         contact: of the skin with itself, where there is any.
+        supply: what stands between regulator and cavity, where anything does.
         parameters: constants of the potential by name, that sensitivities are taken to.
     """
 
@@ -53,7 +54,15 @@ class FingerModel:
     cavity: Control
     enclosed: ufl.Form
     contact: BarrierContact | None = None
+    supply: Supply | None = None
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
+
+    def take_over(self, config: Config) -> None:
+        """Place the plate and set the supply's stages as ``config``, adapted, asks for."""
+        if self.plate is not None:
+            self.plate.place(normal_of(config.plate), config.plate.gap_mm)
+        if self.supply is not None:
+            self.supply.stages = config.extensions.active("outlet_kPa")
 
 
 def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
@@ -79,13 +88,17 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     p = pressure_field(name, mesh)
     cavity = domain.surface("cavity", quadrature_degree=2 * degree)
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
-    weight = fem.Constant(mesh, _weight(config))
-    if np.any(weight.value):
+    dead_weight = fem.Constant(mesh, weight(config))
+    if np.any(dead_weight.value):
         dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
-        terms.append(gravity.energy(u, weight) * dx)
+        terms.append(gravity.energy(u, dead_weight) * dx)
     sensor = _plate(config, domain, u) if plate else None
     history = History(u, integration_degree(space))
-    known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda, "gravity.weight_N_mm3": weight}
+    known = {
+        "material.mu_MPa": mu,
+        "material.lmbda_MPa": lmbda,
+        "gravity.weight_N_mm3": dead_weight,
+    }
     site = Site(
         config, domain, u, mu, lmbda, history, sensor, _held(domain), known, pressure=pressure
     )
@@ -126,7 +139,9 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     enclosed = cavity_pressure.volume_density(u, mesh) * exactly
     if config.experiment.control == "volume":
         model = led_by_volume(model, by_pressure, enclosed)
-    return FingerModel(config, model, sensor, by_pressure, enclosed, contact, site.parameters)
+    return FingerModel(
+        config, model, sensor, by_pressure, enclosed, contact, supply, site.parameters
+    )
 
 
 def _contact(config: Config, domain: Domain, u: fem.Function, site: Site) -> BarrierContact:
@@ -177,7 +192,7 @@ def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -
     return mixed_neo_hookean.energy(strain, p, mu, lmbda)
 
 
-def _weight(config: Config) -> np.ndarray:
+def weight(config: Config) -> np.ndarray:
     """Dead weight per reference volume (N/mm³), (3,)."""
     direction = np.asarray(config.gravity.direction, dtype=float)
     size = config.material.density_kg_m3 * config.gravity.acceleration_m_s2 * KG_M3_M_S2
@@ -199,15 +214,20 @@ def _facing_plate(config: Config, domain: Domain) -> Domain:
     return facing
 
 
-def _plate(config: Config, domain: Domain, u: fem.Function) -> RigidPlate:
-    plate = config.plate
+def normal_of(plate: Plate) -> np.ndarray:
+    """(3,) normal of the tilted plate, towards the finger."""
     tilt = np.deg2rad(plate.tilt_deg)
     turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    return np.asarray(turn @ np.asarray(plate.normal, dtype=float))
+
+
+def _plate(config: Config, domain: Domain, u: fem.Function) -> RigidPlate:
+    plate = config.plate
     return RigidPlate(
         u,
         domain,
         "facing plate",
-        turn @ np.asarray(plate.normal, dtype=float),
+        normal_of(plate),
         gap_mm=plate.gap_mm,
         width_mm=plate.barrier_mm,
         stiffness_MPa=plate.stiffness_MPa,

@@ -25,7 +25,7 @@ class Supply:
 
     def __init__(self, cavity: Control, stages: Sequence[Effect]) -> None:
         self._cavity = cavity
-        self._stages = stages
+        self.stages = stages
         self._regulator_kPa = 0.0
         # no pressure is under way at first
         self._before = self._pass(np.full(len(stages) + 1, np.nan), 0.0, 0.0)
@@ -35,7 +35,7 @@ class Supply:
     def _pass(self, before: np.ndarray, time_s: float, step_s: float) -> np.ndarray:
         """Pressure at the regulator and behind each stage; NaN before is none under way."""
         now = np.full_like(before, self._regulator_kPa)
-        for i, stage in enumerate(self._stages):
+        for i, stage in enumerate(self.stages):
             earlier = np.where(np.isnan(before[i : i + 2]), now[i], before[i : i + 2])
             flow = Flow(float(earlier[0]), float(now[i]), float(earlier[1]), time_s, step_s)
             now[i + 1] = stage.outlet_kPa(flow)

@@ -47,11 +47,8 @@ class BarrierContact(Term):
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
         self._aside = _aside(surface)
-        self._mesh = ipctk.CollisionMesh(
-            np.asfortranarray(surface.rest + self._aside),
-            np.asfortranarray(surface.edges),
-            np.asfortranarray(surface.triangles),
-        )
+        self._mesh = _collision_mesh(surface, self._aside)
+        self._unmoved: Surface | None = None
         self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
         self._spread = sp.kron(surface.weights, sp.eye_array(3), format="csr")
         self._ccd = ipctk.AdditiveCCD()
@@ -145,6 +142,16 @@ class BarrierContact(Term):
         found = self.gradient_rate(dofs, self.surface.displacement(velocity))
         self.surface.add_owned(found, rate.at_nodes)
 
+    def move_reference(self, change: np.ndarray | None) -> None:
+        """Take the surface's vertices to be moved as their nodes are; None: put back."""
+        if self._unmoved is None:
+            self._unmoved = self.surface
+        moved = self._unmoved
+        if change is not None:
+            moved = moved.moved(moved.displacement(change))
+        self.surface, self._found = moved, None
+        self._mesh = _collision_mesh(moved, self._aside)
+
     def rejects(self, dofs: np.ndarray) -> str:
         """A state in which surfaces intersect."""
         return "the skin passes through itself" if self.intersects(dofs) else ""
@@ -170,6 +177,14 @@ class BarrierContact(Term):
     def intersects(self, dofs: np.ndarray) -> bool:
         """Whether any two triangles pass through one another."""
         return bool(ipctk.has_intersections(self._mesh, self.positions(dofs)))
+
+
+def _collision_mesh(surface: Surface, aside: np.ndarray) -> ipctk.CollisionMesh:
+    return ipctk.CollisionMesh(
+        np.asfortranarray(surface.rest + aside),
+        np.asfortranarray(surface.edges),
+        np.asfortranarray(surface.triangles),
+    )
 
 
 def _aside(surface: Surface) -> np.ndarray:

@@ -63,7 +63,9 @@ class RigidPlate(Term):
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
         nodes = fem.locate_dofs_topological(space, 2, facets)
         self._nodes = nodes[nodes < space.dofmap.index_map.size_local]
-        self._rest = space.tabulate_dof_coordinates()[self._nodes] @ self.normal
+        self._coordinates = space.tabulate_dof_coordinates()[self._nodes].copy()
+        self._now = self._coordinates
+        self._rest = self._now @ self.normal
         nearest = mesh.comm.allreduce(self._rest.min(initial=np.inf), MPI.MIN)
         self.width_mm = width_mm
         self.offset = fem.Constant(mesh, PETSc.ScalarType(nearest - gap_mm - width_mm))
@@ -112,6 +114,22 @@ class RigidPlate(Term):
         first = int(self._rest.argmin()) if len(self._rest) else None
         own = (np.inf, 0.0) if first is None else (self._rest[first], rates[first])
         return float(min(self._u.function_space.mesh.comm.allgather(own))[1])
+
+    def move_reference(self, change: np.ndarray | None) -> None:
+        """Take the facing nodes to be moved by ``change`` (local array, mm); None: put back."""
+        self._now = self._coordinates
+        if change is not None:
+            self._now = self._now + change.reshape(-1, 3)[self._nodes]
+        self._rest = self._now @ self.normal
+
+    def place(self, normal: np.ndarray, gap_mm: float) -> None:
+        """Set the plane at a distance from the undeformed skin, as it was made."""
+        self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
+        self._facing.value[:] = self.normal
+        self._rest = self._now @ self.normal
+        comm = self._u.function_space.mesh.comm
+        nearest = comm.allreduce(self._rest.min(initial=np.inf), MPI.MIN)
+        self.offset.value = nearest - gap_mm - self.width_mm
 
     def _distance(self, dofs: np.ndarray) -> np.ndarray:
         moved = dofs.reshape(-1, 3)[self._nodes] @ self.normal

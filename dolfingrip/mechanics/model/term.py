@@ -66,6 +66,9 @@ class Term:
             rate: N for each unit of the parameter.
         """
 
+    def move_reference(self, change: np.ndarray | None) -> None:
+        """Take the reference nodes to be moved by ``change`` (local array, mm); None: put back."""
+
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """Second derivatives that elements integrate, by blocks of fields; () where none."""
         return ()

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from mpi4py import MPI
 
@@ -41,6 +42,14 @@ class Arrival:
     failure: Failure | None = None
 
 
+class Observer(Protocol):
+    """What looks on as a path takes its steps."""
+
+    def converged(self, before: State) -> None:
+        """A step from ``before`` has converged; it leaves the model as it is."""
+        ...
+
+
 class LoadPath:
     """Leads a model along straight lines between prescribed controls, time among them.
 
@@ -57,6 +66,7 @@ class LoadPath:
             what the model's terms say.
         passable: asked at the last good state and told the controls that were not reached, whether
             equilibrium goes on there at a falling load.
+        observers: told of each converged step before it is accepted.
     """
 
     def __init__(
@@ -65,6 +75,7 @@ class LoadPath:
         longest: Mapping[str, float] | None = None,
         accept: Callable[[], str] | None = None,
         passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
+        observers: Sequence[Observer] = (),
     ) -> None:
         self.newton = newton
         self.model = newton.model
@@ -72,6 +83,7 @@ class LoadPath:
         self._longest = longest or {"pressure_kPa": settings.max_step_kPa}
         self._accept = accept or self.model.rejects
         self._passable = passable
+        self._observers = observers
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
@@ -125,6 +137,8 @@ class LoadPath:
                 stiffness = self._stiffness((reach - done) * whole, good)
                 self._stiffest = max(self._stiffest, stiffness)
                 done, steps = reach, steps + 1
+                for observer in self._observers:
+                    observer.converged(good)
                 self.model.accept_step()
                 self._place, self._end = ahead, at(reach)
                 self._predictor.keep(ahead)

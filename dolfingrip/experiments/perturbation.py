@@ -1,0 +1,163 @@
+"""A parameter of the configuration as a change of a finger's model at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+from dolfinx import fem
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.finger import FingerModel, weight
+from dolfingrip.experiments.undeformed import morph
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.movement import Movement
+from dolfingrip.meshes.dimensions import moved
+from dolfingrip.parameter import Entry, Parameter
+
+Values = Mapping[str, np.ndarray]
+
+
+class ParameterPerturbation:
+    """Changes a built model as if it had been built with another value of a parameter.
+
+    Args:
+        parameter: which.
+        config: that the model was built from.
+        model: to be perturbed.
+        constants: of the model, by name.
+        values: the constants' values as a function of a configuration.
+        movement: moves the reference mesh; None where the parameter does not.
+        set_up: told a configuration, takes over what is neither constant nor mesh: stages of the
+            supply, the plate's pose.
+    """
+
+    def __init__(
+        self,
+        parameter: Parameter,
+        config: Config,
+        model: Model,
+        constants: Mapping[str, fem.Constant],
+        values: Callable[[Config], Values],
+        movement: Movement | None,
+        set_up: Callable[[Config], None],
+    ) -> None:
+        self.parameter = parameter
+        self.scale = parameter.scale
+        self._config = config
+        self._model = model
+        self._constants = constants
+        self._movement = movement
+        self._set_up = set_up
+        names = list(values(config))
+        sizes = [np.size(value) for value in values(config).values()]
+
+        def flat(changed: Config) -> np.ndarray:
+            found = values(changed)
+            return np.concatenate([np.ravel(np.asarray(found[name], float)) for name in names])
+
+        rates = np.split(parameter.derivative(config, flat), np.cumsum(sizes)[:-1])
+        self._rates = {
+            name: rate.reshape(np.shape(self._constants[name].value))
+            for name, rate in zip(names, rates, strict=True)
+            if rate.any()
+        }
+
+    def stencil(self, amount: float) -> Sequence[tuple[int, float]]:
+        """Places, in amounts, and weights, by amount, of a difference; none beyond a bound."""
+        return self.parameter.stencil(self._config, 2 * amount)
+
+    @contextmanager
+    def applied(self, amount: float) -> Iterator[None]:
+        """The model with the parameter changed by ``amount``, for as long as entered."""
+        kept = {name: self._constants[name].value.copy() for name in self._rates}
+        here = self.parameter.value(self._config)
+        moved = self._movement is not None
+        set_up = self.parameter.entry in (Entry.POSE, Entry.SUPPLY)
+        try:
+            for name, rate in self._rates.items():
+                self._constants[name].value = kept[name] + amount * rate
+            if self._movement is not None:
+                self._movement.move(amount)
+            if set_up or moved:
+                changed = self.parameter.at(self._config, here + amount) if set_up else self._config
+                self._set_up(changed)
+            yield
+        finally:
+            for name, value in kept.items():
+                self._constants[name].value = value
+            if self._movement is not None:
+                self._movement.move(0.0)
+            if set_up or moved:
+                self._set_up(self._config)
+
+
+def velocity(parameter: Parameter, config: Config, domain: Domain) -> np.ndarray:
+    """(n, 3) velocity of this rank's mesh points (mm for each unit of the parameter).
+
+    The mesh moves with the finger's dimensions (:mod:`dolfingrip.meshes.dimensions`) and with the
+    morph; its cells and how they are graded stay. Remeshing would add the change of the mesh's own
+    error, and jumps where a cell more is needed.
+
+    Raises:
+        ConfigError: the mesh is a file's, which has no dimensions.
+    """
+    if config.mesh.file is not None and not parameter.key.startswith("morph"):
+        raise ConfigError(
+            f"--parameters {parameter.key}: allowed: with a finger that is made from dimensions"
+        )
+    finger = config.adapted().finger
+    points = morph(config).inverse().points(domain.mesh.geometry.x)
+
+    def at(changed: Config) -> np.ndarray:
+        found = points
+        if config.mesh.file is None:
+            found = moved(points, finger, changed.adapted().finger)
+        return morph(changed).points(found)
+
+    return parameter.derivative(config, at)
+
+
+def perturbations(
+    parameters: Sequence[Parameter], config: Config, finger: FingerModel
+) -> list[ParameterPerturbation]:
+    """One for each parameter of a finger that was built from ``config``."""
+
+    def values(changed: Config) -> dict[str, np.ndarray]:
+        return constant_values(changed, finger)
+
+    def set_up(changed: Config) -> None:
+        finger.take_over(changed.adapted())
+
+    found = []
+    for parameter in parameters:
+        movement = None
+        if parameter.entry is Entry.SHAPE:
+            moving = velocity(parameter, config, finger.model.domain)
+            movement = Movement(finger.model, moving)
+        found.append(
+            ParameterPerturbation(
+                parameter, config, finger.model, finger.parameters, values, movement, set_up
+            )
+        )
+    return found
+
+
+def constant_values(config: Config, finger: FingerModel) -> dict[str, np.ndarray]:
+    """Values of the model's constants, by name, that ``config`` asks for."""
+    config = config.adapted()
+    base = {
+        "material.mu_MPa": config.material.mu_MPa,
+        "material.lmbda_MPa": config.material.lmbda_MPa,
+        "gravity.weight_N_mm3": weight(config),
+    }
+    found: dict[str, np.ndarray] = {}
+    for name in finger.parameters:
+        if name in base:
+            found[name] = np.asarray(base[name])
+        else:
+            _, effect, key = name.split(".")
+            found[name] = np.asarray(getattr(getattr(config.extensions, effect), key), float)
+    return found

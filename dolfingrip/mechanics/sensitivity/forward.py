@@ -1,0 +1,202 @@
+"""How a model's states change with its parameters, along the whole load path: forward mode."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from typing import Final, Protocol
+
+import numpy as np
+
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.state import State
+
+SMALL: Final = 1e-5
+"""Part of a parameter's scale by which a model is perturbed. The residual of a solution is 0 to
+Newton's tolerance, so rounding is not felt, and differences are central where the path has
+no memory of which the model would have to be told twice."""
+
+Readings = Mapping[str, float]
+
+
+class Perturbation(Protocol):
+    """A direction in the space of all that a model is built from.
+
+    Attributes:
+        scale: an ordinary change of the parameter, in its unit.
+    """
+
+    scale: float
+
+    def stencil(self, amount: float) -> Sequence[tuple[int, float]]:
+        """Places, in amounts, and weights, by amount, of a difference; none beyond a bound."""
+        ...
+
+    def applied(self, amount: float) -> AbstractContextManager[None]:
+        """The model as it is with the parameter changed by ``amount``, for as long as entered."""
+        ...
+
+
+@dataclass(slots=True)
+class Change:
+    """Derivatives of a model's state by one parameter.
+
+    Attributes:
+        unknowns: local array (mm for each unit of the parameter).
+        history: internal variables by name.
+    """
+
+    unknowns: np.ndarray
+    history: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+class ForwardSensitivity:
+    """Derivatives of all states on a load path by several parameters.
+
+    At an accepted step the state x satisfies R(x; x₀, h₀, m) = 0, and the internal variables
+    become h = H(x; x₀, h₀, m), with x₀ and h₀ those of the step's start. So
+
+        K dx = −(∂R/∂m + ∂R/∂x₀ dx₀ + ∂R/∂h₀ dh₀),
+
+    and dh follows from H's derivative (Michaleris, Tortorelli & Vidal, Int. J. Numer. Methods Eng.
+    37, 1994). The bracket is one difference of R: the model is led to a start that is perturbed
+    along (dx₀, dh₀) with a perturbed parameter, by the same calls as any step is, so that every
+    term, memory and control takes part and none is named here. K is the tangent of the converged
+    state, factorised once for all parameters.
+
+    Args:
+        model: at rest, as its path is.
+        linear: makes K⁻¹ at the model's present state, for owned arrays in the order of a vector.
+        perturbations: one for each parameter.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        linear: Callable[[], Callable[[np.ndarray], np.ndarray]],
+        perturbations: Sequence[Perturbation],
+    ) -> None:
+        self._model = model
+        self._linear = linear
+        self._perturbations = perturbations
+        self._before: State | None = None
+        rest = model.unknowns.local()
+        self._changes = [Change(np.zeros_like(rest)) for _ in perturbations]
+
+    # -- along the path --------------------------------------------------------------------------
+
+    def converged(self, before: State) -> None:
+        """Take note of a converged load step from ``before``, not accepted yet.
+
+        Without history the last step alone tells all, so it is derived when asked for.
+        """
+        self._before = before
+        if before.history:
+            self._advance(before)
+
+    def readings(self, read: Callable[[], Readings]) -> list[dict[str, float]]:
+        """Derivatives of readings at the present, accepted state, by parameter.
+
+        Args:
+            read: readings of the model as it is, all of them differentiable.
+
+        Returns:
+            For each parameter the derivative of each reading, for each unit of the parameter.
+        """
+        state = self._model.state()
+        if not state.history:
+            self._advance(self._before or state)
+        names = list(read())
+        found = []
+        for perturbation, change in zip(self._perturbations, self._changes, strict=True):
+
+            def led(amount: float, c: Change = change) -> np.ndarray:
+                self._led(state, state, c, amount)
+                return np.array(list(read().values()))
+
+            values = _difference(perturbation, led)
+            found.append({k: float(v) for k, v in zip(names, values, strict=True)})
+        self._model.restore(state)
+        return found
+
+    # -- one step --------------------------------------------------------------------------------
+
+    def _advance(self, before: State) -> None:
+        """Derive the present, converged state from the derivatives at ``before``."""
+        model = self._model
+        now = model.state()
+        here = model.unknowns.local()
+        solve = self._linear()
+        for perturbation, change in zip(self._perturbations, self._changes, strict=True):
+
+            def residual(amount: float, c: Change = change) -> np.ndarray:
+                self._led(before, now, c, amount)
+                model.unknowns.set_local(here)
+                return model.gradient()
+
+            unknowns = model.unknowns.to_local(-solve(_difference(perturbation, residual)))
+            history = self._evolved(before, now, here, perturbation, change, unknowns)
+            change.unknowns, change.history = unknowns, history
+        model.restore(before)
+        model.prescribe(now.controls)
+        model.unknowns.set_local(here)
+
+    def _led(self, before: State, now: State, change: Change, amount: float) -> None:
+        """Begin the step at a start perturbed by ``amount`` along ``change``."""
+        start = before.copy()
+        model = self._model
+        model.restore(start)
+        if amount:
+            perturbed = model.unknowns.local() + amount * change.unknowns
+            start.history = {
+                name: values + amount * change.history.get(name, 0.0)
+                for name, values in before.history.items()
+            }
+            model.unknowns.set_local(perturbed)
+            at = model.state()
+            start.displacement, start.pressure, start.numbers = (
+                at.displacement, at.pressure, at.numbers
+            )  # fmt: skip
+            model.restore(start)
+        model.prescribe(now.controls)
+
+    def _evolved(
+        self,
+        before: State,
+        now: State,
+        here: np.ndarray,
+        perturbation: Perturbation,
+        change: Change,
+        along: np.ndarray,
+    ) -> dict[str, np.ndarray]:
+        """Derivatives of the internal variables at the end of the step."""
+        if not before.history:
+            return {}
+        names = list(before.history)
+        sizes = [before.history[name].size for name in names]
+
+        def end(amount: float) -> np.ndarray:
+            self._led(before, now, change, amount)
+            self._model.unknowns.set_local(here + amount * along)
+            self._model.accept_step()
+            history = self._model.state().history
+            return np.concatenate([history[name].ravel() for name in names])
+
+        parts = np.split(_difference(perturbation, end), np.cumsum(sizes)[:-1])
+        return {
+            name: part.reshape(before.history[name].shape)
+            for name, part in zip(names, parts, strict=True)
+        }
+
+
+def _difference(perturbation: Perturbation, function: Callable[[float], np.ndarray]) -> np.ndarray:
+    """Derivative of what a perturbed model yields, for each unit of the parameter."""
+    step = SMALL * perturbation.scale
+    found: np.ndarray | None = None
+    for place, weight in perturbation.stencil(step):
+        with perturbation.applied(place * step):
+            part = weight / step * function(place * step)
+        found = part if found is None else found + part
+    assert found is not None
+    return found
