@@ -21,6 +21,7 @@ from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
+from dolfingrip.meshes.solid import SolidMesh, assemble, second_order
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate, tabulate_coupon
 
@@ -34,13 +35,19 @@ DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
 def write_mesh(config: Config, out: Path, console: Console) -> None:
-    """Write ``finger.msh``, ``.vtk`` and ``.inp`` into ``out``."""
+    """Write ``finger.msh``, ``.vtk`` and ``.inp`` into ``out``.
+
+    The elements are of the order that ``mesh.order`` asks for, or else of the solver's.
+
+    Raises:
+        ConfigError: on every rank.
+    """
 
     check_writable(out)
 
     def work() -> None:
         with console.status("meshing"):
-            mesh = solid(config)
+            mesh = _of_order(_written_order(config), solid(config.changed(mesh={"order": 1})))
         console.print(check(mesh).summary(), soft_wrap=True)
         _make(out)
         for suffix in (".msh", ".vtk", ".inp"):
@@ -48,6 +55,22 @@ def write_mesh(config: Config, out: Path, console: Console) -> None:
             console.print(f"wrote {out / f'finger{suffix}'}", soft_wrap=True)
 
     on_root(MPI.COMM_WORLD, work)
+
+
+def _written_order(config: Config) -> int:
+    """Order of the elements in the mesh's files."""
+    if config.mesh.order is not None:
+        return config.mesh.order
+    return 1 if config.solver.element == "P1" else 2
+
+
+def _of_order(order: int, mesh: SolidMesh) -> SolidMesh:
+    """The same mesh in elements of the first or second order; new edges are straight."""
+    if mesh.order == order:
+        return mesh
+    if order == 2:
+        return second_order(mesh)
+    return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets)
 
 
 def run_experiment(
