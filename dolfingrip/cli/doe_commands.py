@@ -9,7 +9,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
 from dolfingrip.config import ConfigError
 
 app = typer.Typer()
@@ -21,14 +21,13 @@ DEFAULTS = (
 )
 """The paper reads the blocked force at 300 kPa; long steps on the way there are the cheapest."""
 
-Folder = Annotated[Path, typer.Option("--out", help="Folder of the campaign.")]
 OUT = Path("out/doe")
 
 
 @app.callback(invoke_without_command=True)
 def doe(
     context: typer.Context,
-    out: Folder = OUT,
+    out: Out = OUT,
     points: Annotated[
         Literal["grid", "sobol", "lhs"], typer.Option(help="Evenly spaced, or sampled.")
     ] = "grid",
@@ -100,7 +99,7 @@ def doe(
 
 @app.command()
 def export(
-    out: Folder = OUT,
+    out: Out = OUT,
     csv: Annotated[Path | None, typer.Option(help="Default: designs.csv in --out.")] = None,
     parquet: Annotated[Path | None, typer.Option(help="Default: designs.parquet in --out.")] = None,
 ) -> None:

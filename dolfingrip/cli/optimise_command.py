@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.sections import tables
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def optimise(
     surrogate: Annotated[Path, typer.Argument(help="Folder of the surrogate.")],
-    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/optimum"),
+    out: Out = Path("out/optimum"),
     cog_max: Annotated[
         list[float] | None,
         typer.Option("--cog-max", metavar="mm", help="Largest COG offset; repeatable. Default: 3."),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from mpi4py import MPI
 
-from dolfingrip.cli.options import check_writable, console
+from dolfingrip.cli.options import Out, check_writable, console
 from dolfingrip.config import ConfigError
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def study(
     surrogate: Annotated[Path, typer.Argument(help="Folder of the surrogate.")],
-    out: Annotated[Path, typer.Option(help="Folder of the study.")] = Path("out/study"),
+    out: Out = Path("out/study"),
     cog_max: Annotated[
         float, typer.Option("--cog-max", metavar="mm", help="Largest COG offset.")
     ] = 3.0,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from mpi4py import MPI
 
-from dolfingrip.cli.options import check_writable, console
+from dolfingrip.cli.options import Out, check_writable, console
 from dolfingrip.config import ConfigError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def train(
     source: Annotated[
         Path, typer.Argument(metavar="FROM", help="Folder of a campaign, or .csv or .parquet.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder of the surrogate.")] = Path("out/surrogate"),
+    out: Out = Path("out/surrogate"),
     inputs: Annotated[
         list[str] | None,
         typer.Option("--input", help="Column; repeatable. Default: morph.xi1 and morph.xi2."),
