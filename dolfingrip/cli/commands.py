@@ -82,7 +82,7 @@ def run_experiment(
     check_writable(out)
     _warn(config, console)
     result = _run(kind, config, out, console)
-    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, quantity, console))
+    _pictures(result, out, wanted, quantity, console)
     if MPI.COMM_WORLD.rank == 0:
         _print(result, out, console)
     return result
@@ -146,11 +146,16 @@ def fake_measurement(
 
 
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
-    """Both experiments, one table, plots and renders."""
+    """Run both experiments, print one table; the pictures of each are there as soon as it ends."""
     check_writable(out)
     _warn(config, console)
     wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
-    results = {kind: _demonstrate(kind, config, out / kind, wanted, console) for kind in KINDS}
+    results = {}
+    for kind in KINDS:
+        result = results[kind] = _run(kind, config, out / kind, console)
+        pictures = _pictures(result, out / kind, wanted, "displacement", console)
+        for picture in pictures:
+            console.print(f"wrote {picture}", soft_wrap=True)
     bending, blocked = results["bending"], results["blocked_force"]
     if MPI.COMM_WORLD.rank == 0:
         if bending.rows and blocked.rows:
@@ -159,14 +164,6 @@ def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
             _print_remarks(result, console)
         console.print(f"pictures, tables and ParaView fields: {out}", soft_wrap=True)
     return [bending, blocked]
-
-
-def _demonstrate(
-    kind: Kind, config: Config, out: Path, wanted: list[float], console: Console
-) -> Result:
-    result = _run(kind, config, out, console)
-    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, "displacement", console))
-    return result
 
 
 def _make(out: Path) -> None:
@@ -236,32 +233,38 @@ def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], N
         yield advance
 
 
-def _report(
+def _pictures(
     result: Result,
     out: Path,
     wanted: list[float],
     colour_by: render.Quantity,
     console: Console,
-) -> None:
-    """Plot the curve and render the poses that were reached."""
-    if not result.rows:
-        return
-    with console.status("plotting and rendering"):
-        columns = result.columns()
-        if result.kind == "bending":
-            curve.plot_bending(columns, out / "curve.png")
-        else:
-            curve.plot_blocked_force(columns, out / "curve.png", result.turning)
-        reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
-        if not reached:
-            return
-        plate = _plate(result)
-        fields = out / "fields.pvd"
-        render.render_finger(fields, reached, out, colour_by=colour_by, plate=plate)
-        if len(reached) > 1:
-            render.render_strip(
-                fields, reached, out / "strip.png", colour_by=colour_by, plate=plate
+) -> list[Path]:
+    """Plot the curve and draw the poses that were reached; the files, on rank 0."""
+
+    def work() -> list[Path]:
+        if not result.rows:
+            return []
+        with console.status("plotting and rendering"):
+            curve_file = _curve(result, out / "curve.png")
+            reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
+            if not reached:
+                return [curve_file]
+            drawn = render.draw(
+                out / "fields.pvd", reached, colour_by=colour_by, plate=_plate(result)
             )
+            each = drawn.save_each(out)
+            strip = [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
+            return [curve_file, *each, *strip]
+
+    return on_root(MPI.COMM_WORLD, work) or []
+
+
+def _curve(result: Result, file: Path) -> Path:
+    """Plot the experiment's quantity against pressure."""
+    if result.kind == "bending":
+        return curve.plot_bending(result.columns(), file)
+    return curve.plot_blocked_force(result.columns(), file, result.turning)
 
 
 def _plate(result: Result) -> render.Plate | None:
