@@ -14,6 +14,9 @@ from dolfingrip.design.campaign.campaign import Standing
 EVERY_S = 30.0
 """Time between two lines where there is no terminal."""
 
+FEW = 60
+"""A campaign of no more designs than these has a line for each of them."""
+
 
 class Pace:
     """Rate and time left, from the answers of this call."""
@@ -63,7 +66,7 @@ def shown(console: Console) -> Iterator[Callable[[Standing], None]]:
 
 
 class _Lines:
-    """A line at the start and every half minute."""
+    """A line at the start, then one for each design of a few, or one every half minute."""
 
     def __init__(self, console: Console, pace: Pace) -> None:
         self._console, self._pace = console, pace
@@ -71,7 +74,7 @@ class _Lines:
 
     def __call__(self, standing: Standing) -> None:
         now = time.monotonic()
-        if now - self._last < EVERY_S:
+        if standing.total > FEW and now - self._last < EVERY_S:
             return
         self._last = now
         ready = standing.done + standing.failed
