@@ -10,8 +10,8 @@ from typing import cast, get_args
 import numpy as np
 from mpi4py import MPI
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import coupon, landings, landings_kPa, run, synthetic
@@ -212,23 +212,16 @@ def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:
 
 @contextmanager
 def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], None]]:
-    """A progress bar on a terminal, nothing elsewhere (a disabled one prints an empty line)."""
-    if not console.is_terminal:
-        yield lambda row: None
-        return
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[note]}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task(title, total=total, note="mesh and forms")
+    """What to call with each row."""
+    rows = 0
+    what = f"{title.lower()} readings"
+    with progress.shown(console, what, total=total, note="mesh and forms") as show:
 
         def advance(row: Row) -> None:
+            nonlocal rows
+            rows += 1
             led = "pressure_kPa" if "pressure_kPa" in row else "displacement_mm"
-            progress.update(task, advance=1, note=f"{row[led]:g} {led.rpartition('_')[2]}")
+            show(rows, total, f"{row[led]:g} {led.rpartition('_')[2]}")
 
         yield advance
 

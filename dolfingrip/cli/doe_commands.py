@@ -64,7 +64,8 @@ def doe(
         return
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --ranks, without mpirun")
-    from dolfingrip.design.campaign import campaign, plan, progress, space
+    from dolfingrip.cli import progress
+    from dolfingrip.design.campaign import campaign, plan, space
     from dolfingrip.design.campaign import objective as ours
     from dolfingrip.design.campaign.cluster import Where
 
@@ -82,7 +83,7 @@ def doe(
     screen = console()
     where = Where(scheduler, slurm, workers, ranks)
     try:
-        with progress.shown(screen) as show:
+        with progress.designs(screen) as show:
             standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
     except campaign.SchedulerGone as gone:
         screen.print(f"[red]{gone}[/red]", soft_wrap=True)

@@ -51,8 +51,7 @@ def optimise(
     """
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
-    from dolfingrip.cli import bar
-    from dolfingrip.design.campaign import progress
+    from dolfingrip.cli import progress
     from dolfingrip.design.campaign.cluster import Where
     from dolfingrip.design.optimum import optimum
     from dolfingrip.design.optimum.finite_elements import evaluator
@@ -65,7 +64,7 @@ def optimise(
     settings = Settings(population, generations, crossover, mutation, seed)
     check_writable(out)
     screen = console()
-    with bar.shown(screen, "generations") as show:
+    with progress.shown(screen, "generations") as show:
         found = optimum.find(
             model,
             sorted(set(cog_max or [3.0])),
@@ -84,7 +83,7 @@ def optimise(
     resolved: list[Resolved] = []
     if base is not None:
         objective = {"objective": campaign["objective"]} if "objective" in campaign else {}
-        with progress.shown(screen) as advance:
+        with progress.designs(screen) as advance:
             evaluate = evaluator(
                 base,
                 model.output_names,

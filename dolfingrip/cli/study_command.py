@@ -44,7 +44,7 @@ def study(
     """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --processes, without mpirun")
-    from dolfingrip.cli import bar
+    from dolfingrip.cli import progress
     from dolfingrip.design.optimum import study as work
     from dolfingrip.design.surrogate import rows
     from dolfingrip.design.surrogate import surrogate as network
@@ -61,7 +61,7 @@ def study(
     check_writable(out)
     names = network.load(surrogate).input_names
     screen = console()
-    with bar.shown(screen, "runs") as show:
+    with progress.shown(screen, "runs") as show:
         found = work.run(surrogate, out, plan, processes or len(os.sched_getaffinity(0)), show)
     combinations = work.combine(found.choices, len(names))
     best = work.best(combinations)

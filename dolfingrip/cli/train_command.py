@@ -37,7 +37,7 @@ def train(
     """Train a neural network on the designs of a campaign."""
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: one process")
-    from dolfingrip.cli import bar
+    from dolfingrip.cli import progress
     from dolfingrip.design.surrogate import table, training
 
     data = table.read(source, inputs or table.INPUTS, outputs or table.OUTPUTS)
@@ -51,7 +51,7 @@ def train(
     if _trained(out, data, settings):
         screen.print(f"already trained on this table: {out}", soft_wrap=True)
         return
-    with bar.shown(screen, "epochs") as show:
+    with progress.shown(screen, "epochs") as show:
         result = training.train(data, settings, lambda done: show(done, epochs))
     result.surrogate.facts["campaign"] = table.campaign(source)
     _write(result, data, out)

@@ -19,7 +19,6 @@ from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.design.campaign.progress import Pace
 from dolfingrip.design.campaign.spool import Spool
 from dolfingrip.design.campaign.store import Store
 
@@ -241,14 +240,6 @@ def test_no_scheduler_is_one_line(tmp_path: Path) -> None:
     lines = [line for line in done.stderr.splitlines() if line.startswith("dolfingrip: ")]
     assert len(lines) == 1
     assert "--scheduler nonsense://x:1" in lines[0]
-
-
-def test_pace() -> None:
-    times = iter([0.0, 0.0, 120.0])
-    pace = Pace(lambda: next(times))
-    assert pace.text(Standing(total=60, done=5, failed=0)) == "0 failed"
-    standing = Standing(total=60, done=12, failed=3, computed=10)
-    assert pace.text(standing) == "5.0 a minute, 0:09:00 left, 3 failed"
 
 
 def test_command_and_export(tmp_path: Path) -> None:

@@ -66,6 +66,18 @@ def test_a_result_is_never_changed_and_a_failure_only_where_reopened(tmp_path: P
         assert store.record(Answer(keys[1], "done", {"cog_offset_mm": 1.0, "force_N": 1.0}))
 
 
+def test_designs_that_are_there_are_entered_no_second_time(tmp_path: Path) -> None:
+    """Neither their answers nor their numbers change, so the export keeps its order."""
+    filled(tmp_path)
+    with Store(tmp_path, write=True) as store:
+        before = list(store.rows())
+        again = plan(0.3, 0.1, 0.7, 0.2)
+        store.add(again.facts(), again.designs())
+        *kept, new = store.rows()
+    assert kept == before
+    assert (new["inputs"], new["status"]) == ({"morph.xi1": 0.2}, "pending")
+
+
 def test_a_failed_design_has_no_numbers(tmp_path: Path) -> None:
     keys = filled(tmp_path)
     with Store(tmp_path, write=True) as store:
