@@ -6,7 +6,6 @@ import logging
 import os
 import sys
 import traceback
-from pathlib import Path
 from typing import Annotated, NoReturn
 
 import typer
@@ -19,13 +18,14 @@ from dolfingrip.cli import (
     doe_commands,
     experiment_commands,
     extensions_command,
+    mesh_command,
     morph_command,
     optimise_command,
     reproduce_command,
     study_command,
     train_command,
 )
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, console
+from dolfingrip.cli.options import ConfigFile, Overrides
 from dolfingrip.cli.pipes import unbroken_output
 from dolfingrip.config import ConfigError
 
@@ -57,6 +57,7 @@ app = typer.Typer(
 )
 for experiment in ("demo", "bend", "force", "cycle", "coupon", "fake"):
     app.command(experiment)(getattr(experiment_commands, experiment))
+app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
 app.command("extensions")(extensions_command.extensions)
 app.add_typer(doe_commands.app, name="doe")
@@ -94,21 +95,6 @@ def show_config(config: ConfigFile = None, overrides: Overrides = None) -> None:
     resolved = configuration.load(config, overrides or ())
     if MPI.COMM_WORLD.rank == 0:
         sys.stdout.write(configuration.dumps(resolved))
-
-
-@app.command()
-def mesh(
-    out: Out = Path("out/mesh"), config: ConfigFile = None, overrides: Overrides = None
-) -> None:
-    """Mesh the finger: .msh, VTK and Abaqus .inp.
-
-    The files hold the solver's elements: hexahedra of 20 nodes (S2, the
-    default), tetrahedra of 10 nodes (P2, P2-P1) or of 4 nodes (P1).
-    --set mesh.order=1 asks for linear ones, mesh.order=2 for quadratic ones.
-    """
-    from dolfingrip.cli.commands import write_mesh
-
-    write_mesh(configuration.load(config, overrides or ()), out, console())
 
 
 def main() -> None:

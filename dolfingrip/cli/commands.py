@@ -1,4 +1,4 @@
-"""What the commands do: run, plot, render, print."""
+"""What the commands do: they run, plot, draw and print."""
 
 from __future__ import annotations
 
@@ -17,11 +17,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import coupon, landings, landings_kPa, run, synthetic
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.run import Kind, Result, Row
-from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.meshes import files
-from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import SolidMesh, assemble, second_order
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate, tabulate_coupon
 
@@ -34,49 +30,22 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
-def write_mesh(config: Config, out: Path, console: Console) -> None:
-    """Write ``finger.msh``, ``.vtk`` and ``.inp`` into ``out``.
-
-    The elements are of the order that ``mesh.order`` asks for, or else of the solver's.
-
-    Raises:
-        ConfigError: on every rank.
-    """
-
-    check_writable(out)
-
-    def work() -> None:
-        with console.status("meshing"):
-            mesh = _of_order(_written_order(config), solid(config.changed(mesh={"order": 1})))
-        console.print(check(mesh).summary(), soft_wrap=True)
-        _make(out)
-        for suffix in (".msh", ".vtk", ".inp"):
-            files.write(out / f"finger{suffix}", mesh)
-            console.print(f"wrote {out / f'finger{suffix}'}", soft_wrap=True)
-
-    on_root(MPI.COMM_WORLD, work)
-
-
-def _written_order(config: Config) -> int:
-    """Order of the elements in the mesh's files."""
-    if config.mesh.order is not None:
-        return config.mesh.order
-    return 1 if config.solver.element == "P1" else 2
-
-
-def _of_order(order: int, mesh: SolidMesh) -> SolidMesh:
-    """The same mesh in elements of the first or second order; new edges are straight."""
-    if mesh.order == order:
-        return mesh
-    if order == 2:
-        return second_order(mesh)
-    return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets)
-
-
 def run_experiment(
     kind: Kind, config: Config, out: Path, renders: str | None, colour_by: str, console: Console
 ) -> Result:
-    """Run one experiment, print its table, plot and render."""
+    """Run one experiment, print its table, plot its curve and draw its poses.
+
+    Args:
+        kind: which experiment.
+        config: of the finger.
+        out: folder for results.
+        renders: pressures to draw (kPa), joined by commas.
+        colour_by: ``displacement`` or ``stretch``.
+        console: where it is printed.
+
+    Raises:
+        ConfigError: on every rank, one line, before anything is computed.
+    """
     wanted = _pressures(renders, config)
     quantity = _quantity(colour_by)
     check_writable(out)
@@ -89,7 +58,7 @@ def run_experiment(
 
 
 def run_coupon(config: Config, out: Path, console: Console) -> Result:
-    """Pull the coupon, print its table and plot its curve."""
+    """Pull the coupon, print its table and plot its curve into ``out``."""
     check_writable(out)
     with _bar(TITLES["coupon"], len(coupon.readings(config)), console) as advance:
         result = coupon.run(config, out=out, progress=advance)
@@ -113,7 +82,21 @@ def fake_measurement(
     out: Path,
     console: Console,
 ) -> None:
-    """Simulate, disturb and write a data set."""
+    """Simulate, disturb and write a data set.
+
+    Args:
+        experiments: names joined by commas.
+        config: what the data set says about itself.
+        truth: what is simulated.
+        nuisances: effects whose values are drawn from their priors.
+        noise: standard deviations, ``COLUMN=VALUE``.
+        seed: of nuisances and noise.
+        out: folder for the data set.
+        console: where it is printed.
+
+    Raises:
+        ConfigError: one line naming the option, its value and what is allowed.
+    """
     kinds: list[synthetic.Kind] = []
     for name in experiments.split(","):
         known = [kind for kind in synthetic.KINDS if kind == name]
@@ -164,13 +147,6 @@ def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
             _print_remarks(result, console)
         console.print(f"pictures, tables and ParaView fields: {out}", soft_wrap=True)
     return [bending, blocked]
-
-
-def _make(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"--out {out}: {error.strerror}") from None
 
 
 def _quantity(text: str) -> render.Quantity:

@@ -1,4 +1,4 @@
-"""``dolfingrip demo``, ``bend``, ``force``, ``cycle``, ``coupon`` and ``fake``: options of each."""
+"""Options of ``dolfingrip demo``, ``bend``, ``force``, ``cycle``, ``coupon`` and ``fake``."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 Renders = Annotated[
     str | None,
-    typer.Option("--render", metavar="kPa,kPa,…", help="Pressures to render, e.g. 0,100,200."),
+    typer.Option("--render", metavar="kPa,kPa,…", help="Draw the finger at these, e.g. 0,100,200."),
 ]
 Colour = Annotated[
-    str, typer.Option("--colour-by", help="Colour renders by displacement or stretch.")
+    str, typer.Option("--colour-by", help="Colours of these pictures: displacement or stretch.")
 ]
 ProtocolOption = Annotated[
     Path | None,
@@ -30,7 +30,7 @@ ProtocolOption = Annotated[
 ]
 Specimen = Annotated[
     str | None,
-    typer.Option("--specimen", metavar="NAME", help="Whose rows of --protocol's CSV are meant."),
+    typer.Option("--specimen", metavar="NAME", help="Specimen in the CSV of --protocol."),
 ]
 
 
@@ -53,9 +53,13 @@ def _one_experiment(kind: Kind, name: str, summary: str) -> Callable[..., None]:
     return command
 
 
-bend = _one_experiment("bending", "bend", "Free bending: the tip's angle against pressure.")
+bend = _one_experiment(
+    "bending", "bend", "Bend the finger freely: the tip's angle against pressure."
+)
 force = _one_experiment(
-    "blocked_force", "force", "Blocked force: the tip against the force sensor's plate."
+    "blocked_force",
+    "force",
+    "Press the tip on the force sensor's plate: blocked force against pressure.",
 )
 
 
@@ -63,18 +67,19 @@ def cycle(
     out: Out = Path("out/cycle"),
     config: ConfigFile = None,
     overrides: Overrides = None,
-    cycles: Annotated[int, typer.Option(help="How often up and down.")] = 2,
+    cycles: Annotated[int, typer.Option(help="Number of times up and down.")] = 2,
     pressure: Annotated[
         float | None, typer.Option("--pressure-kPa", help="Highest pressure (kPa).")
     ] = None,
     rate: Annotated[
-        float | None, typer.Option("--rate-kPa-per-s", help="Of the ramps (kPa/s).")
+        float | None, typer.Option("--rate-kPa-per-s", help="Rate of the ramps (kPa/s).")
     ] = None,
     hold: Annotated[
-        float | None, typer.Option("--hold-s", help="Wait at the highest pressure (s).")
+        float | None,
+        typer.Option("--hold-s", help="Length of the wait at the highest pressure (s)."),
     ] = None,
     blocked: Annotated[
-        bool, typer.Option("--blocked", help="Against the force sensor's plate.")
+        bool, typer.Option("--blocked", help="Press on the force sensor's plate.")
     ] = False,
     render: Renders = None,
     colour_by: Colour = "displacement",
@@ -100,7 +105,7 @@ def coupon(
     protocol: ProtocolOption = None,
     specimen: Specimen = None,
 ) -> None:
-    """Uniaxial tension of the material: nominal stress against strain."""
+    """Pull the material in uniaxial tension: nominal stress against strain."""
     from dolfingrip.cli.commands import run_coupon
 
     poses = _poses("coupon", config, overrides, out, protocol, specimen)
@@ -110,27 +115,33 @@ def coupon(
 def fake(
     out: Out = Path("out/fake"),
     experiments: Annotated[
-        str, typer.Option(help="Which, as in bending,blocked_force.")
+        str, typer.Option(help="Experiments to simulate, joined by commas.")
     ] = "bending,blocked_force",
     config: ConfigFile = None,
     overrides: Overrides = None,
     hide: Annotated[
         list[str] | None,
-        typer.Option("--hide", metavar="KEY=VALUE", help="As --set, but not told; repeatable."),
+        typer.Option(
+            "--hide", metavar="KEY=VALUE", help="Like --set, but kept secret; repeatable."
+        ),
     ] = None,
     nuisance: Annotated[
         list[str] | None,
-        typer.Option("--nuisance", metavar="EFFECT", help="On, drawn from its prior; repeatable."),
+        typer.Option(
+            "--nuisance", metavar="EFFECT", help="Draw its values from its prior; repeatable."
+        ),
     ] = None,
     noise: Annotated[
         list[str] | None,
-        typer.Option("--noise", metavar="COLUMN=VALUE", help="Standard deviation; repeatable."),
+        typer.Option(
+            "--noise", metavar="COLUMN=VALUE", help="Standard deviation of noise; repeatable."
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(help="Of nuisances and noise.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of nuisances and noise.")] = 0,
     protocol: ProtocolOption = None,
     specimen: Specimen = None,
 ) -> None:
-    """Synthetic measurement: hidden effects, nuisances and noise, in the measured-data format."""
+    """Write a synthetic measurement with hidden effects, nuisances and noise."""
     from dolfingrip.cli.commands import fake_measurement
 
     first = experiments.partition(",")[0]
@@ -145,9 +156,9 @@ def demo(
     out: Out = Path("out/demo"),
     config: ConfigFile = None,
     overrides: Overrides = None,
-    loop: Annotated[bool, typer.Option(help="With the small design loop.")] = True,
+    loop: Annotated[bool, typer.Option(help="Run the small design loop, too.")] = True,
 ) -> None:
-    """Both experiments on the reference finger, a table, plots, renders, a small design loop."""
+    """Run both experiments on the reference finger, draw them, run a small design loop."""
     from dolfingrip.cli.commands import run_demo
 
     resolved = configuration.load(config, overrides or ())

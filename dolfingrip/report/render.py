@@ -51,22 +51,14 @@ STRIP_MARGIN_PX = DPI // 12
 class Pictures:
     """Poses of one finger, drawn with one camera, one scale and one range of colours.
 
-    Attributes
-    ----------
-    images
-        One for each pressure, each of shape (height, width, 3).
-    labels
-        Text above each, e.g. ``100 kPa``.
-    px_per_mm
-        Pixels that a millimetre takes.
-    view
-        Direction of the camera.
-    colour_by
-        Quantity of the colours.
-    range_
-        Values at the ends of the colour scale (mm, or – for the stretch).
-    open_ended
-        Whether values above the range occur.
+    Attributes:
+        images: One for each pressure, each of shape (height, width, 3).
+        labels: Text above each, e.g. ``100 kPa``.
+        px_per_mm: Pixels that a millimetre takes.
+        view: Direction of the camera.
+        colour_by: Quantity of the colours.
+        range_: Values at the ends of the colour scale (mm, or – for the stretch).
+        open_ended: Whether values above the range occur.
     """
 
     images: list[Image]
@@ -80,16 +72,12 @@ class Pictures:
     def save_each(self, folder: Path, stem: str = "finger") -> list[Path]:
         """Write one PNG for each pressure; all have the same frame.
 
-        Parameters
-        ----------
-        folder
-            Made where missing.
-        stem
-            Files are called ``<stem>_<pressure>kPa.png``.
+        Args:
+            folder: Made where missing.
+            stem: Files are called ``<stem>_<pressure>kPa.png``.
 
-        Returns
-        -------
-        The files, in the order of the pressures.
+        Returns:
+            The files, in the order of the pressures.
         """
         return [
             self._save([image], [label], folder / f"{stem}_{label.replace(' ', '')}.png")
@@ -127,33 +115,22 @@ def draw(
 ) -> Pictures:
     """Draw the deformed finger at each pressure, all with one camera and scale.
 
-    Parameters
-    ----------
-    fields
-        ParaView collection whose steps are the rows of the result, in order, with point data
-        ``displacement_mm`` (vector) and ``principal_stretch`` (scalar, –).
-    pressures_kPa
-        Pressures to draw, each one a row of the result.
-    colour_by
-        ``displacement`` (magnitude, mm) or ``stretch`` (largest principal stretch, –).
-    shown
-        ``whole``: a half finger y ≥ 0 is completed by its mirror image. ``half``: it is drawn as
-        it is, cut open towards the reader. ``section``: the cut y = 0 through the cavity alone,
-        seen from the side; fields of a whole finger are refused.
-    result
-        Columns of the result, or its CSV file; ``result.csv`` beside ``fields`` where None.
-    branch
-        ``loading`` or ``unloading``, where both have the pressure.
-    plate
-        Force sensor to draw.
-    height_in
-        Height of the finger's frame in inches, at 300 dots per inch.
+    Args:
+        fields: ParaView collection whose steps are the rows of the result, in order, with point
+            data ``displacement_mm`` (vector) and ``principal_stretch`` (scalar, –).
+        pressures_kPa: Pressures to draw, each one a row of the result.
+        colour_by: ``displacement`` (magnitude, mm) or ``stretch`` (largest principal stretch, –).
+        shown: ``whole``: a half finger y ≥ 0 is completed by its mirror image. ``half``: it is
+            drawn as it is, cut open towards the reader. ``section``: the cut y = 0 through the
+            cavity alone, seen from the side; fields of a whole finger are refused.
+        result: Columns of the result, or its CSV file; ``result.csv`` beside ``fields`` where None.
+        branch: ``loading`` or ``unloading``, where both have the pressure.
+        plate: Force sensor to draw.
+        height_in: Height of the finger's frame in inches, at 300 dots per inch.
 
-    Raises
-    ------
-    ValueError
-        One line: a pressure that is not in the results (with those that are), steps and rows
-        that differ in number, or fields that are missing or of the wrong kind.
+    Raises:
+        ValueError: One line: a pressure that is not in the results (with those that are), steps and
+            rows that differ in number, or fields that are missing or of the wrong kind.
     """
     if colour_by not in LABELS:
         raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(LABELS)}")
