@@ -53,7 +53,7 @@ def optimise(
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
     from dolfingrip.cli import progress
     from dolfingrip.design.campaign.cluster import Where
-    from dolfingrip.design.optimum import optimum
+    from dolfingrip.design.optimum import files, optimum
     from dolfingrip.design.optimum.finite_elements import evaluator
     from dolfingrip.design.optimum.pareto import Settings
     from dolfingrip.design.surrogate import surrogate as network
@@ -73,7 +73,7 @@ def optimise(
             along=along,
         )
     out.mkdir(parents=True, exist_ok=True)
-    optimum.write_front(found, out)
+    files.write_front(found, out)
     screen.print(
         f"front: {len(found.front)} points, COG offset {found.front.cog_mm[0]:.2f} to "
         f"{found.front.cog_mm[-1]:.2f} mm, force {found.front.force_N[0]:.2f} to "
@@ -93,7 +93,7 @@ def optimise(
                 **objective,
             )
             resolved = optimum.compute(found, evaluate)
-    facts = optimum.write(found, resolved, out)
+    facts = files.write(found, resolved, out)
     _plot(found, resolved, surrogate, out)
     _print(facts, screen)
     screen.print(f"results: {out}", soft_wrap=True)

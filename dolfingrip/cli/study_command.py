@@ -13,7 +13,7 @@ from dolfingrip.cli.options import Out, check_writable, console
 from dolfingrip.config import ConfigError
 
 if TYPE_CHECKING:
-    from dolfingrip.design.optimum.study import Combination
+    from dolfingrip.design.optimum.scatter import Combination
 
 
 def study(
@@ -45,8 +45,9 @@ def study(
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --processes, without mpirun")
     from dolfingrip.cli import progress
+    from dolfingrip.design import rows
+    from dolfingrip.design.optimum import scatter
     from dolfingrip.design.optimum import study as work
-    from dolfingrip.design.surrogate import rows
     from dolfingrip.design.surrogate import surrogate as network
 
     default = work.Plan()
@@ -63,10 +64,10 @@ def study(
     screen = console()
     with progress.shown(screen, "runs") as show:
         found = work.run(surrogate, out, plan, processes or len(os.sched_getaffinity(0)), show)
-    combinations = work.combine(found.choices, len(names))
-    best = work.best(combinations)
-    rows.write(out / "combinations.csv", work.rows(combinations, names))
-    rows.write(out / "best.csv", work.rows(best, names))
+    combinations = scatter.combine(found.choices, len(names))
+    best = scatter.best(combinations)
+    rows.write(out / "combinations.csv", scatter.rows(combinations, names))
+    rows.write(out / "best.csv", scatter.rows(best, names))
     screen.print(
         f"{len(combinations)} combinations of {seeds} seeds, from {len(plan.runs())} runs of "
         f"NSGA-II ({found.cpu_s / 60:.1f} minutes of one core)",

@@ -81,7 +81,7 @@ def _trained(out: Path, data: Table, settings: Settings) -> bool:
 
 
 def _write(result: Training, data: Table, out: Path) -> None:
-    from dolfingrip.design.surrogate import rows
+    from dolfingrip.design import rows
     from dolfingrip.design.surrogate.training import GOAL_MSE
     from dolfingrip.report import design as pictures
 

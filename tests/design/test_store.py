@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pyarrow.parquet
 import pytest
+from design.stored import failures
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import export
@@ -42,7 +43,7 @@ def test_every_status_is_kept(tmp_path: Path) -> None:
     with Store(tmp_path) as store:
         assert [store.status(key) for key in keys] == ["done", "failed", "pending"]
         assert store.counts() == {"done": 1, "failed": 1, "pending": 1}
-        assert store.failures() == {"limit point": 1}
+        assert failures(store) == {"limit point": 1}
         done, failed, pending = store.rows()
     assert done["inputs"] == {"morph.xi1": 0.1}
     assert done["config"] == plan(0.1).designs()[0].config

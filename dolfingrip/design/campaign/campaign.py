@@ -44,11 +44,6 @@ class Standing:
     computed: int = 0
     classes: dict[str, int] = field(default_factory=dict)
 
-    @property
-    def missing(self) -> int:
-        """Designs without an answer."""
-        return self.total - self.done - self.failed
-
     def count(self, answer: Answer) -> None:
         """Take an answer into account."""
         self.computed += 1
