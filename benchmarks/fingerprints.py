@@ -23,7 +23,7 @@ from matplotlib.axes import Axes
 
 from benchmarks.parts import UNGRADED_MM
 from dolfingrip import config
-from dolfingrip.design.surrogate import rows
+from dolfingrip.design import rows
 from dolfingrip.experiments.run import Kind, run
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.report import theme

@@ -26,14 +26,15 @@ from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
+from dolfingrip.cli import progress
 from dolfingrip.cli.reproduce_command import PAPER
 from dolfingrip.config import Config, ConfigError, Finger
-from dolfingrip.design.campaign import campaign, progress, space
+from dolfingrip.design import rows
+from dolfingrip.design.campaign import campaign, space
 from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.design.campaign.store import Store
-from dolfingrip.design.surrogate import rows
 from dolfingrip.experiments import turning_point
 from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 from dolfingrip.meshes.morph import Morph
@@ -259,7 +260,7 @@ def main() -> None:
             wanted.append(one)
     for one in wanted:  # a plan each: they need not vary the same
         plan = Plan(base, (*one, *XI), tuple(fingers(one)))
-        with progress.shown(console) as advance:
+        with progress.designs(console) as advance:
             campaign.run(plan, asked.out, Where(workers=asked.workers), progress=advance)
     table = judged(base, asked.out)
     show(table, console)

@@ -48,10 +48,11 @@ from typing import Any
 import numpy as np
 
 from dolfingrip import config as configuration
+from dolfingrip.cli import progress
 from dolfingrip.cli.doe_commands import DEFAULTS
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import campaign, progress
+from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Design, Plan
 from dolfingrip.design.campaign.space import Inputs
@@ -242,7 +243,7 @@ def main() -> int:
         screen.print(f"robustness: {len(points)} fingers of seed {asked.seed}", soft_wrap=True)
         for run in RUNS:
             screen.print(f"robustness: {run}", soft_wrap=True)
-            with progress.shown(screen) as show:
+            with progress.designs(screen) as show:
                 campaign.run(
                     plan(run, points, shared), asked.out / run, Where(workers=asked.workers),
                     retry_failed=asked.retry_failed, spared=[LIMIT], progress=show,

@@ -70,12 +70,9 @@ class _Deck:
 def read(path: Path) -> SolidMesh:
     """Read a deck; only the groups that it has.
 
-    Raises
-    ------
-    MeshError
-        Where it cannot be understood.
-    OSError
-        Where it cannot be read.
+    Raises:
+        MeshError: Where it cannot be understood.
+        OSError: Where it cannot be read.
     """
     deck = _parse(path.read_text(encoding="utf-8", errors="replace"))
     if not deck.solids:
@@ -117,10 +114,8 @@ def write(path: Path, mesh: SolidMesh) -> None:
 
     Abaqus and CalculiX take the deck as it is: it has no elements but those of the solid.
 
-    Raises
-    ------
-    OSError
-        Where it cannot be written.
+    Raises:
+        OSError: Where it cannot be written.
     """
     kind = ELEMENT_TYPES[mesh.cells.shape[1]]
     nodes = {4: "tetra", 10: "tetra10", 8: "hexahedron", 20: "hexahedron20"}

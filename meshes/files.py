@@ -27,19 +27,14 @@ _FACETS: Final = {"triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8}
 def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
     """Read a mesh in mm with the groups of :mod:`dolfingrip.meshes.groups`.
 
-    Parameters
-    ----------
-    path
-        A .msh file of Gmsh, the groups being its physical groups, an .inp file of Abaqus
-        (see :mod:`dolfingrip.meshes.abaqus`), or a .vtk or .vtu file, the groups being the
-        tags in the cells' array ``group``.
-    needed
-        Groups that it must have.
+    Args:
+        path: A .msh file of Gmsh, the groups being its physical groups, an .inp file of Abaqus (see
+            :mod:`dolfingrip.meshes.abaqus`), or a .vtk or .vtu file, the groups being the tags in
+            the cells' array ``group``.
+        needed: Groups that it must have.
 
-    Raises
-    ------
-    MeshError
-        Where the file cannot be read or lacks a needed group.
+    Raises:
+        MeshError: Where the file cannot be read or lacks a needed group.
     """
     if path.suffix.lower() not in READABLE:
         raise MeshError(f"mesh.file = {path}: unknown format; allowed: {', '.join(READABLE)}")
@@ -59,18 +54,13 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
 def write(path: Path, mesh: SolidMesh) -> None:
     """Write a mesh; the suffix tells the format, an existing file is replaced.
 
-    Parameters
-    ----------
-    path
-        With the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group
-        tags of elements and facets as the cells' array ``group``.
-    mesh
-        In mm.
+    Args:
+        path: With the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group tags
+            of elements and facets as the cells' array ``group``.
+        mesh: In mm.
 
-    Raises
-    ------
-    MeshError
-        Where the suffix is another or the file cannot be written.
+    Raises:
+        MeshError: Where the suffix is another or the file cannot be written.
     """
     writers = {".msh": _write_msh, ".inp": abaqus.write, ".vtk": _write_vtk, ".vtu": _write_vtk}
     if path.suffix.lower() not in writers:

@@ -52,7 +52,7 @@ FACET_QUADRATURE: Final = {
 On the triangle for degree 4 (Dunavant 1985), on the square for degree 5 in each coordinate.
 """
 
-_CELL_QUADRATURE: Final = {
+CELL_QUADRATURE: Final = {
     TETRAHEDRON: (np.array([[0.25, 0.25, 0.25]]), np.array([1 / 6])),
     HEXAHEDRON: _gauss(2, 3),
 }
@@ -150,7 +150,7 @@ def centroid(mesh: SolidMesh) -> Floats:
 
     Second-order elements are integrated exactly where their edges are straight.
     """
-    at, weights = _CELL_QUADRATURE[mesh.shape]
+    at, weights = CELL_QUADRATURE[mesh.shape]
     functions = shape_functions.of_cell(mesh.shape.corners)
     x = mesh.points[mesh.cells[:, : mesh.shape.corners]]
     moment: Floats = np.zeros(3)
@@ -174,7 +174,7 @@ def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
     velocity
         Of the points, shape (n, 3); that of an edge's middle does not count.
     """
-    at, weights = _CELL_QUADRATURE[mesh.shape]
+    at, weights = CELL_QUADRATURE[mesh.shape]
     functions = shape_functions.of_cell(mesh.shape.corners)
     corners = mesh.cells[:, : mesh.shape.corners]
     x, moving = mesh.points[corners], velocity[corners]

@@ -13,7 +13,7 @@ import ufl
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import calculix, orders, outcomes, results, split_energy, tip
-from benchmarks.parts import PARTS
+from benchmarks.parts import PARTS, REFERENCE_NODES
 from dolfingrip import config
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.solid import SolidMesh
@@ -155,6 +155,29 @@ def canned(folder: Path) -> None:
         "machine": {"calculix": [peer], "dolfingrip": [run]},
     }.items():
         outcomes.Outcome(part, facts, runs).write(folder)
+
+
+def test_nodes_of_the_machine_part_are_those_that_were_computed() -> None:
+    outcome = outcomes.read("machine")
+    assert outcome is not None
+    for label in outcome.runs:
+        assert outcome.median(label, "dofs") == 3 * REFERENCE_NODES
+
+
+def test_tips_are_compared_with_short_increments_where_these_were_run(tmp_path: Path) -> None:
+    canned(tmp_path)
+    found = outcomes.read_all(PARTS, tmp_path)
+    results.write(found, tmp_path / "results.md")
+    page = (tmp_path / "results.md").read_text()
+    assert "it has not been run yet" in page
+    assert "5.0 for whole processes and 6.0 without start-up" in page
+    machine = found["machine"]
+    machine.runs["calculix tight"] = [{**machine.runs["calculix"][0], "tip_x_mm": -40.1}]
+    machine.runs["calculix short"] = [{**machine.runs["calculix"][0], "tip_x_mm": -40.01}]
+    results.write(found, tmp_path / "results.md")
+    page = (tmp_path / "results.md").read_text()
+    assert "2.5e-03 with the peer's tolerance tight, 2.5e-04 with its increments short" in page
+    assert "it has not been run yet" not in page
 
 
 def test_page_is_written_from_outcomes(tmp_path: Path) -> None:

@@ -11,11 +11,13 @@ import sys
 import time
 from pathlib import Path
 
+import hollow_box
 import matplotlib.image
 import pytest
 
 from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, dumps
+from dolfingrip.meshes import files
 
 COARSE = (
     "--set", "mesh.size_mm=6", "--set", "finger.length_mm=38", "--set", "finger.bellows=2",
@@ -191,6 +193,50 @@ def test_mesh_writes_what_can_be_read_back(
         arguments = ("mesh", "--out", str(tmp_path / name), "--set", f"mesh.file={out / name}")
         assert _call(*arguments, monkeypatch=monkeypatch) == 0
         assert capfd.readouterr().out.splitlines()[0] == said.splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    ("settings", "elements"),
+    [
+        ([], "hexahedra of order 2, "),
+        (["solver.element=P2"], "tetrahedra of order 2, "),
+        (["solver.element=P2-P1"], "tetrahedra of order 2, "),
+        (["mesh.target_elements=3000"], "tetrahedra of order 2, "),
+        (["solver.element=P1"], "tetrahedra of order 1, "),
+        (["mesh.order=1"], "hexahedra of order 1, "),
+        (["solver.element=P1", "mesh.order=2"], "tetrahedra of order 2, "),
+    ],
+)
+def test_mesh_has_the_elements_of_the_solver_or_those_asked_for(
+    settings: list[str],
+    elements: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    asked = [word for setting in settings for word in ("--set", setting)]
+    arguments = ("mesh", "--out", str(tmp_path), *COARSE, *asked)
+    assert _call(*arguments, monkeypatch=monkeypatch) == 0
+    assert elements in capfd.readouterr().out
+    for name in ("finger.msh", "finger.inp", "finger.vtk"):
+        mesh = files.read(tmp_path / name)
+        assert f"{mesh.shape.plural} of order {mesh.order}, " == elements
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_mesh_file_is_written_in_the_order_asked_for(
+    order: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = hollow_box.mesh(3 - order)
+    files.write(tmp_path / "box.vtk", before)
+    asked = ("--set", f"mesh.file={tmp_path / 'box.vtk'}", "--set", f"mesh.order={order}")
+    assert _call("mesh", "--out", str(tmp_path / "out"), *asked, monkeypatch=monkeypatch) == 0
+    after = files.read(tmp_path / "out" / "finger.inp")
+    assert after.order == order
+    assert len(after.cells) == len(before.cells)
+    assert {k: len(v) for k, v in after.facets.items()} == {
+        k: len(v) for k, v in before.facets.items()
+    }
 
 
 def test_interrupt_is_quiet(tmp_path: Path) -> None:

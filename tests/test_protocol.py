@@ -82,7 +82,8 @@ def test_time_stamps_of_a_measurement(tmp_path: Path) -> None:
         "bending,A,1,loading,5,0,0\nbending,A,1,loading,6,20,3\nbending,A,2,hold,9,20,4\n"
         "bending,B,1,loading,0,50,9\n"
     )
-    table, poses = protocol.read(_written(tmp_path, rows, "a.csv"), "bending")
+    file = _written(tmp_path, rows, "a.csv")
+    table, poses = protocol.read(file, "bending", "A")
     assert table == {
         "time_s": [0.0, 1.0, 4.0],
         "pressure_kPa": [0.0, 20.0, 20.0],
@@ -90,8 +91,60 @@ def test_time_stamps_of_a_measurement(tmp_path: Path) -> None:
         "branch": ["loading", "loading", "hold"],
     }
     assert not poses
-    with pytest.raises(ConfigError, match="missing column displacement_mm"):
-        protocol.read(tmp_path / "a.csv", "coupon")
+    assert protocol.read(file, "bending", "B")[0]["pressure_kPa"] == [50.0]
+    # the only one there is need not be named
+    assert protocol.read(file, "blocked_force")[0]["pressure_kPa"] == [0.0]
+    assert protocol.read(file, "blocked_force", "A")[0]["pressure_kPa"] == [0.0]
+    with pytest.raises(ConfigError) as refused:
+        protocol.read(file, "coupon")
+    assert str(refused.value) == f"--protocol {file}: missing column displacement_mm"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["bend"], "--protocol {}: 2 specimens of bending; allowed: one, by --specimen: A, B"),
+        (["bend", "--specimen", "C"], "--specimen C: not in {}; allowed: A, B"),
+        (["force", "--specimen", "B"], "--specimen B: not in {}; allowed: A"),
+        (["coupon"], "--protocol {}: missing column displacement_mm"),
+    ],
+)
+def test_a_specimen_of_several_is_to_be_named(
+    arguments: list[str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    rows = (
+        "experiment,specimen,time_s,pressure_kPa\n"
+        "bending,A,0,0\nbending,A,1,20\nbending,B,0,0\nblocked_force,A,0,0\n"
+    )
+    file = _written(tmp_path, rows, "measured.csv")
+    assert _refused([*arguments, "--protocol", str(file)], tmp_path, monkeypatch) == 2
+    assert capfd.readouterr() == ("", f"dolfingrip: {said.format(file)}\n")
+
+
+def test_a_specimen_without_a_measurement_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert _refused(["bend", "--specimen", "A"], tmp_path, monkeypatch) == 2
+    said = "dolfingrip: --specimen A: allowed: with --protocol FILE.csv\n"
+    assert capfd.readouterr() == ("", said)
+    lab = str(_written(tmp_path, LAB))
+    assert _refused(["coupon", "--specimen", "A", "--protocol", lab], tmp_path, monkeypatch) == 2
+    said = f"dolfingrip: --specimen A: {lab} is no CSV; allowed: with a .csv\n"
+    assert capfd.readouterr() == ("", said)
+
+
+def _refused(arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Exit code of a command that must not have written anything."""
+    out = tmp_path / "results"
+    monkeypatch.setattr("sys.argv", ["dolfingrip", *arguments, "--out", str(out)])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not out.exists()
+    return int(ended.value.code or 0)
 
 
 def test_command_runs_each_pose_and_each_result_is_a_data_set(

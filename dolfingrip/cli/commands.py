@@ -1,4 +1,4 @@
-"""What the commands do: run, plot, render, print."""
+"""What the commands do: they run, plot, draw and print."""
 
 from __future__ import annotations
 
@@ -10,17 +10,14 @@ from typing import cast, get_args
 import numpy as np
 from mpi4py import MPI
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import coupon, landings, landings_kPa, run, synthetic
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.run import Kind, Result, Row
-from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.meshes import files
-from dolfingrip.meshes.quality import check
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate, tabulate_coupon
 
@@ -33,40 +30,35 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
-def write_mesh(config: Config, out: Path, console: Console) -> None:
-    """Write ``finger.msh``, ``.vtk`` and ``.inp`` into ``out``."""
-
-    check_writable(out)
-
-    def work() -> None:
-        with console.status("meshing"):
-            mesh = solid(config)
-        console.print(check(mesh).summary(), soft_wrap=True)
-        _make(out)
-        for suffix in (".msh", ".vtk", ".inp"):
-            files.write(out / f"finger{suffix}", mesh)
-            console.print(f"wrote {out / f'finger{suffix}'}", soft_wrap=True)
-
-    on_root(MPI.COMM_WORLD, work)
-
-
 def run_experiment(
     kind: Kind, config: Config, out: Path, renders: str | None, colour_by: str, console: Console
 ) -> Result:
-    """Run one experiment, print its table, plot and render."""
+    """Run one experiment, print its table, plot its curve and draw its poses.
+
+    Args:
+        kind: which experiment.
+        config: of the finger.
+        out: folder for results.
+        renders: pressures to draw (kPa), joined by commas.
+        colour_by: ``displacement`` or ``stretch``.
+        console: where it is printed.
+
+    Raises:
+        ConfigError: on every rank, one line, before anything is computed.
+    """
     wanted = _pressures(renders, config)
     quantity = _quantity(colour_by)
     check_writable(out)
     _warn(config, console)
     result = _run(kind, config, out, console)
-    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, quantity, console))
+    _pictures(result, out, wanted, quantity, console)
     if MPI.COMM_WORLD.rank == 0:
         _print(result, out, console)
     return result
 
 
 def run_coupon(config: Config, out: Path, console: Console) -> Result:
-    """Pull the coupon, print its table and plot its curve."""
+    """Pull the coupon, print its table and plot its curve into ``out``."""
     check_writable(out)
     with _bar(TITLES["coupon"], len(coupon.readings(config)), console) as advance:
         result = coupon.run(config, out=out, progress=advance)
@@ -90,7 +82,21 @@ def fake_measurement(
     out: Path,
     console: Console,
 ) -> None:
-    """Simulate, disturb and write a data set."""
+    """Simulate, disturb and write a data set.
+
+    Args:
+        experiments: names joined by commas.
+        config: what the data set says about itself.
+        truth: what is simulated.
+        nuisances: effects whose values are drawn from their priors.
+        noise: standard deviations, ``COLUMN=VALUE``.
+        seed: of nuisances and noise.
+        out: folder for the data set.
+        console: where it is printed.
+
+    Raises:
+        ConfigError: one line naming the option, its value and what is allowed.
+    """
     kinds: list[synthetic.Kind] = []
     for name in experiments.split(","):
         known = [kind for kind in synthetic.KINDS if kind == name]
@@ -123,11 +129,16 @@ def fake_measurement(
 
 
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
-    """Both experiments, one table, plots and renders."""
+    """Run both experiments, print one table; the pictures of each are there as soon as it ends."""
     check_writable(out)
     _warn(config, console)
     wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
-    results = {kind: _demonstrate(kind, config, out / kind, wanted, console) for kind in KINDS}
+    results = {}
+    for kind in KINDS:
+        result = results[kind] = _run(kind, config, out / kind, console)
+        pictures = _pictures(result, out / kind, wanted, "displacement", console)
+        for picture in pictures:
+            console.print(f"wrote {picture}", soft_wrap=True)
     bending, blocked = results["bending"], results["blocked_force"]
     if MPI.COMM_WORLD.rank == 0:
         if bending.rows and blocked.rows:
@@ -136,21 +147,6 @@ def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
             _print_remarks(result, console)
         console.print(f"pictures, tables and ParaView fields: {out}", soft_wrap=True)
     return [bending, blocked]
-
-
-def _demonstrate(
-    kind: Kind, config: Config, out: Path, wanted: list[float], console: Console
-) -> Result:
-    result = _run(kind, config, out, console)
-    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, "displacement", console))
-    return result
-
-
-def _make(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f"--out {out}: {error.strerror}") from None
 
 
 def _quantity(text: str) -> render.Quantity:
@@ -192,53 +188,52 @@ def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:
 
 @contextmanager
 def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], None]]:
-    """A progress bar on a terminal, nothing elsewhere (a disabled one prints an empty line)."""
-    if not console.is_terminal:
-        yield lambda row: None
-        return
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[note]}"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task(title, total=total, note="mesh and forms")
+    """What to call with each row."""
+    rows = 0
+    what = f"{title.lower()} readings"
+    with progress.shown(console, what, total=total, note="mesh and forms") as show:
 
         def advance(row: Row) -> None:
+            nonlocal rows
+            rows += 1
             led = "pressure_kPa" if "pressure_kPa" in row else "displacement_mm"
-            progress.update(task, advance=1, note=f"{row[led]:g} {led.rpartition('_')[2]}")
+            show(rows, total, f"{row[led]:g} {led.rpartition('_')[2]}")
 
         yield advance
 
 
-def _report(
+def _pictures(
     result: Result,
     out: Path,
     wanted: list[float],
     colour_by: render.Quantity,
     console: Console,
-) -> None:
-    """Plot the curve and render the poses that were reached."""
-    if not result.rows:
-        return
-    with console.status("plotting and rendering"):
-        columns = result.columns()
-        if result.kind == "bending":
-            curve.plot_bending(columns, out / "curve.png")
-        else:
-            curve.plot_blocked_force(columns, out / "curve.png", result.turning)
-        reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
-        if not reached:
-            return
-        plate = _plate(result)
-        fields = out / "fields.pvd"
-        render.render_finger(fields, reached, out, colour_by=colour_by, plate=plate)
-        if len(reached) > 1:
-            render.render_strip(
-                fields, reached, out / "strip.png", colour_by=colour_by, plate=plate
+) -> list[Path]:
+    """Plot the curve and draw the poses that were reached; the files, on rank 0."""
+
+    def work() -> list[Path]:
+        if not result.rows:
+            return []
+        with console.status("plotting and rendering"):
+            curve_file = _curve(result, out / "curve.png")
+            reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
+            if not reached:
+                return [curve_file]
+            drawn = render.draw(
+                out / "fields.pvd", reached, colour_by=colour_by, plate=_plate(result)
             )
+            each = drawn.save_each(out)
+            strip = [drawn.save_strip(out / "strip.png")] if len(reached) > 1 else []
+            return [curve_file, *each, *strip]
+
+    return on_root(MPI.COMM_WORLD, work) or []
+
+
+def _curve(result: Result, file: Path) -> Path:
+    """Plot the experiment's quantity against pressure."""
+    if result.kind == "bending":
+        return curve.plot_bending(result.columns(), file)
+    return curve.plot_blocked_force(result.columns(), file, result.turning)
 
 
 def _plate(result: Result) -> render.Plate | None:

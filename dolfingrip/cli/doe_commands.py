@@ -9,7 +9,7 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
 from dolfingrip.config import ConfigError
 
 app = typer.Typer()
@@ -21,14 +21,13 @@ DEFAULTS = (
 )
 """The paper reads the blocked force at 300 kPa; long steps on the way there are the cheapest."""
 
-Folder = Annotated[Path, typer.Option("--out", help="Folder of the campaign.")]
 OUT = Path("out/doe")
 
 
 @app.callback(invoke_without_command=True)
 def doe(
     context: typer.Context,
-    out: Folder = OUT,
+    out: Out = OUT,
     points: Annotated[
         Literal["grid", "sobol", "lhs"], typer.Option(help="Evenly spaced, or sampled.")
     ] = "grid",
@@ -65,7 +64,8 @@ def doe(
         return
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --ranks, without mpirun")
-    from dolfingrip.design.campaign import campaign, plan, progress, space
+    from dolfingrip.cli import progress
+    from dolfingrip.design.campaign import campaign, plan, space
     from dolfingrip.design.campaign import objective as ours
     from dolfingrip.design.campaign.cluster import Where
 
@@ -83,7 +83,7 @@ def doe(
     screen = console()
     where = Where(scheduler, slurm, workers, ranks)
     try:
-        with progress.shown(screen) as show:
+        with progress.designs(screen) as show:
             standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
     except campaign.SchedulerGone as gone:
         screen.print(f"[red]{gone}[/red]", soft_wrap=True)
@@ -100,7 +100,7 @@ def doe(
 
 @app.command()
 def export(
-    out: Folder = OUT,
+    out: Out = OUT,
     csv: Annotated[Path | None, typer.Option(help="Default: designs.csv in --out.")] = None,
     parquet: Annotated[Path | None, typer.Option(help="Default: designs.parquet in --out.")] = None,
 ) -> None:

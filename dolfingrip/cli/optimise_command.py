@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Overrides, check_writable, console
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.sections import tables
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def optimise(
     surrogate: Annotated[Path, typer.Argument(help="Folder of the surrogate.")],
-    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/optimum"),
+    out: Out = Path("out/optimum"),
     cog_max: Annotated[
         list[float] | None,
         typer.Option("--cog-max", metavar="mm", help="Largest COG offset; repeatable. Default: 3."),
@@ -51,10 +51,9 @@ def optimise(
     """
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
-    from dolfingrip.cli import bar
-    from dolfingrip.design.campaign import progress
+    from dolfingrip.cli import progress
     from dolfingrip.design.campaign.cluster import Where
-    from dolfingrip.design.optimum import optimum
+    from dolfingrip.design.optimum import files, optimum
     from dolfingrip.design.optimum.finite_elements import evaluator
     from dolfingrip.design.optimum.pareto import Settings
     from dolfingrip.design.surrogate import surrogate as network
@@ -65,7 +64,7 @@ def optimise(
     settings = Settings(population, generations, crossover, mutation, seed)
     check_writable(out)
     screen = console()
-    with bar.shown(screen, "generations") as show:
+    with progress.shown(screen, "generations") as show:
         found = optimum.find(
             model,
             sorted(set(cog_max or [3.0])),
@@ -74,7 +73,7 @@ def optimise(
             along=along,
         )
     out.mkdir(parents=True, exist_ok=True)
-    optimum.write_front(found, out)
+    files.write_front(found, out)
     screen.print(
         f"front: {len(found.front)} points, COG offset {found.front.cog_mm[0]:.2f} to "
         f"{found.front.cog_mm[-1]:.2f} mm, force {found.front.force_N[0]:.2f} to "
@@ -84,7 +83,7 @@ def optimise(
     resolved: list[Resolved] = []
     if base is not None:
         objective = {"objective": campaign["objective"]} if "objective" in campaign else {}
-        with progress.shown(screen) as advance:
+        with progress.designs(screen) as advance:
             evaluate = evaluator(
                 base,
                 model.output_names,
@@ -94,7 +93,7 @@ def optimise(
                 **objective,
             )
             resolved = optimum.compute(found, evaluate)
-    facts = optimum.write(found, resolved, out)
+    facts = files.write(found, resolved, out)
     _plot(found, resolved, surrogate, out)
     _print(facts, screen)
     screen.print(f"results: {out}", soft_wrap=True)

@@ -20,6 +20,7 @@ Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", "-s", metavar="KEY=VALUE", help="e.g. finger.wall_mm=1.8; repeatable."),
 ]
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for results.")]
 
 
 def console() -> Console:
@@ -40,6 +41,9 @@ def _redirected() -> bool:
 
 def check_writable(out: Path) -> None:
     """Fail before computing where results could not be written; nothing is made yet.
+
+    Args:
+        out: folder for results, which need not be there.
 
     Raises:
         ConfigError: on every rank.

@@ -13,7 +13,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
-from dolfingrip.cli.options import ConfigFile, check_writable, console
+from dolfingrip.cli.options import ConfigFile, Out, check_writable, console
 from dolfingrip.config import ConfigError
 
 PAPER = {
@@ -31,7 +31,7 @@ READ = ("experiment.step_kPa=50",)
 
 
 def reproduce(
-    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/reproduce"),
+    out: Out = Path("out/reproduce"),
     workers: Annotated[int, typer.Option(min=1, help="Local processes.")] = 1,
     config: ConfigFile = None,
     overrides: Annotated[

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from mpi4py import MPI
 
-from dolfingrip.cli.options import check_writable, console
+from dolfingrip.cli.options import Out, check_writable, console
 from dolfingrip.config import ConfigError
 
 if TYPE_CHECKING:
-    from dolfingrip.design.optimum.study import Combination
+    from dolfingrip.design.optimum.scatter import Combination
 
 
 def study(
     surrogate: Annotated[Path, typer.Argument(help="Folder of the surrogate.")],
-    out: Annotated[Path, typer.Option(help="Folder of the study.")] = Path("out/study"),
+    out: Out = Path("out/study"),
     cog_max: Annotated[
         float, typer.Option("--cog-max", metavar="mm", help="Largest COG offset.")
     ] = 3.0,
@@ -44,9 +44,10 @@ def study(
     """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --processes, without mpirun")
-    from dolfingrip.cli import bar
+    from dolfingrip.cli import progress
+    from dolfingrip.design import rows
+    from dolfingrip.design.optimum import scatter
     from dolfingrip.design.optimum import study as work
-    from dolfingrip.design.surrogate import rows
     from dolfingrip.design.surrogate import surrogate as network
 
     default = work.Plan()
@@ -61,12 +62,12 @@ def study(
     check_writable(out)
     names = network.load(surrogate).input_names
     screen = console()
-    with bar.shown(screen, "runs") as show:
+    with progress.shown(screen, "runs") as show:
         found = work.run(surrogate, out, plan, processes or len(os.sched_getaffinity(0)), show)
-    combinations = work.combine(found.choices, len(names))
-    best = work.best(combinations)
-    rows.write(out / "combinations.csv", work.rows(combinations, names))
-    rows.write(out / "best.csv", work.rows(best, names))
+    combinations = scatter.combine(found.choices, len(names))
+    best = scatter.best(combinations)
+    rows.write(out / "combinations.csv", scatter.rows(combinations, names))
+    rows.write(out / "best.csv", scatter.rows(best, names))
     screen.print(
         f"{len(combinations)} combinations of {seeds} seeds, from {len(plan.runs())} runs of "
         f"NSGA-II ({found.cpu_s / 60:.1f} minutes of one core)",

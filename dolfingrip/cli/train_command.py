@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from mpi4py import MPI
 
-from dolfingrip.cli.options import check_writable, console
+from dolfingrip.cli.options import Out, check_writable, console
 from dolfingrip.config import ConfigError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def train(
     source: Annotated[
         Path, typer.Argument(metavar="FROM", help="Folder of a campaign, or .csv or .parquet.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder of the surrogate.")] = Path("out/surrogate"),
+    out: Out = Path("out/surrogate"),
     inputs: Annotated[
         list[str] | None,
         typer.Option("--input", help="Column; repeatable. Default: morph.xi1 and morph.xi2."),
@@ -37,7 +37,7 @@ def train(
     """Train a neural network on the designs of a campaign."""
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: one process")
-    from dolfingrip.cli import bar
+    from dolfingrip.cli import progress
     from dolfingrip.design.surrogate import table, training
 
     data = table.read(source, inputs or table.INPUTS, outputs or table.OUTPUTS)
@@ -51,7 +51,7 @@ def train(
     if _trained(out, data, settings):
         screen.print(f"already trained on this table: {out}", soft_wrap=True)
         return
-    with bar.shown(screen, "epochs") as show:
+    with progress.shown(screen, "epochs") as show:
         result = training.train(data, settings, lambda done: show(done, epochs))
     result.surrogate.facts["campaign"] = table.campaign(source)
     _write(result, data, out)
@@ -81,7 +81,7 @@ def _trained(out: Path, data: Table, settings: Settings) -> bool:
 
 
 def _write(result: Training, data: Table, out: Path) -> None:
-    from dolfingrip.design.surrogate import rows
+    from dolfingrip.design import rows
     from dolfingrip.design.surrogate.training import GOAL_MSE
     from dolfingrip.report import design as pictures
 

@@ -24,17 +24,13 @@ class Columns(Protocol):
 def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:
     """One column as floats.
 
-    Parameters
-    ----------
-    table
-        Columns by name.
-    name
-        The column wanted, e.g. ``force_N``.
+    Args:
+        table: Columns by name.
+        name: The column wanted, e.g. ``force_N``.
 
-    Returns
-    -------
-    Shape (rows,), in the unit that the name carries; empty entries are NaN. None where the
-    column is absent or holds no number at all.
+    Returns:
+        Shape (rows,), in the unit that the name carries; empty entries are NaN. None where the
+        column is absent or holds no number at all.
     """
     if name not in table:
         return None
@@ -46,10 +42,8 @@ def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:
 def required(table: Columns, name: str) -> npt.NDArray[np.float64]:
     """Like :func:`numbers`, for a column that must be there.
 
-    Raises
-    ------
-    ValueError
-        One line naming the missing column.
+    Raises:
+        ValueError: One line naming the missing column.
     """
     values = numbers(table, name)
     if values is None:
@@ -71,10 +65,8 @@ def branches(table: Columns) -> npt.NDArray[np.str_]:
 def read_csv(path: Path) -> dict[str, list[str]]:
     """The columns of a CSV file with one header line, as text.
 
-    Raises
-    ------
-    ValueError
-        One line naming the file where it is empty.
+    Raises:
+        ValueError: One line naming the file where it is empty.
     """
     with path.open(encoding="utf-8", newline="") as stream:
         rows = list(csv.reader(stream))

@@ -43,21 +43,15 @@ class TurningPoint(Protocol):
 def plot_bending(result: Columns, path: Path, *, measured: Columns | None = None) -> Path:
     """Draw bending angles against pressure.
 
-    Parameters
-    ----------
-    result
-        Columns ``pressure_kPa`` and ``angle_deg`` (tip face); drawn where present:
-        ``chord_angle_deg``, and ``branch`` to tell loading from unloading.
-    path
-        PNG to write (6 in × 4 in).
-    measured
-        Columns ``pressure_kPa`` and ``angle_deg`` of measurements, drawn as points; with a
-        column ``experiment`` only its rows ``bending``.
+    Args:
+        result: Columns ``pressure_kPa`` and ``angle_deg`` (tip face); drawn where present:
+            ``chord_angle_deg``, and ``branch`` to tell loading from unloading.
+        path: PNG to write (6 in × 4 in).
+        measured: Columns ``pressure_kPa`` and ``angle_deg`` of measurements, drawn as points; with
+            a column ``experiment`` only its rows ``bending``.
 
-    Raises
-    ------
-    ValueError
-        One line naming a column that is missing.
+    Raises:
+        ValueError: One line naming a column that is missing.
     """
     with _axes(path, "Bending angle (°)") as axes:
         _draw(axes, result, "angle_deg", "tip face", BLUE, "o")
@@ -77,22 +71,16 @@ def plot_blocked_force(
 ) -> Path:
     """Draw the blocked force against pressure, with its turning point.
 
-    Parameters
-    ----------
-    result
-        Columns ``pressure_kPa`` and ``force_N``, and ``branch`` where it is known.
-    path
-        PNG to write (6 in × 4 in).
-    turning_point
-        Pressure (kPa), force (N) and the slopes (N/kPa) of the lines that meet there.
-    measured
-        Columns ``pressure_kPa`` and ``force_N`` of measurements, drawn as points; with a
-        column ``experiment`` only its rows ``blocked_force``.
+    Args:
+        result: Columns ``pressure_kPa`` and ``force_N``, and ``branch`` where it is known.
+        path: PNG to write (6 in × 4 in).
+        turning_point: Pressure (kPa), force (N) and the slopes (N/kPa) of the lines that meet
+            there.
+        measured: Columns ``pressure_kPa`` and ``force_N`` of measurements, drawn as points; with a
+            column ``experiment`` only its rows ``blocked_force``.
 
-    Raises
-    ------
-    ValueError
-        One line naming a column that is missing.
+    Raises:
+        ValueError: One line naming a column that is missing.
     """
     with _axes(path, "Blocked force (N)") as axes:
         _draw(axes, result, "force_N", "simulation", BLUE, "o")
@@ -107,17 +95,13 @@ def plot_blocked_force(
 def plot_coupon(result: Columns, path: Path) -> Path:
     """Draw nominal stress against nominal strain.
 
-    Parameters
-    ----------
-    result
-        Columns ``nominal_strain`` (–) and ``nominal_stress_MPa``, and ``branch`` where known.
-    path
-        PNG to write (6 in × 4 in).
+    Args:
+        result: Columns ``nominal_strain`` (–) and ``nominal_stress_MPa``, and ``branch`` where
+            known.
+        path: PNG to write (6 in × 4 in).
 
-    Raises
-    ------
-    ValueError
-        One line naming a column that is missing.
+    Raises:
+        ValueError: One line naming a column that is missing.
     """
     with _axes(path, "Nominal stress (MPa)", "Nominal strain (–)") as axes:
         _draw(axes, result, "nominal_stress_MPa", "simulation", BLUE, "o", over="nominal_strain")

@@ -50,14 +50,10 @@ def plot_fit(
 ) -> None:
     """Predicted against computed outputs, a panel each.
 
-    Parameters
-    ----------
-    names
-        Of the outputs.
-    computed, predicted
-        Shape (designs, outputs).
-    test
-        Shape (designs,), whether held out.
+    Args:
+        names: Of the outputs.
+        computed, predicted: Shape (designs, outputs).
+        test: Shape (designs,), whether held out.
     """
     with _figure(path, len(names)) as panels:
         for column, (name, axes) in enumerate(zip(names, panels, strict=True)):
@@ -205,12 +201,9 @@ class Scatter:
 def plot_scatter(names: Sequence[str], scatter: Mapping[int, Scatter], path: Path) -> None:
     """Standard deviation of the chosen design's inputs against generations (the paper's Fig. 8).
 
-    Parameters
-    ----------
-    names
-        Of the inputs; a panel each.
-    scatter
-        By population.
+    Args:
+        names: Of the inputs; a panel each.
+        scatter: By population.
     """
     styles = [(BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (INK, "v"), (GREY, "x")]
     with _figure(path, len(names)) as panels:

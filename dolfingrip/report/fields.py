@@ -35,17 +35,13 @@ GHOST = 1
 class FieldMesh:
     """A mesh of tetrahedra or hexahedra with each node once, whatever the number of pieces on disk.
 
-    Attributes
-    ----------
-    points
-        Reference positions in mm, shape (nodes, 3).
-    cells
-        Node numbers of tetrahedra, shape (cells, 4) or (cells, 10), or of hexahedra, shape
-        (cells, 8), (cells, 20) or (cells, 27), in the order of
-        :class:`~dolfingrip.meshes.solid.SolidMesh`; the last has the middles of the faces,
-        in the order of the element's faces, and of the element besides.
-    source
-        Row of each node in the file's point arrays, shape (nodes,).
+    Attributes:
+        points: Reference positions in mm, shape (nodes, 3).
+        cells: Node numbers of tetrahedra, shape (cells, 4) or (cells, 10), or of hexahedra, shape
+            (cells, 8), (cells, 20) or (cells, 27), in the order of
+            :class:`~dolfingrip.meshes.solid.SolidMesh`; the last has the middles of the faces, in
+            the order of the element's faces, and of the element besides.
+        source: Row of each node in the file's point arrays, shape (nodes,).
     """
 
     points: npt.NDArray[np.float64]
@@ -59,10 +55,8 @@ def list_steps(collection: Path) -> list[Path]:
     The entries are taken as they stand rather than by time value, so that two steps at the
     same time stay two steps.
 
-    Raises
-    ------
-    ValueError
-        One line where the file is missing, is no collection, or is empty.
+    Raises:
+        ValueError: One line where the file is missing, is no collection, or is empty.
     """
     try:
         root = ElementTree.parse(collection).getroot()
@@ -81,19 +75,14 @@ def find_steps(
 ) -> list[int]:
     """Row numbers of a result at the pressures asked for.
 
-    Parameters
-    ----------
-    result
-        Columns with ``pressure_kPa`` and, where pressure also falls, ``branch``.
-    pressures_kPa
-        Pressures wanted, each one a row of the result.
-    branch
-        Which of several rows at one pressure is meant; the first such row is taken.
+    Args:
+        result: Columns with ``pressure_kPa`` and, where pressure also falls, ``branch``.
+        pressures_kPa: Pressures wanted, each one a row of the result.
+        branch: Which of several rows at one pressure is meant; the first such row is taken.
 
-    Raises
-    ------
-    ValueError
-        One line naming a pressure asked for that is not in the results, and those that are.
+    Raises:
+        ValueError: One line naming a pressure asked for that is not in the results, and those that
+            are.
     """
     known = required(result, "pressure_kPa")
     candidates = np.flatnonzero(branches(result) == branch)
@@ -125,10 +114,8 @@ def load_result(collection: Path, result: Columns | Path | None) -> Columns:
 def read_grid(file: Path) -> Any:
     """One step as a pyvista grid.
 
-    Raises
-    ------
-    ValueError
-        One line where the file is missing.
+    Raises:
+        ValueError: One line where the file is missing.
     """
     if not file.is_file():
         raise ValueError(f"{file}: no such file")
@@ -138,16 +125,12 @@ def read_grid(file: Path) -> Any:
 def read_mesh(grid: Any) -> FieldMesh:
     """Join the pieces of a grid of linear or quadratic tetrahedra or hexahedra.
 
-    Parameters
-    ----------
-    grid
-        A pyvista unstructured grid, positions in mm.
+    Args:
+        grid: A pyvista unstructured grid, positions in mm.
 
-    Raises
-    ------
-    ValueError
-        One line where the grid holds anything but linear or quadratic tetrahedra or hexahedra,
-        all of one shape and order.
+    Raises:
+        ValueError: One line where the grid holds anything but linear or quadratic tetrahedra or
+            hexahedra, all of one shape and order.
     """
     types = set(np.unique(grid.celltypes).tolist())
     sizes = np.unique(np.diff(grid.cell_offsets))
@@ -173,10 +156,8 @@ def read_mesh(grid: Any) -> FieldMesh:
 def read_point_data(grid: Any, name: str, source: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
     """A point array at the joined nodes, shape (nodes,) or (nodes, 3).
 
-    Raises
-    ------
-    ValueError
-        One line naming the missing array and those there are.
+    Raises:
+        ValueError: One line naming the missing array and those there are.
     """
     if name not in grid.point_data:
         raise ValueError(f"fields: no point data {name}; there are {', '.join(grid.point_data)}")

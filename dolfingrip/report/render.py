@@ -1,6 +1,8 @@
-"""Renders of the deformed finger at chosen pressures, without a display.
+"""Pictures of the deformed finger at chosen pressures, without a display.
 
->>> render_strip(run / "fields.pvd", [0, 100, 200], run / "poses.png")  # doctest: +SKIP
+>>> drawn = draw(run / "fields.pvd", [0, 100, 200])  # doctest: +SKIP
+>>> drawn.save_each(run)  # doctest: +SKIP
+>>> drawn.save_strip(run / "strip.png")  # doctest: +SKIP
 
 Under MPI these functions are for one rank (rank 0): they read all pieces from disk and do not
 communicate.
@@ -30,9 +32,10 @@ from dolfingrip.report.scene import Image, Plate, View, draw_poses
 from dolfingrip.report.skin import Floats, extract_skin
 from dolfingrip.report.theme import DPI, colour_map
 
-__all__ = ["Plate", "View", "render_finger", "render_section", "render_strip"]
+__all__ = ["Pictures", "Plate", "Quantity", "Shown", "draw"]
 
 Quantity = Literal["displacement", "stretch"]
+Shown = Literal["whole", "half", "section"]
 
 LABELS = {
     "displacement": "Displacement magnitude (mm)",
@@ -40,136 +43,25 @@ LABELS = {
 }
 SIDE, CUT = View(), View(azimuth_deg=0.0, elevation_deg=0.0)
 
-
-def render_finger(
-    fields: Path,
-    pressures_kPa: Sequence[float],
-    out: Path,
-    *,
-    colour_by: Quantity = "displacement",
-    result: Columns | Path | None = None,
-    branch: str = "loading",
-    mirror: bool = True,
-    plate: Plate | None = None,
-    height_in: float = 5.0,
-    stem: str = "finger",
-) -> list[Path]:
-    """One picture of the deformed finger for each pressure, all with one camera and scale.
-
-    Parameters
-    ----------
-    fields
-        ParaView collection whose steps are the rows of the result, in order, with point data
-        ``displacement_mm`` (vector) and ``principal_stretch`` (scalar, –).
-    pressures_kPa
-        Pressures to draw, each one a row of the result.
-    out
-        Folder to write to; made where missing.
-    colour_by
-        ``displacement`` (magnitude, mm) or ``stretch`` (largest principal stretch, –).
-    result
-        Columns of the result, or its CSV file; ``result.csv`` beside ``fields`` where None.
-    branch
-        ``loading`` or ``unloading``, where both have the pressure.
-    mirror
-        Complete a half finger y ≥ 0; without it the half is drawn, cut open towards the reader.
-    plate
-        Force sensor to draw.
-    height_in
-        Height of the finger's frame in inches, at 300 dots per inch.
-    stem
-        Files are called ``<stem>_<pressure>kPa.png``.
-
-    Returns
-    -------
-    The files, in the order of the pressures.
-
-    Raises
-    ------
-    ValueError
-        One line: a pressure that is not in the results (with those that are), steps and rows
-        that differ in number, or fields that are missing or of the wrong kind.
-    """
-    film = _film(
-        fields,
-        pressures_kPa,
-        colour_by=colour_by,
-        result=result,
-        branch=branch,
-        mirror=mirror,
-        plate=plate,
-        height_in=height_in,
-    )
-    return [
-        film.save([picture], [label], out / f"{stem}_{label.replace(' ', '')}.png")
-        for picture, label in zip(film.pictures, film.labels, strict=True)
-    ]
-
-
-def render_strip(
-    fields: Path,
-    pressures_kPa: Sequence[float],
-    out: Path,
-    *,
-    colour_by: Quantity = "displacement",
-    result: Columns | Path | None = None,
-    branch: str = "loading",
-    mirror: bool = True,
-    plate: Plate | None = None,
-    height_in: float = 4.0,
-) -> Path:
-    """The poses at the chosen pressures side by side in one PNG with one shared scale.
-
-    Parameters and errors are those of :func:`render_finger`, but ``out`` is a file.
-    """
-    film = _film(
-        fields,
-        pressures_kPa,
-        colour_by=colour_by,
-        result=result,
-        branch=branch,
-        mirror=mirror,
-        plate=plate,
-        height_in=height_in,
-    )
-    return film.save([trim(picture, DPI // 12) for picture in film.pictures], film.labels, out)
-
-
-def render_section(
-    fields: Path,
-    pressures_kPa: Sequence[float],
-    out: Path,
-    *,
-    colour_by: Quantity = "stretch",
-    result: Columns | Path | None = None,
-    branch: str = "loading",
-    plate: Plate | None = None,
-    height_in: float = 4.0,
-) -> Path:
-    """The cut through the symmetry plane with the cavity, poses side by side in one PNG.
-
-    Parameters are those of :func:`render_finger`, but ``out`` is a file; fields of a whole
-    finger are refused.
-    """
-    film = _film(
-        fields,
-        pressures_kPa,
-        colour_by=colour_by,
-        result=result,
-        branch=branch,
-        mirror=False,
-        plate=plate,
-        height_in=height_in,
-        view=CUT,
-    )
-    return film.save([trim(picture, DPI // 12) for picture in film.pictures], film.labels, out)
+STRIP_MARGIN_PX = DPI // 12
+"""White left beside each pose of a strip."""
 
 
 @dataclass(frozen=True)
-class _Film:
-    """Pictures with all that their lettering needs."""
+class Pictures:
+    """Poses of one finger, drawn with one camera, one scale and one range of colours.
 
-    pictures: list[Image]
+    Attributes:
+        images: One for each pressure, each of shape (height, width, 3).
+        labels: Text above each, e.g. ``100 kPa``.
+        px_per_mm: Pixels that a millimetre takes.
+        view: Direction of the camera.
+        colour_by: Quantity of the colours.
+        range_: Values at the ends of the colour scale (mm, or – for the stretch).
+        open_ended: Whether values above the range occur.
+    """
+
+    images: list[Image]
     labels: list[str]
     px_per_mm: float
     view: View
@@ -177,11 +69,30 @@ class _Film:
     range_: tuple[float, float]
     open_ended: bool
 
-    def save(self, pictures: Sequence[Image], labels: Sequence[str], out: Path) -> Path:
+    def save_each(self, folder: Path, stem: str = "finger") -> list[Path]:
+        """Write one PNG for each pressure; all have the same frame.
+
+        Args:
+            folder: Made where missing.
+            stem: Files are called ``<stem>_<pressure>kPa.png``.
+
+        Returns:
+            The files, in the order of the pressures.
+        """
+        return [
+            self._save([image], [label], folder / f"{stem}_{label.replace(' ', '')}.png")
+            for image, label in zip(self.images, self.labels, strict=True)
+        ]
+
+    def save_strip(self, file: Path) -> Path:
+        """Write all poses side by side into one PNG."""
+        return self._save([trim(i, STRIP_MARGIN_PX) for i in self.images], self.labels, file)
+
+    def _save(self, images: Sequence[Image], labels: Sequence[str], file: Path) -> Path:
         return save_pictures(
-            pictures,
+            images,
             labels,
-            out,
+            file,
             px_per_mm=self.px_per_mm,
             view=self.view,
             colour_map=colour_map(self.colour_by),
@@ -191,18 +102,36 @@ class _Film:
         )
 
 
-def _film(
+def draw(
     fields: Path,
     pressures_kPa: Sequence[float],
     *,
-    colour_by: Quantity,
-    result: Columns | Path | None,
-    branch: str,
-    mirror: bool,
-    plate: Plate | None,
-    height_in: float,
-    view: View = SIDE,
-) -> _Film:
+    colour_by: Quantity = "displacement",
+    shown: Shown = "whole",
+    result: Columns | Path | None = None,
+    branch: str = "loading",
+    plate: Plate | None = None,
+    height_in: float = 4.0,
+) -> Pictures:
+    """Draw the deformed finger at each pressure, all with one camera and scale.
+
+    Args:
+        fields: ParaView collection whose steps are the rows of the result, in order, with point
+            data ``displacement_mm`` (vector) and ``principal_stretch`` (scalar, –).
+        pressures_kPa: Pressures to draw, each one a row of the result.
+        colour_by: ``displacement`` (magnitude, mm) or ``stretch`` (largest principal stretch, –).
+        shown: ``whole``: a half finger y ≥ 0 is completed by its mirror image. ``half``: it is
+            drawn as it is, cut open towards the reader. ``section``: the cut y = 0 through the
+            cavity alone, seen from the side; fields of a whole finger are refused.
+        result: Columns of the result, or its CSV file; ``result.csv`` beside ``fields`` where None.
+        branch: ``loading`` or ``unloading``, where both have the pressure.
+        plate: Force sensor to draw.
+        height_in: Height of the finger's frame in inches, at 300 dots per inch.
+
+    Raises:
+        ValueError: One line: a pressure that is not in the results (with those that are), steps and
+            rows that differ in number, or fields that are missing or of the wrong kind.
+    """
     if colour_by not in LABELS:
         raise ValueError(f"colour_by = {colour_by}: allowed: {', '.join(LABELS)}")
     if not len(pressures_kPa):
@@ -213,9 +142,10 @@ def _film(
         raise ValueError(f"{fields}: {len(files)} steps, but the result has {rows} rows")
     steps = find_steps(table, pressures_kPa, branch)
     mesh, displacements, values = _read(fields, [files[step] for step in steps], colour_by)
-    skin = extract_skin(mesh, mirror=mirror, cut=view is CUT)
+    skin = extract_skin(mesh, mirror=shown == "whole", cut=shown == "section")
     range_, open_ended = _range([value[skin.node] for value in values], colour_by)
-    pictures, px_per_mm = draw_poses(
+    view = CUT if shown == "section" else SIDE
+    images, px_per_mm = draw_poses(
         skin,
         displacements,
         values,
@@ -226,7 +156,7 @@ def _film(
         plate=plate,
     )
     labels = [f"{pressure:g} kPa" for pressure in pressures_kPa]
-    return _Film(pictures, labels, px_per_mm, view, colour_by, range_, open_ended)
+    return Pictures(images, labels, px_per_mm, view, colour_by, range_, open_ended)
 
 
 def _read(

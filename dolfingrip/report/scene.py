@@ -38,14 +38,11 @@ LIFT_MM = 0.25
 class Plate:
     """The force sensor as drawn.
 
-    Attributes
-    ----------
-    point_mm
-        Any point of its face.
-    normal
-        Of its face, towards the finger; any length but zero.
-    contact_length_mm
-        Length of finger facing it, from the tip; it is drawn twice as long, about the tip.
+    Attributes:
+        point_mm: Any point of its face.
+        normal: Of its face, towards the finger; any length but zero.
+        contact_length_mm: Length of finger facing it, from the tip; it is drawn twice as long,
+            about the tip.
     """
 
     point_mm: Sequence[float]
@@ -57,12 +54,9 @@ class Plate:
 class View:
     """A parallel projection with the clamp above (−z is up), bending to the right.
 
-    Attributes
-    ----------
-    azimuth_deg
-        Turn of the camera from the side view (seen from −y) towards the bellows.
-    elevation_deg
-        Rise of the camera above the horizontal.
+    Attributes:
+        azimuth_deg: Turn of the camera from the side view (seen from −y) towards the bellows.
+        elevation_deg: Rise of the camera above the horizontal.
     """
 
     azimuth_deg: float = 32.0
@@ -91,28 +85,18 @@ def draw_poses(
 ) -> tuple[list[Image], float]:
     """Draw the finger in several poses with one camera.
 
-    Parameters
-    ----------
-    skin
-        Surface of the finger.
-    displacements
-        Nodal displacements in mm of each pose, each of shape (nodes, 3).
-    values
-        Nodal values to colour by, each of shape (nodes,).
-    range_
-        Values at the ends of the colour map.
-    colour_map
-        Matplotlib's object.
-    view
-        Direction of the camera; what it frames is the union of all poses.
-    height_px
-        Height of the pictures; the width follows from the content.
-    plate
-        Force sensor to draw.
+    Args:
+        skin: Surface of the finger.
+        displacements: Nodal displacements in mm of each pose, each of shape (nodes, 3).
+        values: Nodal values to colour by, each of shape (nodes,).
+        range_: Values at the ends of the colour map.
+        colour_map: Matplotlib's object.
+        view: Direction of the camera; what it frames is the union of all poses.
+        height_px: Height of the pictures; the width follows from the content.
+        plate: Force sensor to draw.
 
-    Returns
-    -------
-    Pictures of shape (height, width, 3), and how many pixels a millimetre takes.
+    Returns:
+        Pictures of shape (height, width, 3), and how many pixels a millimetre takes.
     """
     poses = [skin.move(displacement) for displacement in displacements]
     fixtures = [(_clamp(skin), 1.0)] + ([(_slab(skin, plate), 0.45)] if plate else [])

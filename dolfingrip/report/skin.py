@@ -36,20 +36,13 @@ _PARTS: Final = {
 class Skin:
     """A triangulated surface whose points are nodes of the mesh or their mirror images.
 
-    Attributes
-    ----------
-    points
-        Reference positions in mm, shape (points, 3).
-    node
-        Node of the mesh behind each point, shape (points,).
-    side
-        +1, or −1 where the point is the mirror image in y = 0, shape (points,).
-    triangles
-        Shape (triangles, 3), outward; several to a facet.
-    edges
-        Segments of the facets' edges, shape (segments, 2).
-    creases
-        Those of them where the surface folds or ends, shape (segments, 2).
+    Attributes:
+        points: Reference positions in mm, shape (points, 3).
+        node: Node of the mesh behind each point, shape (points,).
+        side: +1, or −1 where the point is the mirror image in y = 0, shape (points,).
+        triangles: Shape (triangles, 3), outward; several to a facet.
+        edges: Segments of the facets' edges, shape (segments, 2).
+        creases: Those of them where the surface folds or ends, shape (segments, 2).
     """
 
     points: Floats
@@ -71,23 +64,16 @@ def extract_skin(
 ) -> Skin:
     """Surface of a finger.
 
-    Parameters
-    ----------
-    mesh
-        Whole finger, or its half y ≥ 0.
-    mirror
-        Complete a half finger with its mirror image in y = 0, without the facets in that plane;
-        a whole one is left as it is.
-    cut
-        Take the facets in the symmetry plane y = 0 and no others: the section of a half finger,
-        its cavity left open. ``mirror`` is then without effect.
-    crease_deg
-        Fold, in the reference pose, from which an edge is a crease.
+    Args:
+        mesh: Whole finger, or its half y ≥ 0.
+        mirror: Complete a half finger with its mirror image in y = 0, without the facets in that
+            plane; a whole one is left as it is.
+        cut: Take the facets in the symmetry plane y = 0 and no others: the section of a half
+            finger, its cavity left open. ``mirror`` is then without effect.
+        crease_deg: Fold, in the reference pose, from which an edge is a crease.
 
-    Raises
-    ------
-    ValueError
-        One line where a cut is asked of a whole finger.
+    Raises:
+        ValueError: One line where a cut is asked of a whole finger.
     """
     size = float(np.ptp(mesh.points, axis=0).max())
     half = bool(mesh.points[:, 1].min() > -1e-6 * size)

@@ -28,25 +28,18 @@ def tabulate(
 ) -> Table:
     """Angle, tip displacement and blocked force against pressure.
 
-    Parameters
-    ----------
-    bending
-        Columns ``pressure_kPa`` (kPa) and any of ``angle_deg``, ``chord_angle_deg`` (°),
-        ``tip_x_mm``, ``tip_z_mm`` (mm), ``branch``.
-    blocked_force
-        Columns ``pressure_kPa`` (kPa) and ``force_N`` (N), ``branch``.
-    title
-        Set above the table.
+    Args:
+        bending: Columns ``pressure_kPa`` (kPa) and any of ``angle_deg``, ``chord_angle_deg`` (°),
+            ``tip_x_mm``, ``tip_z_mm`` (mm), ``branch``.
+        blocked_force: Columns ``pressure_kPa`` (kPa) and ``force_N`` (N), ``branch``.
+        title: Set above the table.
 
-    Returns
-    -------
-    A table with one row per pressure and branch in either result, in their order; a dash
-    where one of them has no value. The branch has a column only where pressure also falls.
+    Returns:
+        A table with one row per pressure and branch in either result, in their order; a dash where
+        one of them has no value. The branch has a column only where pressure also falls.
 
-    Raises
-    ------
-    ValueError
-        One line where neither result is given or a result has no ``pressure_kPa``.
+    Raises:
+        ValueError: One line where neither result is given or a result has no ``pressure_kPa``.
     """
     rows: dict[Key, dict[str, str]] = {}
     headings: list[str] = []

@@ -14,7 +14,7 @@ TOML: segments that are run through in order, ``cycles`` times, at each pose:
     name = "gap 2 mm"
     set = ["plate.gap_mm=2", "gravity.direction=[1, 0, 0]"]
 
-or the CSV of a measurement, whose own time stamps are taken.
+or the CSV of a measurement. The time stamps of one of its specimens are taken then.
 """
 
 from __future__ import annotations
@@ -77,25 +77,32 @@ def waits(length_s: float, count: int) -> list[float]:
     return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
 
 
-def read(file: Path, experiment: str) -> tuple[dict[str, Any], Sequence[Pose]]:
+def read(
+    file: Path, experiment: str, specimen: str | None = None
+) -> tuple[dict[str, Any], Sequence[Pose]]:
     """The table ``[protocol]`` that ``file`` stands for, and the poses it is run at.
 
     Args:
         file: TOML, or CSV in the measured-data format.
         experiment: whose rows of a CSV are meant.
+        specimen: whose rows of a CSV are meant; to be given where the experiment has several.
 
     Raises:
         ConfigError: one line naming the key, its value and what is allowed.
     """
+    measured = file.suffix == ".csv"
+    if specimen is not None and not measured:
+        raise ConfigError(f"--specimen {specimen}: {file} is no CSV; allowed: with a .csv")
     try:
         text = file.read_text(encoding="utf-8")
-        if file.suffix == ".csv":
-            return _measured(file, text.splitlines(), experiment), ()
-        data = tomllib.loads(text)
+        data = {} if measured else tomllib.loads(text)
     except OSError as error:
         raise ConfigError(f"--protocol {file}: {error.strerror}") from None
     except ValueError as error:
-        raise ConfigError(f"--protocol {file}: not TOML: {error}") from None
+        kind = "text" if measured else "TOML"
+        raise ConfigError(f"--protocol {file}: not {kind}: {error}") from None
+    if measured:
+        return _measured(file, text.splitlines(), experiment, specimen), ()
     asked = checked(ProtocolFile, data)
     if not asked.segment:
         raise ConfigError(f"--protocol {file}: segment = []: allowed: at least one [[segment]]")
@@ -127,17 +134,19 @@ def _table(asked: ProtocolFile, by: str) -> dict[str, Any]:
     return dict(zip(("time_s", led, "cycle", "branch"), columns, strict=True))
 
 
-def _measured(file: Path, lines: Iterable[str], experiment: str) -> dict[str, Any]:
-    """Time stamps of the first specimen of an experiment."""
+def _measured(
+    file: Path, lines: Iterable[str], experiment: str, specimen: str | None
+) -> dict[str, Any]:
+    """Readings of one specimen of an experiment at its own time stamps, from 0 s on."""
     led = "displacement_mm" if experiment == "coupon" else "pressure_kPa"
     table = csv.DictReader(lines)
     missing = [name for name in ("time_s", led) if name not in (table.fieldnames or ())]
     if missing:
         raise ConfigError(f"--protocol {file}: missing column {missing[0]}")
     rows = [row for row in table if row.get("experiment", experiment) == experiment]
-    rows = [row for row in rows if row.get("specimen") == rows[0].get("specimen")]
     if not rows:
         raise ConfigError(f"--protocol {file}: no row; allowed: rows of experiment {experiment}")
+    rows = _of_one(file, rows, experiment, specimen)
     found: dict[str, Any] = {}
     try:
         for name in ("time_s", led):
@@ -151,3 +160,20 @@ def _measured(file: Path, lines: Iterable[str], experiment: str) -> dict[str, An
     start = found["time_s"][0]
     found["time_s"] = [time - start for time in found["time_s"]]
     return found
+
+
+def _of_one(
+    file: Path, rows: list[dict[str, str]], experiment: str, specimen: str | None
+) -> list[dict[str, str]]:
+    """The rows of the specimen that is asked for, or of the only one there is."""
+    names = list(dict.fromkeys(row.get("specimen") or "" for row in rows))
+    allowed = ", ".join(name or "(no name)" for name in names)
+    if specimen is None and len(names) > 1:
+        raise ConfigError(
+            f"--protocol {file}: {len(names)} specimens of {experiment}; "
+            f"allowed: one, by --specimen: {allowed}"
+        )
+    wanted = names[0] if specimen is None else specimen
+    if wanted not in names:
+        raise ConfigError(f"--specimen {wanted}: not in {file}; allowed: {allowed}")
+    return [row for row in rows if (row.get("specimen") or "") == wanted]

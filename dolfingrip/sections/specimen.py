@@ -154,7 +154,9 @@ class Mesh(Section):
         description="a .msh or Abaqus .inp with the groups cavity, clamp, skin, tip, symmetry",
     )
     half: bool = Field(True, description="half finger with the symmetry plane y = 0")
-    order: Literal[1, 2] = Field(1, description="order of the elements written to files")
+    order: Literal[1, 2] | None = Field(
+        None, description="order of the elements written to files; default: the solver's"
+    )
     size_mm: float | None = Field(
         None,
         gt=0,

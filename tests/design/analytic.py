@@ -28,3 +28,8 @@ def objective(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -
         raise DesignFailure("limit point", "stopped at 12 kPa", {"force_N": [0.0, 1.0]})
     outputs = {"cog_offset_mm": 2.8 + xi1 + 2 * xi2, "force_N": 4 + xi1 - xi2 + ranks - 1}
     return Outcome(outputs, curve={"force_N": [0.0, outputs["force_N"]]}, iterations=3)
+
+
+def dies(**_: object) -> None:
+    """What a worker's process runs that never becomes one."""
+    os._exit(1)

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 from design import analytic
+from design.stored import failures
 
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.design.campaign.progress import Pace
 from dolfingrip.design.campaign.spool import Spool
 from dolfingrip.design.campaign.store import Store
 
@@ -131,7 +131,7 @@ def test_workers_killed_at_random_moments_lose_and_repeat_nothing(tmp_path: Path
         assert not set(started(log)[begun:]) & before
     with Store(out) as store:
         assert store.counts()["pending"] == 0
-        assert store.failures() == {"limit point": 8}
+        assert failures(store) == {"limit point": 8}
     assert "24 designs: 24 computed now, 16 done, 8 failed" in said
 
 
@@ -178,7 +178,8 @@ def test_repeated_call_computes_only_what_is_missing(
     told: list[tuple[int, int, int]] = []
 
     def progress(standing: Standing) -> None:
-        told.append((standing.done, standing.failed, standing.missing))
+        missing = standing.total - standing.done - standing.failed
+        told.append((standing.done, standing.failed, missing))
 
     first = campaign.run(small(0.1, 0.7), out, Where(), progress=progress)
     assert (first.computed, first.done, first.failed) == (2, 1, 1)
@@ -241,14 +242,6 @@ def test_no_scheduler_is_one_line(tmp_path: Path) -> None:
     lines = [line for line in done.stderr.splitlines() if line.startswith("dolfingrip: ")]
     assert len(lines) == 1
     assert "--scheduler nonsense://x:1" in lines[0]
-
-
-def test_pace() -> None:
-    times = iter([0.0, 0.0, 120.0])
-    pace = Pace(lambda: next(times))
-    assert pace.text(Standing(total=60, done=5, failed=0)) == "0 failed"
-    standing = Standing(total=60, done=12, failed=3, computed=10)
-    assert pace.text(standing) == "5.0 a minute, 0:09:00 left, 3 failed"
 
 
 def test_command_and_export(tmp_path: Path) -> None:

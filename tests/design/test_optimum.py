@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from design import stand_in
 
-from dolfingrip.design.optimum import optimum, resolve
+from dolfingrip.design.optimum import files, optimum, resolve
 from dolfingrip.design.optimum.optimum import Optimum
 from dolfingrip.design.optimum.pareto import Settings
 from dolfingrip.design.optimum.resolve import Candidate, Failure, Outputs, Resolved
@@ -63,7 +63,7 @@ def test_each_design_is_computed_once(found: Optimum) -> None:
 
 def test_error_is_that_of_the_surrogate_on_the_front(found: Optimum) -> None:
     resolved = optimum.compute(found, _truth)
-    error = optimum.errors(resolved)["force_N"]
+    error = resolve.errors(resolved)["force_N"]
     along = [one for one in resolved if one.candidate.role == "front"]
     miss = np.array([one.candidate.predicted["force_N"] for one in along]) - np.array(
         [_truth([one.candidate.inputs])[0]["force_N"] for one in along]
@@ -81,8 +81,8 @@ def test_failed_designs_are_told_and_never_numbers(found: Optimum, tmp_path: Pat
 
     resolved = optimum.compute(found, evaluate)
     assert math.isnan(resolved[0].miss("force_N"))
-    assert optimum.errors(resolved)["force_N"]["designs"] == 9
-    facts = optimum.write(found, resolved, tmp_path)
+    assert resolve.errors(resolved)["force_N"]["designs"] == 9
+    facts = files.write(found, resolved, tmp_path)
     assert facts["designs"][0]["fem"] is None
     assert facts["designs"][0]["failure"] == "stopped at 12 kPa"
     written = json.loads((tmp_path / "optimum.json").read_text(encoding="utf-8"))
@@ -91,15 +91,15 @@ def test_failed_designs_are_told_and_never_numbers(found: Optimum, tmp_path: Pat
     assert lines[1].endswith(",,failed,stopped at 12 kPa")
     assert "nan" not in "".join(lines).lower()
     nothing = [Resolved(one.candidate, Failure("lost")) for one in resolved]
-    assert optimum.errors(nothing) == {}
+    assert resolve.errors(nothing) == {}
 
 
 def test_gain_is_over_the_original_as_computed(found: Optimum) -> None:
     resolved = optimum.compute(found, _truth)
     chosen = resolved[1]
     expected = _truth([chosen.candidate.inputs])[0]["force_N"] / stand_in.FORCE_N - 1
-    assert optimum.improvement(resolved, chosen) == pytest.approx(expected)
-    assert optimum.improvement(resolved[:2], chosen) is None  # no original among them
+    assert resolve.improvement(resolved, chosen) == pytest.approx(expected)
+    assert resolve.improvement(resolved[:2], chosen) is None  # no original among them
 
 
 def test_the_original_is_none_of_a_space_without_it(training: Training) -> None:

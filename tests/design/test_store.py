@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pyarrow.parquet
 import pytest
+from design.stored import failures
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import export
@@ -42,7 +43,7 @@ def test_every_status_is_kept(tmp_path: Path) -> None:
     with Store(tmp_path) as store:
         assert [store.status(key) for key in keys] == ["done", "failed", "pending"]
         assert store.counts() == {"done": 1, "failed": 1, "pending": 1}
-        assert store.failures() == {"limit point": 1}
+        assert failures(store) == {"limit point": 1}
         done, failed, pending = store.rows()
     assert done["inputs"] == {"morph.xi1": 0.1}
     assert done["config"] == plan(0.1).designs()[0].config
@@ -64,6 +65,18 @@ def test_a_result_is_never_changed_and_a_failure_only_where_reopened(tmp_path: P
         assert store.reopen(keys) == [keys[1]]
         assert store.counts() == {"done": 1, "failed": 0, "pending": 2}
         assert store.record(Answer(keys[1], "done", {"cog_offset_mm": 1.0, "force_N": 1.0}))
+
+
+def test_designs_that_are_there_are_entered_no_second_time(tmp_path: Path) -> None:
+    """Neither their answers nor their numbers change, so the export keeps its order."""
+    filled(tmp_path)
+    with Store(tmp_path, write=True) as store:
+        before = list(store.rows())
+        again = plan(0.3, 0.1, 0.7, 0.2)
+        store.add(again.facts(), again.designs())
+        *kept, new = store.rows()
+    assert kept == before
+    assert (new["inputs"], new["status"]) == ({"morph.xi1": 0.2}, "pending")
 
 
 def test_a_failed_design_has_no_numbers(tmp_path: Path) -> None:

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.optimum import study, trial
+from dolfingrip.design.optimum import scatter, study, trial, workers
 from dolfingrip.design.optimum.pareto import Settings, fronts, objectives
 from dolfingrip.design.optimum.study import Plan
 from dolfingrip.design.optimum.trials import Choice, Key, Trials
-from dolfingrip.design.surrogate import surrogate, workers
+from dolfingrip.design.surrogate import surrogate
 
 SMALL = Plan(
     populations=(20, 40), generations=(5, 10), crossovers=(0.9,), mutations=(0.1, 0.5), seeds=2
@@ -126,12 +126,12 @@ def test_a_dead_worker_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 def test_workers_end_with_their_parent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "slow_worker.py").write_text(
-        "import os, time\nfrom dolfingrip.design import workers\n"
+        "import os, time\nfrom dolfingrip.design.optimum import workers\n"
         "workers.serve(lambda job: (time.sleep(0.5), {'pid': os.getpid()})[1])"
     )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     parent = (
-        "from dolfingrip.design import workers\n"
+        "from dolfingrip.design.optimum import workers\n"
         "for _, result in workers.run('slow_worker', [{}, {}, {}], 1):\n"
         "    print(result['pid'], flush=True)"
     )
@@ -163,16 +163,16 @@ def test_mean_deviation_and_best_rates() -> None:
     steady = _choices(0.9, [(0.1, -0.2), (0.2, -0.4), (0.3, -0.6)])
     lucky = _choices(0.8, [(0.2, -0.4), None, (0.2, -0.4)])  # no scatter, but not every seed chose
     wild = _choices(0.4, [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0)])
-    combined = study.combine([*steady, *lucky, *wild])
+    combined = scatter.combine([*steady, *lucky, *wild])
     first = combined[0]
     np.testing.assert_allclose(first.mean, [0.2, -0.4])
     np.testing.assert_allclose(first.sd, [0.1, 0.2])  # of a sample: n − 1
     assert first.mean_force_N == 7.0
     assert [(one.seeds, one.chose) for one in combined] == [(3, 3), (3, 2), (3, 3)]
-    assert [one.crossover for one in study.best(combined)] == [0.9]
-    row = study.rows([first], ["morph.xi1", "morph.xi2"])[0]
+    assert [one.crossover for one in scatter.best(combined)] == [0.9]
+    row = scatter.rows([first], ["morph.xi1", "morph.xi2"])[0]
     assert row["morph.xi2_sd"] == pytest.approx(0.2)
-    assert study.best(study.combine(_choices(0.9, [None, None]))) == []
+    assert scatter.best(scatter.combine(_choices(0.9, [None, None]))) == []
 
 
 def test_keys_and_choices_are_as_stored(tmp_path: Path) -> None:

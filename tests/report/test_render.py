@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from dolfingrip.report.render import Plate, render_finger, render_section, render_strip
+from dolfingrip.report.render import Plate, draw
 
 Pixels = npt.NDArray[np.float64]
 
@@ -25,7 +25,8 @@ def _coloured(picture: Pixels) -> npt.NDArray[np.bool_]:
 
 
 def test_poses_share_camera_and_frame(run: Path, tmp_path: Path) -> None:
-    files = render_finger(run / "fields.pvd", [0, 100, 200], tmp_path / "new", height_in=2.0)
+    drawn = draw(run / "fields.pvd", [0, 100, 200], height_in=2.0)
+    files = drawn.save_each(tmp_path / "new")
     assert [file.name for file in files] == [
         "finger_0kPa.png",
         "finger_100kPa.png",
@@ -48,23 +49,22 @@ def test_poses_share_camera_and_frame(run: Path, tmp_path: Path) -> None:
 def test_finger_bends_to_the_right(run: Path, tmp_path: Path) -> None:
     straight, bent = (
         _coloured(_read(file))[:, :-330]  # without the colour scale
-        for file in render_finger(run / "fields.pvd", [0, 200], tmp_path, height_in=2.0)
+        for file in draw(run / "fields.pvd", [0, 200], height_in=2.0).save_each(tmp_path)
     )
     assert np.flatnonzero(bent.any(axis=0)).max() > 1.3 * np.flatnonzero(straight.any(axis=0)).max()
 
 
 def test_strip_holds_all_poses(quadratic_run: Path, tmp_path: Path) -> None:
     fields = quadratic_run / "fields.pvd"
-    one = _read(render_strip(fields, [100], tmp_path / "one.png", height_in=2.0))
+    one = _read(draw(fields, [100], height_in=2.0).save_strip(tmp_path / "one.png"))
     three = _read(
-        render_strip(
+        draw(
             fields,
             [0, 100, 200],
-            tmp_path / "three.png",
             height_in=2.0,
             colour_by="stretch",
             plate=Plate((0.0, 0.0, 0.0)),
-        )
+        ).save_strip(tmp_path / "three.png")
     )
     assert three.shape[1] > 1.5 * one.shape[1]
     assert len(np.unique((three * 255).astype(int).reshape(-1, 3), axis=0)) > 500
@@ -73,9 +73,10 @@ def test_strip_holds_all_poses(quadratic_run: Path, tmp_path: Path) -> None:
 
 
 def test_section_shows_the_cut(quadratic_run: Path, tmp_path: Path) -> None:
-    picture = _read(
-        render_section(quadratic_run / "fields.pvd", [0, 200], tmp_path / "cut.png", height_in=2.0)
+    drawn = draw(
+        quadratic_run / "fields.pvd", [0, 200], shown="section", colour_by="stretch", height_in=2.0
     )
+    picture = _read(drawn.save_strip(tmp_path / "cut.png"))
     assert _coloured(picture).mean() > 0.05
 
 
@@ -83,15 +84,9 @@ def test_unloading_and_given_columns(quadratic_run: Path, tmp_path: Path) -> Non
     pressures = [0.0, 50.0, 100.0, 150.0, 200.0, 150.0, 100.0, 50.0, 0.0]
     result = {"pressure_kPa": pressures, "branch": ["loading"] * 5 + ["unloading"] * 4}
     for branch in ("loading", "unloading"):
-        render_finger(
-            quadratic_run / "fields.pvd",
-            [100],
-            tmp_path,
-            result=result,
-            branch=branch,
-            height_in=1.0,
-            stem=branch,
-        )
+        draw(
+            quadratic_run / "fields.pvd", [100], result=result, branch=branch, height_in=1.0
+        ).save_each(tmp_path, branch)
     loading, unloading = (_read(tmp_path / f"{b}_100kPa.png") for b in ("loading", "unloading"))
     assert loading.shape != unloading.shape or (loading != unloading).any()
 
@@ -99,15 +94,15 @@ def test_unloading_and_given_columns(quadratic_run: Path, tmp_path: Path) -> Non
 def test_bad_questions_are_answered_in_one_line(quadratic_run: Path, tmp_path: Path) -> None:
     fields = quadratic_run / "fields.pvd"
     with pytest.raises(ValueError, match=r"^pressure_kPa = 33: .*allowed: 0, 50, 100, 150, 200$"):
-        render_finger(fields, [33], tmp_path)
+        draw(fields, [33])
     with pytest.raises(ValueError, match=r"^colour_by = stress: allowed: displacement, stretch$"):
-        render_strip(fields, [0], tmp_path / "x.png", colour_by="stress")  # type: ignore[arg-type]
+        draw(fields, [0], colour_by="stress")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="9 steps, but the result has 2 rows"):
-        render_finger(fields, [0], tmp_path, result={"pressure_kPa": [0, 50]})
+        draw(fields, [0], result={"pressure_kPa": [0, 50]})
     with pytest.raises(ValueError, match="at least one pressure"):
-        render_finger(fields, [], tmp_path)
+        draw(fields, [])
     copy = tmp_path / "no_result"
     copy.mkdir()
     shutil.copy(fields, copy)
     with pytest.raises(ValueError, match=r"result\.csv: No such file"):
-        render_finger(copy / "fields.pvd", [0], tmp_path)
+        draw(copy / "fields.pvd", [0])

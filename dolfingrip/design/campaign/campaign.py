@@ -44,11 +44,6 @@ class Standing:
     computed: int = 0
     classes: dict[str, int] = field(default_factory=dict)
 
-    @property
-    def missing(self) -> int:
-        """Designs without an answer."""
-        return self.total - self.done - self.failed
-
     def count(self, answer: Answer) -> None:
         """Take an answer into account."""
         self.computed += 1
@@ -136,31 +131,40 @@ def _compute(
             future = arrived.get()
             if future is _INTERRUPT:
                 raise KeyboardInterrupt
-            answer = _answer(future, keys.pop(future), spool)
+            answer = _answer(future, keys[future], spool)
+            if answer is None:
+                future.add_done_callback(arrived.put)
+                continue
+            del keys[future]
             if store.record(answer):
                 standing.count(answer)
                 progress(standing)
 
 
-def _answer(future: Any, key: str, spool: Spool) -> Answer:
-    """The answer behind a future that has ended.
+def _answer(future: Any, key: str, spool: Spool) -> Answer | None:
+    """The answer behind a future that has ended; None where it is computed again.
 
     Raises:
         SchedulerGone: which says nothing about the design.
     """
     from distributed import KilledWorker
+    from distributed.client import FutureCancelledError
 
-    if future.status in ("cancelled", "lost"):
-        raise SchedulerGone(
-            "the scheduler is gone; what was computed is kept, the same call goes on from there"
-        )
-    if future.status == "finished":
-        answer: Answer = future.result()
-        return answer
+    # What is on the disk outlives the worker that computed it and Dask's copy with it.
     spooled = spool.read(key)
     if spooled is not None:
         return spooled
-    error = future.exception()
+    if future.status in ("lost", "pending"):  # its worker died since, and another takes it up
+        return None
+    try:
+        error = future.exception() if future.status == "error" else None
+        if error is None:
+            answer: Answer = future.result()
+            return answer
+    except FutureCancelledError:
+        raise SchedulerGone(
+            "the scheduler is gone; what was computed is kept, the same call goes on from there"
+        ) from None
     if isinstance(error, KilledWorker):
         return Answer(
             key, "failed", failure_class=WORKER_LOST,

@@ -19,6 +19,11 @@ from dolfingrip.sections.complaint import ConfigError
 LOST_WORKERS = 2
 """How many workers may die on a design before it is called failed."""
 
+_OF_LOCAL_WORKERS = {
+    # Dask gives up a worker that is not back in 15 s, which a cold disk alone can take
+    "distributed.deploy.lost-worker-timeout": "1h",
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Where:
@@ -42,7 +47,7 @@ def connected(where: Where) -> Iterator[Any]:
     """A Dask client; workers that were started for it end with it.
 
     Raises:
-        ConfigError: one line, where there is no scheduler or no Slurm.
+        ConfigError: one line, where there is no scheduler or no Slurm, or no worker starts.
     """
     import dask
     from distributed import Client
@@ -51,6 +56,8 @@ def connected(where: Where) -> Iterator[Any]:
     settings = {
         "distributed.scheduler.allowed-failures": LOST_WORKERS,
         "distributed.scheduler.worker-ttl": None,
+        # a design that waits on a worker would be blamed with the one that the worker dies on
+        "distributed.scheduler.worker-saturation": 1.0,
         "distributed.worker.memory.terminate": False,
         "distributed.worker.memory.pause": False,
         "distributed.worker.memory.spill": False,
@@ -66,7 +73,11 @@ def connected(where: Where) -> Iterator[Any]:
                 raise ConfigError(f"--scheduler {where.scheduler}: {error}") from None
             yield client
             return
-        cluster = _slurm(where) if where.slurm is not None else _local(where)
+        if where.slurm is not None:
+            cluster = _slurm(where)
+        else:
+            stack.enter_context(dask.config.set(_OF_LOCAL_WORKERS))
+            cluster = _local(where)
         yield stack.enter_context(Client(stack.enter_context(cluster)))
 
 
@@ -81,17 +92,23 @@ def _local(where: Where) -> Any:
     """Processes of their own, one design each at a time: MPI and PETSc are not shared."""
     from distributed import LocalCluster
 
+    from dolfingrip.design.campaign.nanny import PatientNanny
+
     os.environ["OMP_NUM_THREADS"] = "1"
-    # processes started meanwhile leave Ctrl-C to this one, which ends them
-    with interrupts_answered_by(signal.SIG_IGN):
-        return LocalCluster(
-            n_workers=where.workers,
-            threads_per_worker=1,
-            processes=True,
-            memory_limit=0,
-            dashboard_address="127.0.0.1:0",  # any free port
-            silence_logs=logging.CRITICAL,
-        )
+    try:
+        # processes started meanwhile leave Ctrl-C to this one, which ends them
+        with interrupts_answered_by(signal.SIG_IGN):
+            return LocalCluster(
+                n_workers=where.workers,
+                threads_per_worker=1,
+                worker_class=PatientNanny,
+                memory_limit=0,
+                dashboard_address="127.0.0.1:0",  # any free port
+                silence_logs=logging.CRITICAL,
+            )
+    except RuntimeError as error:
+        reason = error.__cause__ or error
+        raise ConfigError(f"--workers {where.workers}: none could be started: {reason}") from None
 
 
 def _slurm(where: Where) -> Any:

@@ -108,7 +108,7 @@ def _on_ranks(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -
             sys.executable,
             "-P",
             "-m",
-            "dolfingrip.design.campaign.objective",
+            MODULE,
             request,
             answer,
         ]

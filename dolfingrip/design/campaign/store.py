@@ -172,15 +172,6 @@ class Store:
         )
         return found
 
-    def failures(self) -> dict[str, int]:
-        """Number of failed designs by class."""
-        return dict(
-            self._base.execute(
-                "SELECT failure_class, COUNT(*) FROM designs WHERE status = 'failed' "
-                "GROUP BY failure_class"
-            ).fetchall()
-        )
-
     def rows(self) -> Iterator[dict[str, Any]]:
         """Every design in the order of entry, JSON columns as objects."""
         cursor = self._base.execute("SELECT * FROM designs ORDER BY number")

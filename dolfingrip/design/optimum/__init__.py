@@ -1,1 +1,1 @@
-"""The best designs of a surrogate: NSGA-II, Pareto fronts, studies of both."""
+"""The best designs of a surrogate by NSGA-II, checked by finite elements; studies of both."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from dolfingrip.design.optimum.pareto import Front, Matrix, Vector
+from dolfingrip.design.optimum.pareto import FORCE, Front, Matrix, Vector
 from dolfingrip.design.surrogate.surrogate import Surrogate
 
 Outputs = dict[str, float]
@@ -120,6 +120,27 @@ def error(resolved: Iterable[Resolved], name: str) -> Error:
     )
     rms = float(np.sqrt(np.mean(miss**2)))
     return Error(len(good), rms, float(np.abs(miss).max()), rms / float(size))
+
+
+def errors(resolved: Sequence[Resolved]) -> dict[str, dict[str, float]]:
+    """The surrogate's error at the points along the front, by output; empty where none is known."""
+    front = [one for one in resolved if one.candidate.role == "front"]
+    names = front[0].candidate.predicted if front else ()
+    found = {name: error(front, name) for name in names}
+    return {name: asdict(error) for name, error in found.items() if error.designs}
+
+
+def improvement(resolved: Sequence[Resolved], one: Resolved) -> float | None:
+    """Force over the original's, less 1 (the paper's φ), both by finite elements."""
+    force = computed(one, FORCE)
+    original = next((each for each in resolved if each.candidate.role == "original"), None)
+    reference = None if original is None else computed(original, FORCE)
+    return None if force is None or not reference else force / reference - 1
+
+
+def computed(one: Resolved, name: str) -> float | None:
+    """One of its outputs by finite elements; None where they failed."""
+    return None if isinstance(one.computed, Failure) else one.computed.get(name)
 
 
 def rows(resolved: Iterable[Resolved]) -> list[dict[str, object]]:

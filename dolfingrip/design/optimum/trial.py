@@ -9,8 +9,9 @@ from typing import Any
 
 import torch
 
+from dolfingrip.design.optimum import workers
 from dolfingrip.design.optimum.pareto import Settings, fronts, objectives
-from dolfingrip.design.surrogate import surrogate, workers
+from dolfingrip.design.surrogate import surrogate
 
 
 def run(job: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Rows of a table to CSV and back, written whole or not at all."""
+"""Rows of a table as a CSV file, written whole or not at all."""
 
 from __future__ import annotations
 

@@ -1,0 +1,123 @@
+"""How far a command is: a bar on a terminal, a line now and then elsewhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Protocol
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+)
+
+if TYPE_CHECKING:
+    from dolfingrip.design.campaign.campaign import Standing
+
+EVERY_S = 30.0
+"""Time between two lines where there is no terminal."""
+
+FEW = 50
+"""A campaign of no more designs than these has a line for each of them."""
+
+
+class Show(Protocol):
+    """What is called with the number done, the number of all and a note."""
+
+    def __call__(self, done: int, total: int, note: str = "") -> None:
+        """Show them."""
+
+
+class Pace:
+    """Rate and time left, from what is done after the first call."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._first: tuple[float, int] | None = None
+
+    def text(self, done: int, total: int) -> str:
+        """E.g. ``5.9 a minute, 0:27:10 left``; nothing at first."""
+        now = self._clock()
+        if self._first is None:
+            self._first = now, done
+        start, before = self._first
+        if done == before or now <= start:
+            return ""
+        rate_per_s = (done - before) / (now - start)
+        text = f"{60 * rate_per_s:.1f} a minute"
+        return text if done == total else f"{text}, {_duration((total - done) / rate_per_s)} left"
+
+
+@contextmanager
+def shown(
+    console: Console,
+    what: str,
+    *,
+    total: int | None = None,
+    note: str = "",
+    at_once: bool = False,
+    few: int = 0,
+    clock: Callable[[], float] = time.monotonic,
+) -> Iterator[Show]:
+    """What to call as a command goes on.
+
+    Args:
+        console: where it is shown.
+        what: is counted, in the plural.
+        total: number of all, where it is known before the first call.
+        note: stands beside the bar until the first call.
+        at_once: the first call makes a line where there is no terminal.
+        few: each call makes a line there where the number of all is no larger than this.
+        clock: in seconds.
+    """
+    pace = Pace(clock)
+    if not console.is_terminal:
+        last = clock() - (EVERY_S if at_once else 0)
+
+        def say(done: int, total: int, note: str = "") -> None:
+            nonlocal last
+            speed = pace.text(done, total)
+            if total <= few or clock() - last >= EVERY_S:
+                last = clock()
+                console.print(_joined(f"{done} of {total} {what}", speed, note), soft_wrap=True)
+
+        yield say
+        return
+    columns = (
+        TextColumn(what),
+        BarColumn(bar_width=None),  # as wide as the others leave it
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[note]}"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, expand=True) as bar:
+        task = bar.add_task("", total=total, note=note)
+
+        def draw(done: int, total: int, note: str = "") -> None:
+            text = _joined(note, pace.text(done, total))
+            bar.update(task, completed=done, total=total, note=text)
+
+        yield draw
+
+
+@contextmanager
+def designs(console: Console) -> Iterator[Callable[[Standing], None]]:
+    """What to call with each new standing of a campaign."""
+    with shown(console, "designs", at_once=True, few=FEW) as show:
+        yield lambda standing: show(
+            standing.done + standing.failed, standing.total, f"{standing.failed} failed"
+        )
+
+
+def _joined(*parts: str) -> str:
+    return ", ".join(part for part in parts if part)
+
+
+def _duration(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d}"

@@ -1,0 +1,12 @@
+"""What tests ask of a store that the package does not."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from dolfingrip.design.campaign.store import Store
+
+
+def failures(store: Store) -> dict[str, int]:
+    """Number of failed designs by class."""
+    return Counter(row["failure_class"] for row in store.rows() if row["status"] == "failed")

@@ -1,0 +1,45 @@
+"""The demo: pictures are there and announced before its design loop begins."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+
+from dolfingrip.cli import app as cli
+from dolfingrip.cli import small_loop
+from dolfingrip.config import Config
+
+COARSE = (
+    "--set", "mesh.size_mm=8", "--set", "mesh.edge_size_mm=8", "--set", "finger.length_mm=38",
+    "--set", "finger.bellows=2", "--set", "experiment.max_pressure_kPa=100",
+    "--set", "experiment.step_kPa=50",
+)  # fmt: skip
+PICTURES = ("curve.png", "finger_0kPa.png", "finger_100kPa.png", "strip.png")
+
+
+def test_pictures_come_before_the_design_loop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    said = []
+
+    def loop(config: Config, out: Path) -> None:
+        assert out == tmp_path / "loop"
+        said.append(capfd.readouterr().out)
+        for kind in ("bending", "blocked_force"):
+            for name in PICTURES:
+                assert matplotlib.image.imread(tmp_path / kind / name)[..., :3].std() > 0.01
+
+    monkeypatch.setattr(small_loop, "run", loop)
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", "demo", "-o", str(tmp_path), *COARSE])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    assert capfd.readouterr() == ("", "")
+    lines = said[0].splitlines()
+    kinds = ("bending", "blocked_force")
+    wrote = [f"wrote {tmp_path / kind / name}" for kind in kinds for name in PICTURES]
+    assert lines[: len(wrote)] == wrote
+    assert "Reference finger" in said[0]

@@ -1,0 +1,41 @@
+"""What the command says about itself: version, order of the subcommands, options in common."""
+
+from __future__ import annotations
+
+import re
+import sys
+
+import pytest
+import typer
+
+import dolfingrip
+from dolfingrip.cli import app as cli
+
+COMMAND = typer.main.get_command(cli.app)
+
+
+def test_version(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", "--version"])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    assert capfd.readouterr() == (f"dolfingrip {dolfingrip.__version__}\n", "")
+
+
+def test_subcommands_are_listed_in_the_order_of_use(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert set(COMMAND.commands) == set(cli.ORDER)  # type: ignore[attr-defined]
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", "--help"])
+    with pytest.raises(SystemExit):
+        cli.main()
+    listed = re.findall(r"^│ ([a-z]+) ", capfd.readouterr().out, re.M)
+    assert tuple(listed) == cli.ORDER
+
+
+@pytest.mark.parametrize("name", cli.ORDER)
+def test_every_out_has_a_short_form(name: str) -> None:
+    command = COMMAND.commands[name]  # type: ignore[attr-defined]
+    for option in command.params:
+        if "--out" in option.opts:
+            assert "-o" in option.opts

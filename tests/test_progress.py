@@ -1,0 +1,78 @@
+"""What is shown of how far a command is, on a terminal and elsewhere."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+
+from rich.console import Console
+
+from dolfingrip.cli import progress
+from dolfingrip.design.campaign.campaign import Standing
+
+
+def times(*values: float) -> Iterator[float]:
+    """Moments of a clock, the last for ever."""
+    yield from values
+    while True:
+        yield values[-1]
+
+
+def screen(*, terminal: bool) -> Console:
+    return Console(file=io.StringIO(), force_terminal=terminal, width=90, highlight=False)
+
+
+def said(console: Console) -> str:
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue()
+
+
+def test_pace() -> None:
+    clock = times(0.0, 120.0)
+    pace = progress.Pace(lambda: next(clock))
+    assert pace.text(5, 60) == ""
+    assert pace.text(15, 60) == "5.0 a minute, 0:09:00 left"
+    assert pace.text(60, 60) == "27.5 a minute"
+
+
+def test_lines_where_there_is_no_terminal() -> None:
+    now = [0.0]
+    console = screen(terminal=False)
+    with progress.shown(console, "epochs", clock=lambda: now[0]) as show:
+        for done, second in ((1, 0.0), (20, 20.0), (41, 40.0), (50, 50.0), (81, 80.0)):
+            now[0] = second
+            show(done, 100, "training")
+    assert said(console).splitlines() == [
+        "41 of 100 epochs, 60.0 a minute, 0:00:59 left, training",
+        "81 of 100 epochs, 60.0 a minute, 0:00:19 left, training",
+    ]
+
+
+def test_a_campaign_says_at_once_how_far_it_was() -> None:
+    console = screen(terminal=False)
+    with progress.designs(console) as show:
+        show(Standing(total=60, done=5, failed=3))
+        show(Standing(total=60, done=6, failed=3, computed=1))
+    assert said(console).splitlines() == ["8 of 60 designs, 3 failed"]
+
+
+def test_a_small_campaign_has_a_line_for_each_design() -> None:
+    console = screen(terminal=False)
+    with progress.designs(console) as show:
+        for done in range(3):
+            show(Standing(total=30, done=done, computed=done))
+    lines = [line.partition(",")[0] for line in said(console).splitlines()]
+    assert lines == [f"{done} of 30 designs" for done in range(3)]
+
+
+def test_bar_on_a_terminal() -> None:
+    now = [0.0]
+    console = screen(terminal=True)
+    with progress.shown(console, "designs", total=60, note="mesh", clock=lambda: now[0]) as show:
+        show(5, 60)
+        now[0] = 120.0
+        show(15, 60, "3 failed")
+    last = [line for line in said(console).splitlines() if "━" in line][-1]
+    assert "designs" in last
+    assert "15/60" in last
+    assert "3 failed, 5.0 a minute, 0:09:00 left" in last
