@@ -19,7 +19,7 @@ def times(*values: float) -> Iterator[float]:
 
 
 def screen(*, terminal: bool) -> Console:
-    return Console(file=io.StringIO(), force_terminal=terminal, width=90, highlight=False)
+    return Console(file=io.StringIO(), force_terminal=terminal, width=80, highlight=False)
 
 
 def said(console: Console) -> str:

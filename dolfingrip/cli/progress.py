@@ -15,6 +15,7 @@ from rich.progress import (
     TextColumn,
     TimeElapsedColumn,
 )
+from rich.table import Column
 
 if TYPE_CHECKING:
     from dolfingrip.design.campaign.campaign import Standing
@@ -90,7 +91,7 @@ def shown(
         return
     columns = (
         TextColumn(what),
-        BarColumn(bar_width=None),  # as wide as the others leave it
+        BarColumn(bar_width=None, table_column=Column(ratio=1)),  # what the others leave
         MofNCompleteColumn(),
         TextColumn("{task.fields[note]}"),
         TimeElapsedColumn(),
