@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import bulk_modulus
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -41,7 +40,6 @@ class BulkModulus(Effect):
         more = site.constant(self, "more_MPa")
 
         def density(strain: Expr) -> Expr:
-            ln_j = ufl.ln(ufl.det(invariants.right_cauchy_green(strain))) / 2
-            return base(strain) + more / 2 * ln_j**2
+            return base(strain) + bulk_modulus.energy(strain, more)
 
         return density

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import gent
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
-
-SMALL = 0.01
-"""Below this share of the limit ln(1 − x) is its series, whose seventh term is round-off."""
 
 
 class Gent(Effect):
@@ -44,14 +40,6 @@ class Gent(Effect):
         limit = site.constant(self, "J_m")
 
         def density(strain: Expr) -> Expr:
-            first, _ = invariants.isochoric(strain)
-            x = first / limit
-            series = sum(x**k / (k + 1) for k in range(1, 8))
-            # apart from the series ln(1 − x)/x would lose its digits, or divide by 0
-            large = ufl.max_value(x, SMALL)
-            closed = -ufl.ln(1 - large) / large - 1
-            return base(strain) + site.mu / 2 * first * ufl.conditional(
-                ufl.lt(x, SMALL), series, closed
-            )
+            return base(strain) + gent.energy(strain, site.mu, limit)
 
         return density

@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import mooney_rivlin
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -42,7 +42,6 @@ class MooneyRivlin(Effect):
         c01 = site.constant(self, "C01_MPa")
 
         def density(strain: Expr) -> Expr:
-            first, second = invariants.isochoric(strain)
-            return base(strain) + c01 * (second - first)
+            return base(strain) + mooney_rivlin.energy(strain, c01)
 
         return density

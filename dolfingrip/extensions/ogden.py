@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants, powers
+from dolfingrip.forms import ogden
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -37,12 +37,9 @@ class Ogden(Effect):
     )
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        s = site.constant(self, "alpha") / 2
+        alpha = site.constant(self, "alpha")
 
         def density(strain: Expr) -> Expr:
-            first, second = invariants.isochoric(strain)
-            # of both terms only this remains, which vanishes at s = 1
-            more = (1 - s) / s * (first - powers.spread(first, second, s) / 2)
-            return base(strain) + site.mu / 2 * more
+            return base(strain) + ogden.energy(strain, site.mu, alpha)
 
         return density

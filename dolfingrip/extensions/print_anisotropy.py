@@ -9,7 +9,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import transverse_isotropy
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -48,7 +48,6 @@ class PrintAnisotropy(Effect):
         axis = ufl.as_vector([ufl.sin(angle), 0, ufl.cos(angle)])
 
         def density(strain: Expr) -> Expr:
-            along = ufl.inner(axis, invariants.isochoric_tensor(strain) * axis) - 1
-            return base(strain) + k / 2 * along**2
+            return base(strain) + transverse_isotropy.energy(strain, k, axis)
 
         return density

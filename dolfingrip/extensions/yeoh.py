@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import yeoh
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -42,7 +42,6 @@ class Yeoh(Effect):
         c20, c30 = site.constant(self, "C20_MPa"), site.constant(self, "C30_MPa")
 
         def density(strain: Expr) -> Expr:
-            first, _ = invariants.isochoric(strain)
-            return base(strain) + c20 * first**2 + c30 * first**3
+            return base(strain) + yeoh.energy(strain, c20, c30)
 
         return density
