@@ -34,6 +34,14 @@ def energy(virgin: Expr, largest: Expr, r: Expr, m: Expr, beta: Expr) -> Expr:
         r: from 1 on; the softening is at most by 1/r.
         m: energy scale (MPa = mJ/mm³), above 0.
         beta: share of W in that scale.
+
+    Example:
+        Half-way back from W = 1 with m = ½ the stress is η = 1 − erf(1)/2 times the virgin one.
+
+        >>> from dolfingrip.forms.evaluate import number
+        >>> w = ufl.variable(ufl.as_ufl(0.5))
+        >>> round(number(ufl.diff(energy(w, 1.0, 2.0, 0.5, 0.0), w)), 6)
+        0.57865
     """
     scale = m + beta * largest
     behind = ufl.max_value(largest - virgin, 0) / scale

@@ -42,6 +42,16 @@ def energy(strain: Expr, modulus: Expr, a: Expr, c_inverse: Expr, step: Expr, ta
         c_inverse: C̄₀⁻¹ at the step's start, (3, 3).
         step: Δt (s).
         tau: relaxation time (s).
+
+    Example:
+        A bar at rest pulled to a stretch of 2 within Δt = τ carries 1 − 1/e of its elastic stress,
+        μ (λ − λ⁻²) = 1.75 MPa.
+
+        >>> from dolfingrip.forms.evaluate import nominal_stress
+        >>> at_rest = ufl.Identity(3)
+        >>> ramp = lambda strain: energy(strain, 1.0, at_rest, at_rest, 10.0, 10.0)
+        >>> round(nominal_stress(ramp, 2.0) / 1.75, 6)
+        0.632121
     """
     r, s = weights(step, tau)
     pull = ufl.inner(r * a + s * c_inverse, isochoric_tensor(strain))

@@ -33,6 +33,15 @@ def energy(strain: Expr, modulus: Expr, a: Expr, limit: Expr) -> Expr:
         modulus: m (MPa).
         a: A at the step's start, (3, 3).
         limit: q_y, above 0.
+
+    Example:
+        A bar pulled by 0.1 % that yields at 1 % is elastic, with Young's modulus 3m.
+
+        >>> from dolfingrip.forms.evaluate import nominal_stress
+        >>> at_rest = ufl.Identity(3)
+        >>> pulled = lambda strain: energy(strain, 1.0, at_rest, 3 * 0.01**2)
+        >>> round(nominal_stress(pulled, 1.001) / 0.001, 2)
+        3.0
     """
     q = _stretched(strain, a)
     beyond = 2 * ufl.sqrt(limit * ufl.max_value(q, limit)) - limit
