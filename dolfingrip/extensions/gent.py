@@ -18,11 +18,11 @@ class Gent(Effect):
     """Stiffening at large strain (Gent).
 
     ψ += −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3], x = (Ī₁ − 3)/Jₘ: what Gent's energy has over neo-Hooke
-    (Gent, Rubber Chem. Technol. 69, 1996). A state with x ≥ 1 does not exist; a load step that
-    would go there fails.
+    (Gent, Rubber Chem. Technol. 69, 1996). The parameter is 1/Jₘ; at 0 the chains have no limit.
+    A state with x ≥ 1 does not exist; a load step that would go there fails.
 
     Prior: Jₘ = 40 ± 20, an engineering guess: printed NinjaFlex stiffens beyond a stretch of 2.5
-    and breaks at some 6 to 7, where Ī₁ − 3 is 33 to 46.
+    and breaks at some 6 to 7, where Ī₁ − 3 is 33 to 46. To first order 1/Jₘ is 1/40 ± 20/40².
     Fingerprint: angle and force fall below the base model's at the highest pressures, where the
     bellows' walls are stretched most, by 0.4 and 0.1 % at 250 kPa; nothing at low pressure. Loading
     and unloading agree.
@@ -30,16 +30,16 @@ class Gent(Effect):
     """
 
     kind: ClassVar = "elastic"
-    neutral: ClassVar = {"J_m": 1e15}
+    neutral: ClassVar = {"inverse_J_m": 0.0}
 
-    J_m: Annotated[float, Prior(40.0, 20.0, "engineering guess", positive=True)] = Field(
-        40.0, ge=0.1, le=1e15, description="limit of I1 - 3"
+    inverse_J_m: Annotated[float, Prior(0.025, 0.0125, "engineering guess", positive=True)] = Field(
+        0.025, ge=0, le=10, description="1 by the limit of I1 - 3"
     )
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        limit = site.constant(self, "J_m")
+        inverse = site.constant(self, "inverse_J_m")
 
         def density(strain: Expr) -> Expr:
-            return base(strain) + gent.energy(strain, site.mu, limit)
+            return base(strain) + gent.energy(strain, site.mu, inverse)
 
         return density
