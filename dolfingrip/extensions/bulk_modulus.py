@@ -17,13 +17,14 @@ if TYPE_CHECKING:
 class BulkModulus(Effect):
     """Less compressible than the base model.
 
-    ψ += ΔK/2 (ln J)²: the bulk modulus is K = λ + 2μ/3 + ΔK.
+    ψ += ΔK/2 (ln J)²: the bulk modulus is K = λ + 2μ/3 + ΔK. See
+    :mod:`dolfingrip.forms.bulk_modulus`.
 
-    Prior: ΔK = 100 ± 100 MPa, an engineering guess: solid polyurethane has more than 1 GPa, printed
-    parts have pores; the default Poisson's ratio of 0.45 is K = 28 MPa.
-    Fingerprint: angle lower by 4.6 % at 25 kPa and 3.6 % at 250 kPa, force by 0.4 and 2.0 %: walls
-    that cannot change their volume are stiffer where they bend as plates. Loading and unloading
-    agree.
+    Prior: ΔK = 100 ± 100 MPa, an engineering guess: solid polyurethane has more than 1 GPa, but
+    printed parts have pores. The default Poisson's ratio of 0.45 gives K = 28 MPa.
+    Fingerprint: the angle is lower by 4.6 % at 25 kPa and 3.6 % at 250 kPa, the force by 0.4 and
+    2.0 %. Walls that cannot change their volume are stiffer where they bend as plates. Loading and
+    unloading agree.
     Confused with: the modulus, wall thickness, locking of coarse meshes.
     """
 

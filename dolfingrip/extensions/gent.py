@@ -19,13 +19,14 @@ class Gent(Effect):
 
     ψ += −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3], x = (Ī₁ − 3)/Jₘ: what Gent's energy has over neo-Hooke
     (Gent, Rubber Chem. Technol. 69, 1996). The parameter is 1/Jₘ; at 0 the chains have no limit.
-    A state with x ≥ 1 does not exist; a load step that would go there fails.
+    A state with x ≥ 1 does not exist, and a load step that would go there fails. See
+    :mod:`dolfingrip.forms.gent`.
 
     Prior: Jₘ = 40 ± 20, an engineering guess: printed NinjaFlex stiffens beyond a stretch of 2.5
     and breaks at some 6 to 7, where Ī₁ − 3 is 33 to 46. To first order 1/Jₘ is 1/40 ± 20/40².
-    Fingerprint: angle and force fall below the base model's at the highest pressures, where the
-    bellows' walls are stretched most, by 0.4 and 0.1 % at 250 kPa; nothing at low pressure. Loading
-    and unloading agree.
+    Fingerprint: at low pressure nothing changes. At the highest pressures, where the bellows' walls
+    are stretched most, angle and force fall below the base model's, by 0.4 and 0.1 % at 250 kPa.
+    Loading and unloading agree.
     Confused with: Yeoh's and Ogden's energies.
     """
 

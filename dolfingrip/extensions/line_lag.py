@@ -18,10 +18,10 @@ class LineLag(Effect):
     As τ goes to 0, p_out goes to p_in − τ dp_in/dt. In a step of no duration nothing flows, and
     with τ = 0 the outlet is the inlet.
 
-    Prior: 0.3 ± 0.3 s, a metre of 2 to 4 mm tube (engineering guess).
-    Fingerprint: angle and force lag behind the pressure reading by rate · τ; a loop between loading
-    and unloading that closes within a few τ of a wait and vanishes at slow rates: at 125 kPa ±23 %
-    of the angle at 100 kPa/s, ±0.5 % at 2 kPa/s.
+    Prior: 0.3 ± 0.3 s, for a metre of tube of 2 to 4 mm (engineering guess).
+    Fingerprint: angle and force lag behind the pressure reading by rate · τ. Loading and unloading
+    form a loop, at 125 kPa ±23 % of the angle at 100 kPa/s and ±0.5 % at 2 kPa/s. It closes within
+    a few τ of a wait and vanishes at slow rates.
     Confused with: viscoelasticity, which creeps at constant pressure over longer times.
     """
 

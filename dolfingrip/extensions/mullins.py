@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 class Mullins(Effect):
     """Softening after the first stretch (Mullins effect, Ogden–Roxburgh).
 
-    Stress of the part that changes shape ← η · stress, η = 1 − erf((W − w)/(m + β W))/r below the
-    largest energy W seen so far; see :mod:`dolfingrip.forms.pseudo_elastic`. The parameter is 1/r;
-    at 0 nothing softens. w is the elastic energy at the isochoric strain, so that the bulk does not
-    soften. It softens the elastic energies that come before it, not the viscous branches.
+    stress ← η · stress, η = 1 − erf((W − w)/(m + β W))/r, where w is the elastic energy and W the
+    largest one that the point has seen; see :mod:`dolfingrip.forms.pseudo_elastic`. The parameter
+    is 1/r; at 0 nothing softens. w is taken at the isochoric strain: resistance to a change of
+    volume does not soften. The elastic effects soften with the base model, the viscous do not.
 
     Prior: r from 1.5 to 3 for thermoplastic polyurethane, taken as 2.2 ± 0.5: to first order 1/r
     is 1/2.2 ± 0.5/2.2². m = 0.1 ± 0.1 MPa, the energy at 15 to 20 % strain, and β = 0.1 ± 0.1 are
     engineering guesses.
     Fingerprint: the first unloading, and all that follows up to the same pressure, has larger
-    angles and forces than the first loading, by 40 and 10 % half-way back from 250 kPa; then
-    loading and unloading agree, at any rate.
+    angles and forces than the first loading, by 40 and 10 % half-way back from 250 kPa. From then
+    on loading and unloading agree, at any rate.
     Confused with: viscoelasticity (a loop in every cycle, which depends on the rate), permanent
     set (a loop that does not close).
     """

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 class Yeoh(Effect):
     """Stiffening at large strain (Yeoh).
 
-    ψ += C₂₀ (Ī₁ − 3)² + C₃₀ (Ī₁ − 3)³, on C₁₀ = μ/2 of the base model (Yeoh, Rubber Chem.
-    Technol. 66, 1993).
+    ψ += C₂₀ (Ī₁ − 3)² + C₃₀ (Ī₁ − 3)³, added to the base model, whose C₁₀ is μ/2 (Yeoh, Rubber
+    Chem. Technol. 66, 1993). See :mod:`dolfingrip.forms.yeoh`.
 
-    Prior: engineering guess, in the range of soft thermoplastic polyurethane: printed NinjaFlex
-    stiffens beyond a stretch of 2.5 only.
-    Fingerprint: angle and force fall below the base model's at the highest pressures, where the
-    bellows' walls are stretched most, by 1.1 and 0.4 % at 250 kPa; nothing at low pressure. Loading
-    and unloading agree.
+    Prior: an engineering guess, in the range of soft thermoplastic polyurethane. Printed NinjaFlex
+    stiffens only beyond a stretch of 2.5.
+    Fingerprint: at low pressure nothing changes. At the highest pressures, where the bellows' walls
+    are stretched most, angle and force fall below the base model's, by 1.1 and 0.4 % at 250 kPa.
+    Loading and unloading agree.
     Confused with: Gent's and Ogden's energies.
     """
 
