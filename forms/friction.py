@@ -1,4 +1,4 @@
-"""Coulomb friction, smooth at no slip."""
+"""Coulomb friction, smooth where nothing slips."""
 
 import ufl
 from ufl.core.expr import Expr
@@ -9,14 +9,21 @@ def energy(slip: Expr, pressure: Expr, coefficient: Expr, width: Expr) -> Expr:
 
     ψ = μ p (√(|s|² + ε²) − ε)
 
-    whose traction is that of Coulomb's law where the slip s is long against ε, and a spring's
-    where it is not. With the pressure p held it is a potential, and its dissipation, traction times
-    slip, never negative.
+    Its traction μ p s/√(|s|² + ε²) is Coulomb's where the slip s is long against ε, and a spring's
+    where it is short. It is a potential because the pressure p is held during the step. Its
+    dissipation, traction times slip, is never negative.
 
     Args:
-        slip: tangential displacement since the step's start, (3,), in mm.
+        slip: tangential displacement s since the step's start, (3,), in mm.
         pressure: p at the step's start (MPa).
-        coefficient: μ.
-        width: ε (mm).
+        coefficient: coefficient of friction μ.
+        width: ε, the slip (mm) beyond which friction is nearly full.
+
+    Example:
+        A slip of 3 mm with ε = 4 mm at μ p = 1 MPa: √(9 + 16) − 4 mJ/mm².
+
+        >>> from dolfingrip.forms.evaluate import number
+        >>> number(energy(ufl.as_vector([0, 0, 3.0]), 2.0, 0.5, 4.0))
+        1.0
     """
     return coefficient * pressure * (ufl.sqrt(ufl.inner(slip, slip) + width**2) - width)

@@ -17,7 +17,16 @@ def isochoric_tensor(strain: Expr) -> Expr:
 
 def isochoric(strain: Expr) -> tuple[Expr, Expr]:
     """Ī₁ − 3 and Ī₂ − 3 with Ī₁ = tr C̄ and Ī₂ = ½ (Ī₁² − tr C̄²) (Holzapfel, Nonlinear Solid
-    Mechanics, 2000, eq. 6.109)."""
+    Mechanics, 2000, eq. 6.109).
+
+    Example:
+        In simple shear by γ both are γ².
+
+        >>> from dolfingrip.forms.evaluate import number
+        >>> shear = ufl.as_matrix([[0, 0.25, 0], [0.25, 0.125, 0], [0, 0, 0]])  # γ = 1/2
+        >>> [round(number(each), 9) for each in isochoric(shear)]
+        [0.25, 0.25]
+    """
     c = isochoric_tensor(strain)
     first = ufl.tr(c)
     second = (first**2 - ufl.inner(c, c)) / 2

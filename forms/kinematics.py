@@ -10,9 +10,16 @@ def deformation_gradient(u: Expr) -> Expr:
 
 
 def green_lagrange(u: Expr) -> Expr:
-    """Green–Lagrange strain E = ½(∇u + ∇uᵀ + ∇uᵀ∇u), (3, 3).
+    """Green–Lagrange strain E = ½(∇u + ∇uᵀ + ∇uᵀ∇u), (3, 3), of the displacement ``u`` (mm).
 
     Written without FᵀF − I, whose cancellation costs digits at small strain.
+
+    Example:
+        Along a stretch λ it is ½ (λ² − 1), which is 3/2 at λ = 2.
+
+        >>> from dolfingrip.forms.evaluate import displacement, number
+        >>> number(green_lagrange(displacement([[1, 0, 0], [0, 1, 0], [0, 0, 2]]))[2, 2])
+        1.5
     """
     h = ufl.grad(u)
     return (h + h.T + h.T * h) / 2
@@ -29,6 +36,9 @@ def geometric_variation(v: Expr, w: Expr) -> Expr:
 
 
 def current_area_vector(u: Expr, normal: Expr) -> Expr:
-    """Nanson's formula: n da = cof(F) N dA, (3,), per reference area."""
+    """Nanson's formula: n da = cof(F) N dA, (3,), per reference area.
+
+    ``normal`` is N, the unit normal of the undeformed surface.
+    """
     f = deformation_gradient(u)
     return ufl.cofac(f) * normal

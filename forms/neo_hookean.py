@@ -16,6 +16,13 @@ def energy(strain: Expr, mu: Expr, lmbda: Expr) -> Expr:
         strain: Green–Lagrange strain E, (3, 3).
         mu: shear modulus μ (MPa).
         lmbda: first Lamé parameter λ (MPa); the bulk modulus is λ + 2μ/3.
+
+    Example:
+        A bar of constant volume has P = μ (λ − λ⁻²), here 2 − 1/4 at a stretch of 2.
+
+        >>> from dolfingrip.forms.evaluate import nominal_stress
+        >>> round(nominal_stress(lambda strain: energy(strain, 1.0, 9.0), 2.0), 9)
+        1.75
     """
     c = 2 * strain + ufl.Identity(3)
     ln_j = ufl.ln(ufl.det(c)) / 2

@@ -16,7 +16,8 @@ MIDPOINTS = {
 """Midpoints of their edges."""
 
 TOUCH = 1 + 1e-9
-"""s up to which the plate is felt: what just touches it, up to round-off, feels its stiffness."""
+"""Gap by width up to which the plate is felt. A skin that just touches it, and by round-off lies
+outside, feels its stiffness, too."""
 
 
 def nodal_rule(facet: str, degree: int) -> dict[str, object]:
@@ -44,7 +45,7 @@ def nodal_rule(facet: str, degree: int) -> dict[str, object]:
 
 
 def distance(u: Expr, domain: ufl.Mesh, normal: Expr, offset: Expr) -> Expr:
-    """Signed distance (mm) of the deformed skin from the plane n · x = offset."""
+    """Signed distance (mm) of the deformed skin from the plane n · x = offset (mm)."""
     return ufl.inner(normal, ufl.SpatialCoordinate(domain) + u) - offset
 
 
@@ -54,15 +55,24 @@ def energy(gap: Expr, width: Expr, stiffness: Expr) -> Expr:
     ψ = ½ κ ĝ (1 − s)²,          s = g/ĝ from ½ to 1
     ψ = −¼ κ ĝ (ln 2s − ½),      s < ½
 
-    the two-stage barrier of Chen et al. 2025: quadratic, so that Newton's method finds a touch
-    in a step, then unbounded at s = 0, and twice continuously differentiable in between. (That of
-    Li et al., Incremental Potential Contact, ACM Trans. Graph. 39, 2020, is smooth at s = 1, too,
-    but without stiffness there: a finger lying on its plate would pass it in the first step.)
+    This is the two-stage barrier of Chen et al. 2025. It is quadratic at first, so that Newton's
+    method finds a touch in a step. It is unbounded at s = 0. Where the two meet it is twice
+    continuously differentiable. (The barrier of Li et al., Incremental Potential Contact, ACM
+    Trans. Graph. 39, 2020, is smooth at s = 1, too, but has no stiffness there: a finger that lies
+    on its plate would pass it in the first step.)
 
     Args:
         gap: distance g from the plane (mm), positive.
         width: distance ĝ at which contact is first felt (mm).
         stiffness: κ (MPa); the contact pressure is κ (1 − s), so κ/2 at s = ½.
+
+    Example:
+        The pressure −dψ/dg at three quarters of the width is κ/4.
+
+        >>> from dolfingrip.forms.evaluate import number
+        >>> gap = ufl.variable(ufl.as_ufl(0.075))
+        >>> round(number(-ufl.diff(energy(gap, ufl.as_ufl(0.1), ufl.as_ufl(2.0)), gap)), 9)
+        0.5
     """
     s = gap / width
     first = (1 - s) ** 2 / 2

@@ -6,9 +6,9 @@ For −1 < s < 2 each eigenvalue λ of C̄ has
 
 which follows from λˢ = sin πs/π ∫₀^∞ tˢ⁻¹ λ/(λ + t) dt (Higham, Functions of Matrices, 2008,
 section 1.7) with two terms at λ = 1 taken out and t = x/(1 − x). Summed over the eigenvalues the
-integrand is a rational function of the invariants, since Π (λᵢ + t) = t³ + Ī₁t² + Ī₂t + 1. So
-nothing has to be known of the eigenvalues, whose derivatives do not exist where two are equal.
-The integral is taken by a rule that interpolates at Chebyshev nodes: the weights are
+integrand is a rational function of the invariants, since Π (λᵢ + t) = t³ + Ī₁t² + Ī₂t + 1. So the
+eigenvalues themselves are not needed. That matters, as their derivatives do not exist where two
+are equal. The integral is taken by a rule that interpolates at Chebyshev nodes. Its weights are
 polynomials in s, so that s is a parameter like any other.
 """
 
@@ -40,6 +40,14 @@ def spread(first: Expr, second: Expr, s: Expr) -> Expr:
         first: Ī₁ − 3.
         second: Ī₂ − 3.
         s: exponent, from above −1 to below 2.
+
+    Example:
+        √λ = 2, 1, ½ are the roots of λ = 4, 1, ¼, whose Ī₁ − 3 = Ī₂ − 3 = 2.25: the sum of the
+        roots is 3.5, here with the error of the rule at stretches of 2.
+
+        >>> from dolfingrip.forms.evaluate import number
+        >>> round(3 + (2.25 - number(spread(2.25, 2.25, 0.5)) / 4) / 2, 2)
+        3.5
     """
     found = 0.0
     for x, weight in _rule(s):

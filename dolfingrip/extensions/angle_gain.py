@@ -7,26 +7,28 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.instrument import Instrument
 
 
-class AngleGain(Effect):
+class AngleGain(Instrument):
     """An angle that is measured too large or too small.
 
-    α_displayed = gain · α, as by a camera that does not look along the axis of bending.
+    α_displayed = gain · α. A camera that does not look along the axis of bending has such a gain.
 
     Prior: 1 ± 0.02 (engineering guess).
-    Fingerprint: angle by one factor at all pressures, force untouched.
-    Confused with: the angle's definition, nearly the same; base-layer thickness, which changes
-    the force a little.
+    Fingerprint: the angle changes by one factor at all pressures; the force stays.
+    Confused with: the angle's definition, which does nearly the same; the thickness of the base
+    layer, which changes the force a little, too.
     """
 
     kind: ClassVar = "measurement"
     neutral: ClassVar = {"gain": 1.0}
+    column: ClassVar = "angle_deg"
 
     gain: Annotated[float, Prior(1.0, 0.02, "engineering guess", positive=True)] = Field(
         1.02, gt=0, le=10, description="displayed angle by true angle"
     )
 
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        return {"angle_deg": self.gain * true["angle_deg"]} if "angle_deg" in true else {}
+    def displayed(self, true: Mapping[str, float]) -> float:
+        return self.gain * true[self.column]

@@ -7,25 +7,28 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.instrument import Instrument
 
 
-class AngleOffset(Effect):
+class AngleOffset(Instrument):
     """An angle whose zero is off.
 
-    α_displayed = α + offset, as where the pose at rest was not measured well.
+    α_displayed = α + offset. It arises where the pose at rest was not measured well.
 
     Prior: 0 ± 0.5° (engineering guess).
-    Fingerprint: the same angle more at all pressures, and at none; force untouched.
-    Confused with: permanent set from before the first reading, sag.
+    Fingerprint: the angle is higher by the same amount at all pressures, and without pressure;
+    the force stays.
+    Confused with: a permanent set from before the first reading; sag under gravity.
     """
 
     kind: ClassVar = "measurement"
     neutral: ClassVar = {"offset_deg": 0.0}
+    column: ClassVar = "angle_deg"
 
     offset_deg: Annotated[float, Prior(0.0, 0.5, "engineering guess")] = Field(
         0.5, ge=-360, le=360, description="displayed angle at rest"
     )
 
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        return {"angle_deg": true["angle_deg"] + self.offset_deg} if "angle_deg" in true else {}
+    def displayed(self, true: Mapping[str, float]) -> float:
+        return true[self.column] + self.offset_deg

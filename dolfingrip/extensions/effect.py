@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import ufl
 from ufl.core.expr import Expr
 
-from dolfingrip.sections.complaint import ConfigError
 from dolfingrip.sections.section import Section
 
 if TYPE_CHECKING:
@@ -89,20 +88,6 @@ class Effect(Section):
         An effect that has this hook has no other: it is used up by it.
         """
         return config
-
-    def redrawn[S: Setup](self, config: S, key: str, dimension: str) -> S:
-        """``config`` with the parameter ``key`` added to a dimension of the finger.
-
-        Raises:
-            ConfigError: the finger is not made from dimensions, or not from such ones.
-        """
-        offset = getattr(self, key)
-        if config.mesh.file is not None:
-            raise ConfigError(
-                f"extensions.{self.name()}.{key} = {offset:g}: allowed: with a finger from "
-                f"dimensions only; mesh.file has its {dimension}"
-            )
-        return config.changed(finger={dimension: getattr(config.finger, dimension) + offset})
 
     # -- potential -------------------------------------------------------------------------------
 

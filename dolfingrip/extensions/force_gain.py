@@ -7,26 +7,28 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.instrument import Instrument
 
 
-class ForceGain(Effect):
+class ForceGain(Instrument):
     """A force sensor whose scale is off.
 
     F_displayed = gain · F.
 
-    Prior: 1 ± 0.01, a calibrated load cell of some 10 N (engineering guess).
-    Fingerprint: force by one factor at all pressures, angle untouched.
+    Prior: 1 ± 0.01, for a calibrated load cell of some 10 N (engineering guess).
+    Fingerprint: the force changes by one factor at all pressures; the angle stays.
     Confused with: the modulus together with the pressure's gain (see pressure_gain); a plate
     that is tilted.
     """
 
     kind: ClassVar = "measurement"
     neutral: ClassVar = {"gain": 1.0}
+    column: ClassVar = "force_N"
 
     gain: Annotated[float, Prior(1.0, 0.01, "engineering guess", positive=True)] = Field(
         1.02, gt=0, le=10, description="displayed force by true force"
     )
 
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        return {"force_N": self.gain * true["force_N"]} if "force_N" in true else {}
+    def displayed(self, true: Mapping[str, float]) -> float:
+        return self.gain * true[self.column]

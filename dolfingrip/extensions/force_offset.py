@@ -7,25 +7,29 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.instrument import Instrument
 
 
-class ForceOffset(Effect):
+class ForceOffset(Instrument):
     """A force sensor whose zero is off.
 
     F_displayed = F + offset.
 
-    Prior: 0 ± 0.02 N, a load cell of some 10 N tared by hand (engineering guess).
-    Fingerprint: the same force more at all pressures, and at none; angle untouched.
-    Confused with: the plate's gap, the pressure's offset (both leave a force of 0 at no contact).
+    Prior: 0 ± 0.02 N, for a load cell of some 10 N that was zeroed by hand (engineering guess).
+    Fingerprint: the force is higher by the same amount at all pressures, and without pressure;
+    the angle stays.
+    Confused with: the plate's gap and the pressure's offset. With either of them the force is
+    still 0 as long as nothing touches.
     """
 
     kind: ClassVar = "measurement"
     neutral: ClassVar = {"offset_N": 0.0}
+    column: ClassVar = "force_N"
 
     offset_N: Annotated[float, Prior(0.0, 0.02, "engineering guess")] = Field(
         0.02, ge=-1000, le=1000, description="displayed force at no force"
     )
 
-    def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        return {"force_N": true["force_N"] + self.offset_N} if "force_N" in true else {}
+    def displayed(self, true: Mapping[str, float]) -> float:
+        return true[self.column] + self.offset_N

@@ -4,54 +4,43 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import gent
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
-
-SMALL = 0.01
-"""Below this share of the limit ln(1 − x) is its series, whose seventh term is round-off."""
 
 
 class Gent(Effect):
     """Stiffening at large strain (Gent).
 
     ψ += −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3], x = (Ī₁ − 3)/Jₘ: what Gent's energy has over neo-Hooke
-    (Gent, Rubber Chem. Technol. 69, 1996). A state with x ≥ 1 does not exist; a load step that
-    would go there fails.
+    (Gent, Rubber Chem. Technol. 69, 1996). The parameter is 1/Jₘ; at 0 the chains have no limit.
+    A state with x ≥ 1 does not exist, and a load step that would go there fails. See
+    :mod:`dolfingrip.forms.gent`.
 
     Prior: Jₘ = 40 ± 20, an engineering guess: printed NinjaFlex stiffens beyond a stretch of 2.5
-    and breaks at some 6 to 7, where Ī₁ − 3 is 33 to 46.
-    Fingerprint: angle and force fall below the base model's at the highest pressures, where the
-    bellows' walls are stretched most, by 0.4 and 0.1 % at 250 kPa; nothing at low pressure. Loading
-    and unloading agree.
+    and breaks at some 6 to 7, where Ī₁ − 3 is 33 to 46. To first order 1/Jₘ is 1/40 ± 20/40².
+    Fingerprint: at low pressure nothing changes. At the highest pressures, where the bellows' walls
+    are stretched most, angle and force fall below the base model's, by 0.4 and 0.1 % at 250 kPa.
+    Loading and unloading agree.
     Confused with: Yeoh's and Ogden's energies.
     """
 
     kind: ClassVar = "elastic"
-    neutral: ClassVar = {"J_m": 1e15}
+    neutral: ClassVar = {"inverse_J_m": 0.0}
 
-    J_m: Annotated[float, Prior(40.0, 20.0, "engineering guess", positive=True)] = Field(
-        40.0, ge=0.1, le=1e15, description="limit of I1 - 3"
+    inverse_J_m: Annotated[float, Prior(0.025, 0.0125, "engineering guess", positive=True)] = Field(
+        0.025, ge=0, le=10, description="1 by the limit of I1 - 3"
     )
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        limit = site.constant(self, "J_m")
+        inverse = site.constant(self, "inverse_J_m")
 
         def density(strain: Expr) -> Expr:
-            first, _ = invariants.isochoric(strain)
-            x = first / limit
-            series = sum(x**k / (k + 1) for k in range(1, 8))
-            # apart from the series ln(1 − x)/x would lose its digits, or divide by 0
-            large = ufl.max_value(x, SMALL)
-            closed = -ufl.ln(1 - large) / large - 1
-            return base(strain) + site.mu / 2 * first * ufl.conditional(
-                ufl.lt(x, SMALL), series, closed
-            )
+            return base(strain) + gent.energy(strain, site.mu, inverse)
 
         return density

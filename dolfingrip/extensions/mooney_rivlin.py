@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import mooney_rivlin
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 class MooneyRivlin(Effect):
     """Softening at moderate strain (Mooney–Rivlin).
 
-    ψ += C₀₁ [(Ī₂ − 3) − (Ī₁ − 3)]: what Mooney–Rivlin has over neo-Hooke with the initial
-    shear modulus kept at ``material.mu_MPa``, so that C₁₀ = μ/2 − C₀₁ (Rivlin & Saunders, Phil.
-    Trans. R. Soc. A 243, 1951).
+    ψ += C₀₁ [(Ī₂ − 3) − (Ī₁ − 3)]: what Mooney–Rivlin has over neo-Hooke. The initial shear
+    modulus stays ``material.mu_MPa``, so C₁₀ = μ/2 − C₀₁ (Rivlin & Saunders, Phil. Trans. R. Soc.
+    A 243, 1951). See :mod:`dolfingrip.forms.mooney_rivlin`.
 
     Prior: the nominal stresses of eight printed NinjaFlex coupons from 2 to 100 % strain fit
-    2 C₀₁/μ = 0.93, which is 1.36 MPa at the default modulus; its spread is an engineering guess.
-    Fingerprint: at low pressure angle and force are the base model's; as the walls stretch the
-    angle rises above it, by 4.1 % at 250 kPa, and the force hardly changes (−0.5 %). Loading and
-    unloading agree, at any rate.
-    Confused with: a smaller modulus or thinner walls, from readings at one pressure alone;
+    2 C₀₁/μ = 0.93, which is 1.36 MPa at the default modulus. The spread is an engineering guess.
+    Fingerprint: at low pressure angle and force are the base model's. As the walls stretch, the
+    angle rises above the base model's, by 4.1 % at 250 kPa; the force hardly changes (−0.5 %).
+    Loading and unloading agree, at any rate.
+    Confused with: a smaller modulus or thinner walls, if there are readings at one pressure only;
     Mullins softening, which unloads on another curve.
     """
 
@@ -42,7 +42,6 @@ class MooneyRivlin(Effect):
         c01 = site.constant(self, "C01_MPa")
 
         def density(strain: Expr) -> Expr:
-            first, second = invariants.isochoric(strain)
-            return base(strain) + c01 * (second - first)
+            return base(strain) + mooney_rivlin.energy(strain, c01)
 
         return density

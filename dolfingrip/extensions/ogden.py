@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants, powers
+from dolfingrip.forms import ogden
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 class Ogden(Effect):
     """Softening or stiffening by the exponent of the stretches (Ogden, one term).
 
-    ψ += 2μ/α² (λ̄₁ᵅ + λ̄₂ᵅ + λ̄₃ᵅ − 3) − μ/2 (Ī₁ − 3): the neo-Hookean term is replaced by
-    Ogden's of the same initial modulus (Ogden, Proc. R. Soc. A 326, 1972). The stretches' powers
-    come from :mod:`dolfingrip.forms.powers`, the stress to 1e-3 at a stretch of 1.5.
+    ψ += 2μ/α² (λ̄₁ᵅ + λ̄₂ᵅ + λ̄₃ᵅ − 3) − μ/2 (Ī₁ − 3): Ogden's term replaces the neo-Hookean
+    one of the same initial modulus (Ogden, Proc. R. Soc. A 326, 1972). The stress is right to 1e-3
+    at a stretch of 1.5; see :mod:`dolfingrip.forms.ogden`.
 
     Prior: α = 1 ± 0.4, an engineering guess; α = 2 is neo-Hooke. The softening of printed
-    NinjaFlex asks for the lowest exponents (see mooney_rivlin, whose one parameter fits it better).
-    Fingerprint: α below 2: at low pressure angle and force are the base model's, then the angle
-    rises above it, by 2.1 % at 250 kPa for α = 1, the force by 0.2 %; α above 2 the other way.
+    NinjaFlex asks for the lowest exponents (mooney_rivlin fits it better, with one parameter, too).
+    Fingerprint: at low pressure angle and force are the base model's. With α below 2 the angle then
+    rises above it, for α = 1 by 2.1 % at 250 kPa, and the force by 0.2 %. With α above 2 they fall.
     Loading and unloading agree, at any rate.
     Confused with: Mooney–Rivlin (both soften), Yeoh's and Gent's energies (both stiffen).
     """
@@ -37,12 +37,9 @@ class Ogden(Effect):
     )
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        s = site.constant(self, "alpha") / 2
+        alpha = site.constant(self, "alpha")
 
         def density(strain: Expr) -> Expr:
-            first, second = invariants.isochoric(strain)
-            # of both terms only this remains, which vanishes at s = 1
-            more = (1 - s) / s * (first - powers.spread(first, second, s) / 2)
-            return base(strain) + site.mu / 2 * more
+            return base(strain) + ogden.energy(strain, site.mu, alpha)
 
         return density

@@ -18,15 +18,16 @@ if TYPE_CHECKING:
 class PermanentSet(Effect):
     """Permanent set: beside the elastic solid a network that yields.
 
-    ψ += g μ/2 (A : C̄ − ln det A − 3), A yielding towards C̄⁻¹ at a uniaxial strain ε_y; see
-    :mod:`dolfingrip.forms.yielding_network`. A bar pulled beyond 2 ε_y and let go keeps a strain
-    of about g ε_y.
+    ψ += g μ/2 (A : C̄ − ln det A − 3). The metric A is the shape in which the network carries no
+    stress; it yields towards C̄⁻¹ at a uniaxial strain ε_y (see
+    :mod:`dolfingrip.forms.yielding_network`). A bar that is pulled beyond 2 ε_y and let go keeps a
+    strain of about g ε_y.
 
     Prior: a set of 1 to 5° is some 5 % of the angle, so g ε_y is 1 % at wall strains of 20 %:
-    g = 0.2 ± 0.1 and ε_y = 0.05 ± 0.03, the split being an engineering guess.
-    Fingerprint: the angle does not return to 0 after the first cycle (7.5° are left, of 140°, and
-    0.01 N); a loop between loading and unloading in every cycle that does not depend on the rate,
-    −11 and +4 % of the angle at 125 kPa; a stiffer start after each turn.
+    g = 0.2 ± 0.1 and ε_y = 0.05 ± 0.03. How the product splits is an engineering guess.
+    Fingerprint: the angle does not return to 0 after the first cycle: 7.5° of 140° are left, and
+    0.01 N. Loading and unloading form a loop in every cycle that does not depend on the rate, −11
+    and +4 % of the angle at 125 kPa. After each turn the finger is stiffer at first.
     Confused with: the angle's drift, viscoelasticity after a short rest (a set that goes away),
     friction on the plate, Mullins softening (a loop in the first cycle only, no set).
     """

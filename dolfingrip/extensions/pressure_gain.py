@@ -14,12 +14,12 @@ class PressureGain(Effect):
 
     p_cavity = gain · p_regulator.
 
-    Prior: 1 ± 0.015, regulators being within 1 to 2 % of full scale.
-    Fingerprint: stretches the pressure axis of angle and force alike (for 2 %, angles 1.9 to 2.2 %
-    and forces 2.1 to 3.0 % higher); touching bellows, the turning point and the plate's first touch
-    come at another pressure reading.
-    Confused with: the modulus together with the force's gain, exactly so without gravity: moduli
-    times c, pressure gain times c and force gain by 1/c change no reading.
+    Prior: 1 ± 0.015, since regulators are within 1 to 2 % of full scale.
+    Fingerprint: the pressure axis of angle and force is stretched: for 2 %, angles are 1.9 to 2.2 %
+    and forces 2.1 to 3.0 % higher. The bellows' and the plate's first touch and the turning point
+    of the force come at another pressure reading.
+    Confused with: the modulus together with the force's gain. Without gravity the three cannot be
+    told apart: moduli times c, pressure gain times c and force gain by 1/c change no reading.
     """
 
     kind: ClassVar = "loading"

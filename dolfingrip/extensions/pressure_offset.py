@@ -12,13 +12,13 @@ from dolfingrip.extensions.effect import Effect, Flow, Prior
 class PressureOffset(Effect):
     """A regulator whose zero is off.
 
-    p_cavity = p_regulator + offset, at all times: the pose that the angle is measured from is
-    the one at the offset.
+    p_cavity = p_regulator + offset, at all times. So the angle is measured from the pose at a
+    cavity pressure of the offset.
 
-    Prior: 0 ± 3 kPa, regulators' zeros.
-    Fingerprint: shifts the pressure axis: a force at no pressure (0.01 N for 1 kPa); angle and
-    force by the offset times their slope. As the angle is 0 at first in any case, its offset shows
-    in its slope only, 0.2 % at most.
+    Prior: 0 ± 3 kPa, as regulators' zeros are.
+    Fingerprint: the pressure axis is shifted. There is a force at no pressure (0.01 N for 1 kPa),
+    and the force changes by the offset times its slope. The angle is 0 at first in any case, so it
+    changes only as its slope does, by 0.2 % at most.
     Confused with: the force's offset, the plate's gap.
     """
 

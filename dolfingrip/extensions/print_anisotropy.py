@@ -9,7 +9,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import transverse_isotropy
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -19,16 +19,17 @@ class PrintAnisotropy(Effect):
     """Transverse isotropy: stiffer along the raster, or softer across the layers.
 
     ψ += k/2 (Ī₄ − 1)², Ī₄ = a · C̄ a, a = (sin φ, 0, cos φ): the standard reinforcing energy
-    (Triantafyllidis & Abeyaratne, J. Appl. Mech. 50, 1983). At small strain Young's modulus along
-    a is higher by 4k. The axis a lies in the plane of bending: φ = 0 along the finger, 90° from
-    the base layer to the bellows. k below 0 makes a the soft direction, such as the one the layers
-    are stacked in; below about −3μ/4 there is no stable material.
+    (Triantafyllidis & Abeyaratne, J. Appl. Mech. 50, 1983; see
+    :mod:`dolfingrip.forms.transverse_isotropy`). At small strain Young's modulus along a is higher
+    by 4k. The axis a lies in the plane of bending: φ = 0 points along the finger, φ = 90° from the
+    base layer to the bellows. With k below 0 the axis is the soft direction, such as the one in
+    which the layers are stacked. Below about −3μ/4 there is no stable material.
 
-    Prior: k = 0 ± 0.3 MPa, 14 % of Young's modulus along the raster, and a raster within 5° of
-    the finger's axis; both engineering guesses.
-    Fingerprint: along the finger it stiffens the base layer more than the bellows' walls, most of
-    which run across: the angle falls by 9 % at 25 kPa and 12 % at 250 kPa, the force by 1 % at
-    most. Loading and unloading agree.
+    Prior: k = 0 ± 0.3 MPa, which is 14 % of Young's modulus along the raster, and a raster within
+    5° of the finger's axis; both are engineering guesses.
+    Fingerprint: with the axis along the finger it stiffens the base layer more than the bellows'
+    walls, most of which run across. The angle falls by 9 % at 25 kPa and 12 % at 250 kPa, the force
+    by 1 % at most. Loading and unloading agree.
     Confused with: base-layer thickness, the modulus.
     """
 
@@ -48,7 +49,6 @@ class PrintAnisotropy(Effect):
         axis = ufl.as_vector([ufl.sin(angle), 0, ufl.cos(angle)])
 
         def density(strain: Expr) -> Expr:
-            along = ufl.inner(axis, invariants.isochoric_tensor(strain) * axis) - 1
-            return base(strain) + k / 2 * along**2
+            return base(strain) + transverse_isotropy.energy(strain, k, axis)
 
         return density

@@ -22,15 +22,15 @@ BRANCHES = 3
 class Prony(Effect):
     """Viscoelasticity (Prony series, finite strain).
 
-    μ(t) = μ₀ (1 − Σ gᵢ (1 − exp(−t/τᵢ))) in shear, the bulk elastic. ``material.mu_MPa`` is the
-    relaxed modulus μ∞ = μ₀ (1 − Σ gᵢ); each branch is a transient network of modulus gᵢ μ₀ (see
-    :mod:`dolfingrip.forms.transient_network`), whose dissipation is never negative.
+    μ(t) = μ₀ (1 − Σ gᵢ (1 − exp(−t/τᵢ))) in shear; the bulk is elastic. ``material.mu_MPa`` is the
+    relaxed modulus μ∞ = μ₀ (1 − Σ gᵢ). Each branch is a network of modulus gᵢ μ₀ that relaxes (see
+    :mod:`dolfingrip.forms.transient_network`); its dissipation is never negative.
 
-    Prior: Σg 0.1 to 0.3 and τ from 1 to 1000 s for thermoplastic polyurethane.
-    Fingerprint: angle and force lag behind the pressure; loading and unloading form a loop whose
-    width depends on the rate; readings creep during a wait. Faster ramps read stiffer: at 250 kPa
-    the angle is lower by 18 % at 100 kPa/s, by 3 % at 2 kPa/s, the force by 8 and 1 %; up to 5° are
-    left as the finger is vented.
+    Prior: Σg from 0.1 to 0.3 and τ from 1 to 1000 s, for thermoplastic polyurethane.
+    Fingerprint: angle and force lag behind the pressure. Loading and unloading form a loop whose
+    width depends on the rate, and readings creep during a wait. The finger is stiffer in faster
+    ramps: at 250 kPa the angle is lower by 18 % at 100 kPa/s and by 3 % at 2 kPa/s, the force by 8
+    and 1 %. Up to 5° are left as the finger is vented.
     Confused with: Mullins softening (a loop that does not depend on the rate and shrinks after the
     first cycle), line lag (a loop that closes as the pressure settles), friction.
     """

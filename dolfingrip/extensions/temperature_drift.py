@@ -17,15 +17,16 @@ if TYPE_CHECKING:
 class TemperatureDrift(Effect):
     """A modulus that drifts as the temperature does.
 
-    ψ ← (1 + c θ) ψ, θ = ΔT (1 − exp(−t/τ)) since the start; all moduli alike.
+    ψ ← (1 + c θ) ψ, θ = ΔT (1 − exp(−t/τ)), where θ is the warming since the start. All moduli
+    change alike.
 
-    Prior: c = −0.0075 ± 0.0025 1/°C, thermoplastic polyurethane loses 0.5 to 1 % per °C; a drift
-    of 0 ± 2 °C over 1000 ± 1000 s, a laboratory's, is an engineering guess.
-    Fingerprint: angle and force by one factor that creeps with time, cycle after cycle, whatever
-    the pressure does; loading and unloading differ by what passes in between (0.2 % of the angle
-    after 125 s).
-    Confused with: viscoelasticity and Mullins softening, which depend on what was done; the
-    force's drift, which leaves the angle alone.
+    Prior: c = −0.0075 ± 0.0025 1/°C: thermoplastic polyurethane loses 0.5 to 1 % per °C. A
+    laboratory that drifts by 0 ± 2 °C over 1000 ± 1000 s is an engineering guess.
+    Fingerprint: angle and force change by a factor that creeps with time, cycle after cycle,
+    whatever the pressure does. Loading and unloading differ by the time between them (0.2 % of the
+    angle after 125 s).
+    Confused with: viscoelasticity and Mullins softening, which depend on the loading before; the
+    force's drift, which does not change the angle.
     """
 
     kind: ClassVar = "loading"

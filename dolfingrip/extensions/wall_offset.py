@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from dolfingrip.extensions.effect import Effect, Prior
-
-if TYPE_CHECKING:
-    from dolfingrip.sections.setup import Setup
+from dolfingrip.extensions.dimension import DimensionOffset
+from dolfingrip.extensions.effect import Prior
 
 
-class WallOffset(Effect):
+class WallOffset(DimensionOffset):
     """Walls thicker or thinner than drawn.
 
-    wall = ``finger.wall_mm`` + offset, inwards: the outside stays as it is. Meshed anew.
+    wall = ``finger.wall_mm`` + offset. The wall grows inwards and the outside stays as it is. The
+    finger is meshed anew.
 
-    Prior: 0 ± 0.15 mm, the 5 to 15 % that printed walls are off (of 1.6 mm).
-    Fingerprint: for 0.1 mm (6 %) more the angle falls by one factor at all pressures, 10 %, the
-    force by 3 % and, where bellows touch, 7 %. Loading and unloading agree.
-    Confused with: the modulus and the pressure's gain, which scale angle and force otherwise
-    relative to one another.
+    Prior: 0 ± 0.15 mm: printed walls of 1.6 mm are off by 5 to 15 %.
+    Fingerprint: for 0.1 mm (6 %) more the angle falls by one factor at all pressures, 10 %. The
+    force falls by 3 %, and by 7 % where bellows touch. Loading and unloading agree.
+    Confused with: the modulus and the pressure's gain. They scale angle and force, too, but in
+    another ratio.
     """
 
     kind: ClassVar = "geometry"
     neutral: ClassVar = {"offset_mm": 0.0}
+    dimension: ClassVar = "wall_mm"
 
     offset_mm: Annotated[float, Prior(0.0, 0.15, "walls ±5 to 15 % as printed")] = Field(
         0.1, ge=-10, le=10, description="added to finger.wall_mm"
     )
-
-    def adapt[S: Setup](self, config: S) -> S:
-        return self.redrawn(config, "offset_mm", "wall_mm")

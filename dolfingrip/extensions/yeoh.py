@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants
+from dolfingrip.forms import yeoh
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 class Yeoh(Effect):
     """Stiffening at large strain (Yeoh).
 
-    ψ += C₂₀ (Ī₁ − 3)² + C₃₀ (Ī₁ − 3)³, on C₁₀ = μ/2 of the base model (Yeoh, Rubber Chem.
-    Technol. 66, 1993).
+    ψ += C₂₀ (Ī₁ − 3)² + C₃₀ (Ī₁ − 3)³, added to the base model, whose C₁₀ is μ/2 (Yeoh, Rubber
+    Chem. Technol. 66, 1993). See :mod:`dolfingrip.forms.yeoh`.
 
-    Prior: engineering guess, in the range of soft thermoplastic polyurethane: printed NinjaFlex
-    stiffens beyond a stretch of 2.5 only.
-    Fingerprint: angle and force fall below the base model's at the highest pressures, where the
-    bellows' walls are stretched most, by 1.1 and 0.4 % at 250 kPa; nothing at low pressure. Loading
-    and unloading agree.
+    Prior: an engineering guess, in the range of soft thermoplastic polyurethane. Printed NinjaFlex
+    stiffens only beyond a stretch of 2.5.
+    Fingerprint: at low pressure nothing changes. At the highest pressures, where the bellows' walls
+    are stretched most, angle and force fall below the base model's, by 1.1 and 0.4 % at 250 kPa.
+    Loading and unloading agree.
     Confused with: Gent's and Ogden's energies.
     """
 
@@ -42,7 +42,6 @@ class Yeoh(Effect):
         c20, c30 = site.constant(self, "C20_MPa"), site.constant(self, "C30_MPa")
 
         def density(strain: Expr) -> Expr:
-            first, _ = invariants.isochoric(strain)
-            return base(strain) + c20 * first**2 + c30 * first**3
+            return base(strain) + yeoh.energy(strain, c20, c30)
 
         return density

@@ -103,8 +103,9 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         return int(ended.value.code or 0)
 
     asked = ["--experiments", "coupon", "--out", str(tmp_path / "fake")]
-    assert call(*asked, "--hide", "extensions.mullins.r=2", "--set", "coupon.max_strain=0.1") == 0
-    assert config.load(tmp_path / "fake" / "truth.toml").extensions.mullins.r == 2.0
+    hidden = ("--hide", "extensions.mullins.inverse_r=0.5")
+    assert call(*asked, *hidden, "--set", "coupon.max_strain=0.1") == 0
+    assert config.load(tmp_path / "fake" / "truth.toml").extensions.mullins.inverse_r == 0.5
     assert call("--experiments", "coupon,tension") == 2
     assert call(*asked, "--noise", "angle=1") == 2
 

@@ -49,7 +49,7 @@ def test_yeoh() -> None:
 @pytest.mark.parametrize("limit", [4.0, 1e4])
 def test_gent(limit: float) -> None:
     """∂ψ/∂I₁ = μ/2 Jₘ/(Jₘ − I₁ + 3)."""
-    stretch, found = bars.stress(bars.pull(*PULL, f"extensions.gent.J_m={limit}"))
+    stretch, found = bars.stress(bars.pull(*PULL, f"extensions.gent.inverse_J_m={1 / limit}"))
     first = stretch**2 + 2 / stretch - 3
     expected = shape(stretch) * MU / 2 * limit / (limit - first)
     np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-9)

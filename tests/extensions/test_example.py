@@ -42,5 +42,5 @@ def test_a_line_of_the_index_names_a_file_with_one_effect() -> None:
     assert [effect(name) for name in NAMES] == list(EFFECTS)
     assert [each.name() for each in EFFECTS] == list(NAMES)
     folder = Path(__file__).resolve().parents[2] / "dolfingrip" / "extensions"
-    own = {"__init__", "effect", "index", "listing", "site", "supply"}
+    own = {"__init__", "dimension", "effect", "index", "instrument", "site", "supply"}
     assert {file.stem for file in folder.glob("*.py")} - own == set(NAMES)

@@ -14,8 +14,8 @@ from dolfingrip.extensions.no_self_contact import NoSelfContact
 from dolfingrip.sections import units
 
 ORDINARY = {
-    "J_m", "alpha", "beta", "chord_share", "coefficient", "factor", "g", "gain", "mu", "r",
-    "yield_strain",
+    "alpha", "beta", "chord_share", "coefficient", "factor", "g", "gain", "inverse_J_m",
+    "inverse_r", "mu", "yield_strain",
 }  # fmt: skip
 """Parameters without a unit."""
 

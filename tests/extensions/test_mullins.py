@@ -12,7 +12,10 @@ from dolfingrip import config
 from dolfingrip.config import ConfigError
 
 R, M, BETA = 1.7, 0.3, 0.15
-MULLINS = tuple(f"extensions.mullins.{k}={v}" for k, v in (("r", R), ("m_MPa", M), ("beta", BETA)))
+MULLINS = tuple(
+    f"extensions.mullins.{key}={value}"
+    for key, value in (("inverse_r", 1 / R), ("m_MPa", M), ("beta", BETA))
+)
 TRAVEL = 33 * np.array([0, 0.3, 0.6, 0.3, 0.1, 0, 0.4, 0.6, 0.9, 0.5, 0, 0.9, 1.0])
 MU = config.Material().mu_MPa
 
@@ -56,6 +59,7 @@ def test_dissipation_is_never_negative() -> None:
 
 
 def test_softening_has_a_limit() -> None:
-    """r below 1 would turn the stress around."""
-    with pytest.raises(ConfigError, match=r"extensions.mullins.r = 0.9: allowed: at least 1"):
-        config.load(None, ["extensions.mullins.r=0.9"])
+    """1/r above 1 would turn the stress around."""
+    allowed = r"extensions.mullins.inverse_r = 1.1: allowed: at least 0 and at most 1"
+    with pytest.raises(ConfigError, match=allowed):
+        config.load(None, ["extensions.mullins.inverse_r=1.1"])

@@ -1,0 +1,37 @@
+"""What effects on the geometry share: a printed dimension that is not the drawn one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from dolfingrip.extensions.effect import Effect
+from dolfingrip.sections.complaint import ConfigError
+
+if TYPE_CHECKING:
+    from dolfingrip.sections.setup import Setup
+
+
+class DimensionOffset(Effect):
+    """An effect that adds an offset to one dimension of the finger, which is then meshed anew.
+
+    Attributes:
+        dimension: key of that dimension in the table ``[finger]``.
+        offset_mm: what is added to it (mm).
+    """
+
+    dimension: ClassVar[str]
+    offset_mm: float
+
+    def adapt[S: Setup](self, config: S) -> S:
+        """``config`` with the dimension that was printed.
+
+        Raises:
+            ConfigError: the finger is a mesh file, which has no dimensions to change.
+        """
+        if config.mesh.file is not None:
+            raise ConfigError(
+                f"extensions.{self.name()}.offset_mm = {self.offset_mm:g}: allowed: with a finger "
+                f"from dimensions only; mesh.file has its {self.dimension}"
+            )
+        printed = getattr(config.finger, self.dimension) + self.offset_mm
+        return config.changed(finger={self.dimension: printed})
