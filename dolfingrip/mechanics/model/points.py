@@ -6,6 +6,9 @@ import basix
 import basix.ufl
 import numpy as np
 from dolfinx import fem, mesh
+from ufl.algorithms import strip_variables
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
 from dolfingrip.mechanics.model import jit
@@ -28,7 +31,10 @@ class AtPoints:
 
     def __init__(self, expression: Expr, domain: mesh.Mesh, degree: int) -> None:
         points = basix.make_quadrature(domain.basix_cell(), degree)[0]
-        self._expression = fem.Expression(expression, points, jit_options=jit.options())
+        # Where a variable marks what is differentiated by, its running number would be part of the
+        # compiled code's name, and each model of a process would be compiled anew.
+        plain = strip_variables(apply_derivatives(apply_algebra_lowering(expression)))
+        self._expression = fem.Expression(plain, points, jit_options=jit.options())
         self._mesh = domain
         self._cells = np.arange(domain.topology.index_map(3).size_local, dtype=np.int32)
 
