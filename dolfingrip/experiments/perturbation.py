@@ -15,7 +15,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.meshes.dimensions import moved
-from dolfingrip.parameter import Entry, Parameter
+from dolfingrip.parameter import STEP, Entry, Parameter
 
 Values = Mapping[str, np.ndarray]
 
@@ -65,9 +65,11 @@ class ParameterPerturbation:
             if rate.any()
         }
 
-    def stencil(self, amount: float) -> Sequence[tuple[int, float]]:
-        """Places, in amounts, and weights, by amount, of a difference; none beyond a bound."""
-        return self.parameter.stencil(self._config, 2 * amount)
+    @property
+    def way(self) -> float:
+        """1, or −1 where only smaller values are allowed."""
+        here = self.parameter.value(self._config)
+        return 1.0 if here + STEP * self.scale <= self.parameter.high else -1.0
 
     @contextmanager
     def applied(self, amount: float) -> Iterator[None]:

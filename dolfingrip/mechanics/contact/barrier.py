@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import ipctk
 import numpy as np
@@ -48,7 +48,8 @@ class BarrierContact(Term):
         self._stiffness_MPa = stiffness_MPa
         self._aside = _aside(surface)
         self._mesh = _collision_mesh(surface, self._aside)
-        self._unmoved: Surface | None = None
+        self._unmoved: tuple[Surface, ipctk.CollisionMesh, Any] | None = None
+        self._apart = False
         self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
         self._spread = sp.kron(surface.weights, sp.eye_array(3), format="csr")
         self._ccd = ipctk.AdditiveCCD()
@@ -72,6 +73,8 @@ class BarrierContact(Term):
 
     def _felt(self, now: np.ndarray) -> ipctk.NormalCollisions:
         """Pairs within the barrier's width, kept for the next call at the same positions."""
+        if self._apart and self._found is not None:
+            return self._found[1]
         if self._found is None or not np.array_equal(self._found[0], now):
             self._found = (now, self._pairs(now))
         return self._found[1]
@@ -143,14 +146,21 @@ class BarrierContact(Term):
         self.surface.add_owned(found, rate.at_nodes)
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Take the surface's vertices to be moved as their nodes are; None: put back."""
+        """Take the surface's vertices to be moved a little, as their nodes are; None: put back.
+
+        Where no pair is felt, none is after so small a move: then nothing has to be looked for.
+        """
         if self._unmoved is None:
-            self._unmoved = self.surface
-        moved = self._unmoved
-        if change is not None:
-            moved = moved.moved(moved.displacement(change))
-        self.surface, self._found = moved, None
-        self._mesh = _collision_mesh(moved, self._aside)
+            self._unmoved = (self.surface, self._mesh, self._found)
+        self.surface, self._mesh, self._found = self._unmoved
+        self._apart = change is not None and self._found is not None and self._found[1].empty()
+        if change is None:
+            self._unmoved = None
+            return
+        self.surface = self.surface.moved(self.surface.displacement(change))
+        if not self._apart:
+            self._mesh = _collision_mesh(self.surface, self._aside)
+            self._found = None
 
     def rejects(self, dofs: np.ndarray) -> str:
         """A state in which surfaces intersect."""

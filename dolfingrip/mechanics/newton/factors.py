@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
 import scipy.sparse as sp
 from petsc4py import PETSc
 
@@ -70,6 +71,32 @@ class Factors:
             self._factorise(ksp, matrix)
         ksp.getPC().apply(right, solution)
         pc.setFailedReason(ksp.getPC().getFailedReason())
+
+    # -- many right-hand sides ---------------------------------------------------------------------
+
+    def factorise(self, pc: PETSc.PC) -> None:
+        """Factorise the matrix of ``pc`` where that is not done."""
+        matrix = pc.getOperators()[0]
+        if not self._current:
+            self._factorise(self._ksp or self._create(matrix), matrix)
+
+    def solve_many(self, right: np.ndarray) -> np.ndarray:
+        """(n, k) solutions for (n, k) right-hand sides, this rank's rows, with the factors at hand.
+
+        MUMPS passes its factors through memory once for a block of them, not once for each.
+        """
+        assert self._ksp is not None
+        factor = self._ksp.getPC().getFactorMatrix()
+        size = (right.shape[0], factor.getSize()[0])
+        columns = (PETSc.DECIDE, right.shape[1])
+        b, x = (PETSc.Mat().createDense((size, columns), comm=self._ksp.comm) for _ in range(2))
+        b.getDenseArray()[:] = right
+        b.assemble()
+        factor.matSolve(b, x)
+        found = x.getDenseArray().copy()
+        b.destroy()
+        x.destroy()
+        return np.asarray(found)
 
     def _create(self, matrix: PETSc.Mat) -> PETSc.KSP:
         self._ksp = ksp = PETSc.KSP().create(matrix.comm)

@@ -228,7 +228,12 @@ class Newton:
         return solve
 
     def linear(self) -> Callable[[np.ndarray], np.ndarray]:
-        """K⁻¹ at the model's present state, for owned arrays in the order of a vector."""
+        """K⁻¹ at the model's present state, factorised once.
+
+        Returns:
+            A function of owned arrays in the order of a vector: (n,), or (n, k) for k of them,
+            which are solved for at once.
+        """
         self._lead(careful=False)
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
@@ -239,6 +244,9 @@ class Newton:
         ksp.setOperators(self.tangent.matrix)
 
         def solve(values: np.ndarray) -> np.ndarray:
+            if values.ndim == 2:
+                self._factors.factorise(ksp.getPC())
+                return self._factors.solve_many(values)
             self._trial.array[:] = values
             ksp.solve(self._trial, self._x)
             return self._x.array_r.copy()

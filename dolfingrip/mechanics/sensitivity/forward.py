@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Final, Protocol
@@ -12,10 +12,9 @@ import numpy as np
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.state import State
 
-SMALL: Final = 1e-5
+SMALL: Final = 1e-7
 """Part of a parameter's scale by which a model is perturbed. The residual of a solution is 0 to
-Newton's tolerance, so rounding is not felt, and differences are central where the path has
-no memory of which the model would have to be told twice."""
+Newton's tolerance, so that a one-sided difference is good to this part, and rounding to 1e-6."""
 
 Readings = Mapping[str, float]
 
@@ -29,8 +28,9 @@ class Perturbation(Protocol):
 
     scale: float
 
-    def stencil(self, amount: float) -> Sequence[tuple[int, float]]:
-        """Places, in amounts, and weights, by amount, of a difference; none beyond a bound."""
+    @property
+    def way(self) -> float:
+        """1, or −1 where only smaller values are allowed."""
         ...
 
     def applied(self, amount: float) -> AbstractContextManager[None]:
@@ -107,16 +107,14 @@ class ForwardSensitivity:
         state = self._model.state()
         if not state.history:
             self._advance(self._before or state)
-        names = list(read())
+        base = read()
         found = []
         for perturbation, change in zip(self._perturbations, self._changes, strict=True):
-
-            def led(amount: float, c: Change = change) -> np.ndarray:
-                self._led(state, state, c, amount)
-                return np.array(list(read().values()))
-
-            values = _difference(perturbation, led)
-            found.append({k: float(v) for k, v in zip(names, values, strict=True)})
+            amount = SMALL * perturbation.scale * perturbation.way
+            with perturbation.applied(amount):
+                self._led(state, state, change, amount)
+                there = read()
+            found.append({name: (there[name] - base[name]) / amount for name in base})
         self._model.restore(state)
         return found
 
@@ -128,19 +126,30 @@ class ForwardSensitivity:
         now = model.state()
         here = model.unknowns.local()
         solve = self._linear()
-        for perturbation, change in zip(self._perturbations, self._changes, strict=True):
-
-            def residual(amount: float, c: Change = change) -> np.ndarray:
-                self._led(before, now, c, amount)
+        start = model.gradient()
+        right = np.empty((len(start), len(self._perturbations)), order="F")
+        for i, (perturbation, change) in enumerate(self._each()):
+            amount = SMALL * perturbation.scale * perturbation.way
+            with perturbation.applied(amount):
+                self._led(before, now, change, amount)
                 model.unknowns.set_local(here)
-                return model.gradient()
-
-            unknowns = model.unknowns.to_local(-solve(_difference(perturbation, residual)))
-            history = self._evolved(before, now, here, perturbation, change, unknowns)
-            change.unknowns, change.history = unknowns, history
+                right[:, i] = (model.gradient() - start) / amount
+        steps = -solve(right)
+        after = self._accepted(before, now, Change(here), 0.0, here) if before.history else {}
+        for i, (perturbation, change) in enumerate(self._each()):
+            amount = SMALL * perturbation.scale * perturbation.way
+            unknowns = model.unknowns.to_local(steps[:, i])
+            if before.history:
+                with perturbation.applied(amount):
+                    there = self._accepted(before, now, change, amount, here + amount * unknowns)
+                change.history = {k: (there[k] - after[k]) / amount for k in after}
+            change.unknowns = unknowns
         model.restore(before)
         model.prescribe(now.controls)
         model.unknowns.set_local(here)
+
+    def _each(self) -> Iterator[tuple[Perturbation, Change]]:
+        return zip(self._perturbations, self._changes, strict=True)
 
     def _led(self, before: State, now: State, change: Change, amount: float) -> None:
         """Begin the step at a start perturbed by ``amount`` along ``change``."""
@@ -161,42 +170,11 @@ class ForwardSensitivity:
             model.restore(start)
         model.prescribe(now.controls)
 
-    def _evolved(
-        self,
-        before: State,
-        now: State,
-        here: np.ndarray,
-        perturbation: Perturbation,
-        change: Change,
-        along: np.ndarray,
+    def _accepted(
+        self, before: State, now: State, change: Change, amount: float, at: np.ndarray
     ) -> dict[str, np.ndarray]:
-        """Derivatives of the internal variables at the end of the step."""
-        if not before.history:
-            return {}
-        names = list(before.history)
-        sizes = [before.history[name].size for name in names]
-
-        def end(amount: float) -> np.ndarray:
-            self._led(before, now, change, amount)
-            self._model.unknowns.set_local(here + amount * along)
-            self._model.accept_step()
-            history = self._model.state().history
-            return np.concatenate([history[name].ravel() for name in names])
-
-        parts = np.split(_difference(perturbation, end), np.cumsum(sizes)[:-1])
-        return {
-            name: part.reshape(before.history[name].shape)
-            for name, part in zip(names, parts, strict=True)
-        }
-
-
-def _difference(perturbation: Perturbation, function: Callable[[float], np.ndarray]) -> np.ndarray:
-    """Derivative of what a perturbed model yields, for each unit of the parameter."""
-    step = SMALL * perturbation.scale
-    found: np.ndarray | None = None
-    for place, weight in perturbation.stencil(step):
-        with perturbation.applied(place * step):
-            part = weight / step * function(place * step)
-        found = part if found is None else found + part
-    assert found is not None
-    return found
+        """Internal variables at the end of the step, perturbed, with the unknowns ``at``."""
+        self._led(before, now, change, amount)
+        self._model.unknowns.set_local(at)
+        self._model.accept_step()
+        return self._model.state().history
