@@ -74,11 +74,9 @@ class Factors:
 
     # -- many right-hand sides ---------------------------------------------------------------------
 
-    def factorise(self, pc: PETSc.PC) -> None:
-        """Factorise the matrix of ``pc`` where that is not done."""
-        matrix = pc.getOperators()[0]
-        if not self._current:
-            self._factorise(self._ksp or self._create(matrix), matrix)
+    def factorise(self, matrix: PETSc.Mat) -> None:
+        """Factorise ``matrix``, whatever was factorised before."""
+        self._factorise(self._ksp or self._create(matrix), matrix)
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides, this rank's rows, with the factors at hand.
@@ -89,9 +87,13 @@ class Factors:
         factor = self._ksp.getPC().getFactorMatrix()
         size = (right.shape[0], factor.getSize()[0])
         columns = (PETSc.DECIDE, right.shape[1])
-        b, x = (PETSc.Mat().createDense((size, columns), comm=self._ksp.comm) for _ in range(2))
+        comm = self._ksp.comm
+        b, x = (PETSc.Mat().createDense((size, columns), comm=comm) for _ in range(2))
+        b.setUp()
         b.getDenseArray()[:] = right
-        b.assemble()
+        for matrix in (b, x):
+            matrix.setUp()
+            matrix.assemble()
         factor.matSolve(b, x)
         found = x.getDenseArray().copy()
         b.destroy()

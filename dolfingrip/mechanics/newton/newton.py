@@ -239,17 +239,11 @@ class Newton:
             self.model.potential.carried.reset()
         self.tangent.assemble()
         self._snes.setJacobian(self._form_tangent, self.tangent.matrix)
-        self._factors.renew()
-        ksp = self._snes.getKSP()
-        ksp.setOperators(self.tangent.matrix)
+        self._factors.factorise(self.tangent.matrix)
 
         def solve(values: np.ndarray) -> np.ndarray:
-            if values.ndim == 2:
-                self._factors.factorise(ksp.getPC())
-                return self._factors.solve_many(values)
-            self._trial.array[:] = values
-            ksp.solve(self._trial, self._x)
-            return self._x.array_r.copy()
+            right = values if values.ndim == 2 else values[:, None]
+            return self._factors.solve_many(right).reshape(values.shape)
 
         return solve
 
