@@ -24,9 +24,10 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import CELL, displacement_element, integration_degree
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.model.term import Term
-from dolfingrip.mechanics.model.unknowns import Number
 from dolfingrip.mechanics.newton.volume_control import led_by_volume
 
 KG_M3_M_S2 = 1e-9
@@ -108,7 +109,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     terms += config.extensions.terms(site)
     if sensor is not None:
         terms.append(sensor.energy)
-    numbers = [Number(name, constant) for name, constant in site.unknowns.items()]
+    numbers = list(site.unknowns.values())
     further: list[Term] = []
     if sensor is not None:
         sensor.number = next((n for n in numbers if n.constant is sensor.offset), None)
@@ -118,6 +119,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         further.append(contact)
     by_pressure = Control(pressure, KPA)
     supply = _supply(config, by_pressure)
+    supports = at_rest(space, domain, site.held)
     model = Model(
         domain,
         u,
@@ -129,11 +131,12 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
             p=p,
             numbers=numbers,
         ),
-        _supports(space, domain, site.held),
+        supports,
         {"pressure_kPa": supply or by_pressure},
         further,
         [history] if supply is None else [history, supply],
         p=p,
+        moving=_moving_clamp(site, supports),
     )
     exactly = domain.surface("cavity", quadrature_degree=3 * degree)
     enclosed = cavity_pressure.volume_density(u, mesh) * exactly
@@ -252,16 +255,11 @@ def _held(domain: Domain) -> dict[int, list[str]]:
     return held
 
 
-def _supports(
-    space: fem.FunctionSpace, domain: Domain, held: dict[int, list[str]]
-) -> list[fem.DirichletBC]:
-    """Conditions that hold regions at rest."""
-    # by component: on a whole blocked space dolfinx 0.9 takes ghosts for owned dofs
-    supports = []
-    for axis, regions in held.items():
-        if not regions:
-            continue
-        along = space.sub(axis)
-        dofs = fem.locate_dofs_topological(along, 2, domain.facets(*regions))
-        supports.append(fem.dirichletbc(PETSc.ScalarType(0.0), dofs, along))
-    return supports
+def _moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport | None:
+    """The clamp, where an extension lets it move."""
+    if not site.motions:
+        return None
+    nodes = fem.locate_dofs_topological(
+        site.u.function_space, 2, site.domain.facets("clamp"), remote=True
+    )
+    return MovingSupport(site.u, supports, nodes, site.motions)

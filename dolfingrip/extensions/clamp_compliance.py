@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+import numpy as np
 import ufl
 from pydantic import Field
 
@@ -13,15 +15,13 @@ from dolfingrip.extensions.effect import Effect, Prior
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
 
-TIE_N_PER_MM3 = 1e5
-"""What ties the clamped face to its base: it gives way by 1e-5 mm per MPa."""
-
 
 class ClampCompliance(Effect):
     """A clamp that gives way: a rigid base on springs.
 
-    Π += (s_x² + s_z²)/(2c) + φ²/(2c_φ) + ∫ K/2 |u − s − φ e_y × (X − X_c)|² dA, the base's shift s
-    and small turn φ about y being unknowns; the last ties the clamped face to it.
+    Π += f·s − c |f|²/2 + m φ − c_φ m²/2: the base's shift s in x and z, its small turn φ about y,
+    and the springs' force f and moment m are unknowns. The clamped face moves along,
+    u = s + φ e_y × (X − X_c). At c = c_φ = 0 the base stands still.
 
     Prior: c = 0.01 ± 0.01 mm/N and c_φ = (2 ± 2)e-5 rad/(N mm), a printed bracket (engineering
     guess).
@@ -42,24 +42,29 @@ class ClampCompliance(Effect):
     ] = Field(2e-5, ge=0, le=0.1, description="turn of the base by moment")
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:
-        shift, turn = self.compliance_mm_per_N, self.compliance_rad_per_Nmm
-        if shift == turn == 0:
-            return ()
-        site.held[0].remove("clamp")
-        site.held[2].remove("clamp")
-        energy, moved_x, moved_z = 0, 0, 0
-        if shift:
-            moved_x, moved_z = (site.unknown(self, f"shift_{axis}_mm") for axis in "xz")
-            compliance = site.constant(self, "compliance_mm_per_N")
-            energy += (moved_x**2 + moved_z**2) / (2 * compliance)
-        if turn:
-            angle = site.unknown(self, "turn_rad")
-            compliance = site.constant(self, "compliance_rad_per_Nmm")
-            energy += angle**2 / (2 * compliance)
-            arm = ufl.SpatialCoordinate(site.domain.mesh)
-            centre = site.centre("clamp")
-            moved_x += angle * (arm[2] - centre[2])
-            moved_z += -angle * (arm[0] - centre[0])
-        away = (site.u[0] - moved_x) ** 2 + (site.u[2] - moved_z) ** 2
-        clamp = site.domain.surface("clamp", quadrature_degree=4)
-        return [site.lumped(energy), site.fixed(TIE_N_PER_MM3) / 2 * away * clamp]
+        centre = site.centre("clamp").value
+        size = site.size("clamp")
+        shift = site.constant(self, "compliance_mm_per_N")
+        turn = site.constant(self, "compliance_rad_per_Nmm")
+        springs = []
+        for axis in (0, 2):
+            name = "xyz"[axis]
+            moved = site.unknown(self, f"shift_{name}_mm")
+            site.move_clamp(moved, partial(_shifted, axis))
+            springs.append(site.spring(self, f"force_{name}_N", moved.constant, shift))
+        turned = site.unknown(self, "turn_rad", scale=1 / size)
+        site.move_clamp(turned, partial(_turned, centre))
+        springs.append(site.spring(self, "moment_Nmm", turned.constant, turn, size))
+        return springs
+
+
+def _shifted(axis: int, x: np.ndarray) -> np.ndarray:
+    """Displacement (mm) of the base for a shift of 1 mm."""
+    found = np.zeros_like(x)
+    found[axis] = 1.0
+    return found
+
+
+def _turned(centre: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Displacement of the base by a small turn, for each radian: e_y × (X − X_c)."""
+    return np.array([x[2] - centre[2], np.zeros_like(x[0]), centre[0] - x[0]])

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 class PlateCompliance(Effect):
     """A force sensor that gives way.
 
-    Π += k/2 (d − d₀)² with the plate's place d along its normal an unknown, d₀ unloaded, and
-    1/k the compliance: a spring in series with the finger, F = k (d₀ − d).
+    Π += f (d − d₀) − c f²/2 with the plate's place d along its normal and the spring's force f
+    unknowns, d₀ unloaded, and c the compliance: a spring in series with the finger, d₀ − d = c F.
+    At c = 0 the plate is fixed.
 
     Prior: 0.02 ± 0.01 mm/N, load cells having about 50 N/mm; spread an engineering guess.
     Fingerprint: force lower by the share that the finger's stiffness at its tip has of the sensor's
@@ -34,10 +35,10 @@ class PlateCompliance(Effect):
     ] = Field(0.02, ge=0, le=100, description="of the sensor with its plate")
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:
-        if site.plate is None or self.compliance_mm_per_N == 0:
+        if site.plate is None:
             return ()
         place = site.plate.offset
         rest = site.fixed(float(place.value))
-        compliance = site.constant(self, "compliance_mm_per_N")
         site.unknown(self, "place_mm", place)
-        return [site.lumped((place - rest) ** 2 / (2 * compliance))]
+        compliance = site.constant(self, "compliance_mm_per_N")
+        return [site.spring(self, "force_N", place - rest, compliance)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -15,6 +16,8 @@ from dolfingrip.forms.kinematics import green_lagrange
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.history import History
+from dolfingrip.mechanics.model.moving_support import Motion
+from dolfingrip.mechanics.model.unknowns import Number
 from dolfingrip.sections.setup import Setup
 
 
@@ -41,7 +44,8 @@ class Site:
         held: regions whose displacement is held at 0, by axis; an effect may take some out
             and put a term of its own in their place.
         parameters: constants of the potential by name, that sensitivities are taken to.
-        unknowns: constants of the further terms that are solved for, by name.
+        unknowns: what is solved for besides the fields, by name.
+        motions: of the clamp, with numbers among these.
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
         rubbing: coefficient of friction where the skin touches itself, and the slip (mm) at which
             it is full; no part of the potential's forms.
@@ -56,7 +60,8 @@ class Site:
     plate: RigidPlate | None = None
     held: dict[int, list[str]] = field(default_factory=dict)
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
-    unknowns: dict[str, fem.Constant] = field(default_factory=dict)
+    unknowns: dict[str, Number] = field(default_factory=dict)
+    motions: list[Motion] = field(default_factory=list)
     pressure: fem.Constant | None = None
     rubbing: tuple[float, float] = (0.0, 1.0)
 
@@ -86,18 +91,58 @@ class Site:
         """A number that depends on the mesh; written into a form it would compile it anew."""
         return fem.Constant(self.domain.mesh, PETSc.ScalarType(value))
 
-    def unknown(self, effect: Named, name: str, number: fem.Constant | float = 0.0) -> Expr:
-        """A number (mm or rad) of the further terms that is solved for with the displacement.
+    def unknown(
+        self,
+        effect: Named,
+        name: str,
+        number: fem.Constant | float = 0.0,
+        *,
+        scale: float = 1.0,
+        multiplier: bool = False,
+    ) -> Number:
+        """A number that is solved for with the displacement; forms contain its ``constant``.
 
         Args:
             effect: whose it is.
             name: its name, with its unit.
             number: where it starts; or a constant, such as ``plate.offset``, made unknown.
+            scale: unit of the name that weighs as much as 1 mm, see
+                :class:`~dolfingrip.mechanics.model.unknowns.Number`.
+            multiplier: the potential is concave in it.
         """
         if not isinstance(number, fem.Constant):
             number = self.fixed(number)
-        self.unknowns[f"{effect.name()}.{name}"] = number
-        return number
+        made = Number(f"{effect.name()}.{name}", number, scale, multiplier=multiplier)
+        self.unknowns[made.name] = made
+        return made
+
+    def move_clamp(self, number: Number, way: Callable[[np.ndarray], np.ndarray]) -> None:
+        """Let the clamp move with ``number``.
+
+        Args:
+            number: an unknown.
+            way: (3, n) reference coordinates (mm) to (3, n) displacements for each unit of it.
+        """
+        self.motions.append(Motion(number, way))
+
+    def spring(
+        self, effect: Named, force: str, moved: Expr, compliance: Expr, lever_mm: float = 1.0
+    ) -> ufl.Form:
+        """Potential f s − c f²/2 of a spring of compliance c, its force f an unknown.
+
+        It is stationary in f where s = c f, so that c = 0 holds s at 0 exactly; f is what the
+        spring is moved by, −∂Π/∂s of the rest.
+
+        Args:
+            effect: whose it is.
+            force: name of f, with its unit: N, or N mm where ``moved`` is an angle.
+            moved: s, mm or rad, of a number's constant.
+            compliance: c, mm/N or rad/(N mm).
+            lever_mm: length that makes an angle a way of comparable size.
+        """
+        # 1 N weighs as much as 1 mm, about a soft finger's stiffness
+        f = self.unknown(effect, force, scale=lever_mm, multiplier=True).constant
+        return self.lumped(f * moved - compliance * f**2 / 2)
 
     def centre(self, region: str) -> fem.Constant:
         """Centroid of a region at rest (mm), (3,)."""
@@ -106,6 +151,11 @@ class Site:
         one = self.fixed(1.0)
         moments = np.array([self._integral(one * x[i] * part) for i in range(3)])
         return fem.Constant(self.domain.mesh, moments / self._integral(one * part))
+
+    def size(self, region: str) -> float:
+        """Root of a region's area (mm), of the meshed part."""
+        area = self._integral(self.fixed(1.0) * self.domain.surface(region, quadrature_degree=2))
+        return float(np.sqrt(area))
 
     def _integral(self, form: ufl.Form) -> float:
         """Over the meshed part, on all ranks."""

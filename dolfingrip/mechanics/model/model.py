@@ -12,6 +12,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.term import Term
@@ -89,6 +90,7 @@ class Model:
         time_s: time at the load step's end.
         p: pressure field of a mixed model (MPa).
         numbers: what is solved for besides those that the potential contains.
+        moving: a support among ``supports`` that follows numbers.
         unknowns: u, p where there is one, and all numbers, as one vector.
     """
 
@@ -102,6 +104,7 @@ class Model:
     time_s: float = 0.0
     p: fem.Function | None = None
     numbers: Sequence[Number] = ()
+    moving: MovingSupport | None = None
     unknowns: Unknowns = field(init=False, repr=False)
     _clock: str = field(default="time_s", init=False)
     _accepted_s: float = field(default=0.0, init=False)
@@ -198,10 +201,14 @@ class Model:
         found = Gradient(self.unknowns)
         for term in self.all_terms:
             term.add_gradient(self.u.x.array, found)
-        if supported:
-            for bc in self.supports:
-                dofs, owned = bc.dof_indices()
-                found.array[dofs[:owned]] = 0.0
+        if not supported:
+            return found.array
+        reactions = found.array.copy() if self.moving else found.array
+        for bc in self.supports:
+            dofs, owned = bc.dof_indices()
+            found.array[dofs[:owned]] = 0.0
+        if self.moving:
+            self.moving.follow(self.u.x.array, reactions, found)
         return found.array
 
     def assemble_equations(self, residual: PETSc.Vec) -> None:

@@ -86,6 +86,7 @@ class Potential(Term):
             residual += ufl.derivative(rest, u, v)
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
         self.gradient = residual
+        self._u, self._blocks = u, [tangent]
         self._value, self.residual, self.tangent = map(_compiled, (value, residual, tangent))
         self.constraint: fem.Form | None = None
         self.coupling: tuple[fem.Form, ...] = ()
@@ -98,9 +99,11 @@ class Potential(Term):
             blocks = (across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r))
             self.constraint = _compiled(constraint)
             self.coupling = tuple(map(_compiled, blocks))
+            self._blocks.append(blocks[1])
         determinant = ufl.det(deformation_gradient(u))
         self._jacobian = AtPoints(determinant, space.mesh, degree)
         self._numbers = _NumberForms(u, rest, numbers) if numbers and rest is not None else None
+        self._along: tuple[fem.Function, list[fem.Form]] | None = None
 
     # -- as a term -------------------------------------------------------------------------------
 
@@ -126,6 +129,23 @@ class Potential(Term):
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """Second derivatives that numbers take part in."""
         return () if self._numbers is None else [self._numbers.coupling()]
+
+    def stiffness_along(self, way: fem.Function) -> list[np.ndarray]:
+        """Second derivatives by owned unknowns, field by field, and the displacement along ``way``.
+
+        Supports are not regarded.
+        """
+        if self._along is None:
+            field = fem.Function(self._u.function_space)
+            self._along = field, [_compiled(ufl.action(block, field)) for block in self._blocks]
+        field, forms = self._along
+        field.x.array[:] = way.x.array
+        found = []
+        for form in forms:
+            dofmap = form.function_spaces[0].dofmap
+            owned = dofmap.index_map.size_local * dofmap.index_map_bs
+            found.append(_assembled(form)[:owned])
+        return found
 
     def smallest_jacobian(self) -> float:
         """Smallest det F over this rank's integration points."""

@@ -145,6 +145,8 @@ class Damping:
         masses = model.unknowns.create_vector()
         masses.set(0.0)
         masses.array[: len(diagonal)] = diagonal
+        if model.moving:  # its displacements follow its numbers at once, damped or not
+            masses.array[model.moving.dofs] = 0.0
         volume = float(model.comm.allreduce(diagonal.sum(), MPI.SUM)) / 3
         rows = model.unknowns.number_rows(masses.array)
         for number in model.unknowns.numbers if len(rows) else ():

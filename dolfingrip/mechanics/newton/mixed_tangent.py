@@ -11,6 +11,7 @@ from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.newton.symmetric import symmetric
 from dolfingrip.mechanics.newton.tangent import Tangent, block_graph
 
@@ -24,6 +25,7 @@ class MixedTangent(Tangent):
 
     def __init__(self, model: Model) -> None:
         assert model.p is not None
+        self._model = model
         self._fields = [_Place(field.function_space) for field in (model.u, model.p)]
         sizes = np.array(model.comm.allgather([field.size for field in self._fields]))
         starts = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes  # numbers come last of all
@@ -35,6 +37,10 @@ class MixedTangent(Tangent):
         )
         self._beside = pressure.columns(across)
         self._below = displacement.columns(back) + pressure.columns(within)
+        self._by_motion: sp.csr_matrix | None = None
+        if model.moving:  # every pressure: which ones a motion is felt by is not known at rest
+            ones = np.ones((len(model.moving.numbers), pressure.size))
+            self._below = self._below + self._motion_columns(model.moving, ones)
         super().__init__(model)
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
@@ -59,6 +65,41 @@ class MixedTangent(Tangent):
         scalars = sp.bsr_matrix((blocks, graph.indices, graph.indptr), shape).tocsr()
         rows = self._fields[0].columns(scalars)
         return rows[: self._fields[0].size], rows[self._fields[0].size :]
+
+    # -- a moving support ------------------------------------------------------------------------
+
+    def _along_support(self, moving: MovingSupport) -> list[np.ndarray]:
+        along = moving.stiffness(self._model.potential)
+        pressures = np.array([pressure for _, pressure in along])
+        self._by_motion = self._motion_columns(moving, pressures)
+        return [displacement for displacement, _ in along]
+
+    def _motion_columns(self, moving: MovingSupport, values: np.ndarray) -> sp.csr_matrix:
+        """The pressure's rows with (numbers, owned pressures) ``values`` in numbers' columns."""
+        unknowns = self._model.unknowns
+        first = unknowns.size - unknowns.padded
+        columns = [first + 3 * (n.node - unknowns.nodes) + n.component for n in moving.numbers]
+        scaled = values * np.array([number.scale for number in moving.numbers])[:, None]
+        count = values.shape[1]
+        places = (np.tile(np.arange(count), len(columns)), np.repeat(columns, count))
+        return sp.csr_matrix((scaled.ravel(), places), (count, unknowns.size))
+
+    def _fill_up(self) -> None:
+        super()._fill_up()
+        if self._by_motion is None:
+            return
+        displacement, pressure = self._fields
+        numbers = self.matrix.getLocalSize()[0] - displacement.size - pressure.size
+        nothing = [
+            sp.csr_matrix((n, self._by_motion.shape[1])) for n in (displacement.size, numbers)
+        ]
+        rows = sp.vstack([nothing[0], self._by_motion, nothing[1]], "csr")
+        self.matrix.setValuesCSR(
+            rows.indptr.astype(PETSc.IntType),
+            rows.indices.astype(PETSc.IntType),
+            rows.data,
+            addv=True,
+        )
 
     def _insert(
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False

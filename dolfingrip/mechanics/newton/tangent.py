@@ -12,6 +12,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.term import Coupling
 
 
@@ -42,18 +43,20 @@ class Tangent:
         graph = self._with_numbers(block_graph(self._form))
         self._known: np.ndarray = np.empty(0, dtype=np.int64)
         if self._numbers:  # what they couple is known before the first step
-            self._note(self._couplings(convex=False))
+            self._note([*self._couplings(convex=False), *self._ties()])
             graph = (graph + self._pattern(self._known)).tocsr()
         self.graph = graph
         self.matrix = self._create(self.graph)
 
     def assemble(self, *, convex: bool = False) -> None:
         """Assemble at the model's present state, pairs in contact ``convex`` or as they are."""
-        couplings = self._couplings(convex=convex)
-        self._make_room(couplings)
+        couplings, ties = self._couplings(convex=convex), self._ties()
+        self._make_room([*couplings, *ties])
         self.matrix.zeroEntries()
         for coupling in couplings:  # before the forms, which end by setting the supports' diagonal
             self._add(coupling)
+        for tie in ties:
+            self._add(tie, held=True)
         self._fill_up()
         for term in self._model.all_terms:
             if term.tangent_forms():
@@ -65,13 +68,25 @@ class Tangent:
         fem_petsc.assemble_matrix(self.matrix, forms[0][0], bcs=self._model.supports)
 
     def _couplings(self, *, convex: bool) -> list[Coupling]:
-        """Those of all terms at the model's present state."""
-        dofs = self._model.u.x.array
-        return [
+        """Those of all terms at the model's present state, and of a moving support."""
+        model = self._model
+        found = [
             coupling
-            for term in self._model.all_terms
-            for coupling in term.couplings(dofs, convex=convex)
+            for term in model.all_terms
+            for coupling in term.couplings(model.u.x.array, convex=convex)
         ]
+        if model.moving:
+            along = self._along_support(model.moving)
+            found.append(model.moving.coupling(model.unknowns, along, found))
+        return found
+
+    def _along_support(self, moving: MovingSupport) -> list[np.ndarray]:
+        """Products of the potential's second derivatives and the ways of a moving support."""
+        return [along[0] for along in moving.stiffness(self._model.potential)]
+
+    def _ties(self) -> list[Coupling]:
+        """Couplings that supported rows take part in."""
+        return [self._model.moving.tie()] if self._model.moving else []
 
     # -- pattern -------------------------------------------------------------------------------
 
@@ -158,10 +173,15 @@ class Tangent:
             free[np.concatenate(self._model.comm.allgather(held))] = 0.0
         return free
 
-    def _add(self, coupling: Coupling) -> None:
-        """Add the block rows that this rank owns, zero in supported rows and columns."""
+    def _add(self, coupling: Coupling, *, held: bool = False) -> None:
+        """Add the block rows that this rank owns.
+
+        Args:
+            coupling: zero in supported rows and columns, or made so.
+            held: add those, too.
+        """
         nodes, hessian = coupling
-        free = self._free.reshape(-1, 3)[nodes].ravel()
+        free = np.ones(3 * len(nodes)) if held else self._free.reshape(-1, 3)[nodes].ravel()
         data = hessian.data * free[hessian.row] * free[hessian.col]
         blocks = sp.coo_matrix((data, (hessian.row, hessian.col)), hessian.shape).tobsr((3, 3))
         which = np.repeat(np.arange(len(nodes)), np.diff(blocks.indptr))

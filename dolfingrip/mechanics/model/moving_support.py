@@ -1,0 +1,181 @@
+"""A support that moves: the displacement of its nodes follows a few numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from dolfinx import fem
+from mpi4py import MPI
+
+from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.model.term import Coupling, number_coupling
+from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number, Unknowns
+
+
+class Motion(NamedTuple):
+    """How a support moves with one number.
+
+    Attributes:
+        number: that number.
+        way: (3, n) reference coordinates (mm) to (3, n) displacements (mm) for each unit of the
+            number's value.
+    """
+
+    number: Number
+    way: Callable[[np.ndarray], np.ndarray]
+
+
+class MovingSupport:
+    """Supported displacements u_S that follow numbers a: u_S = Σ a_j W_j.
+
+    Π is one of the free displacements u_F and of a. Its slope by a is Wᵀ r_S, r_S being the
+    gradient by the supported displacements, and its second derivatives are K_FS W and
+    Wᵀ K_SS W. The supported displacements stay in the vector of unknowns, so that a vector of
+    them has the whole displacement: their equations are those of ½ |u_S − W a|² · 1 N/mm, which
+    is 0 at every solution and after each of Newton's steps, since it is linear. It is no penalty:
+    its size changes nothing.
+
+    Args:
+        u: displacement (mm).
+        supports: conditions that hold the nodes, along all axes that ``motions`` move them.
+        nodes: local displacement nodes of the support, ghosts included.
+        motions: of the support, at least one.
+
+    Attributes:
+        numbers: those of the motions.
+        dofs: this rank's owned displacement dofs that move.
+    """
+
+    def __init__(
+        self,
+        u: fem.Function,
+        supports: Sequence[fem.DirichletBC],
+        nodes: np.ndarray,
+        motions: Sequence[Motion],
+    ) -> None:
+        space = u.function_space
+        index_map = space.dofmap.index_map
+        self._comm = space.mesh.comm
+        self._first = index_map.local_range[0]
+        self._owned_nodes = index_map.size_local
+        self.numbers = [motion.number for motion in motions]
+        points = space.tabulate_dof_coordinates()[nodes].T
+        local = np.zeros((len(motions), len(u.x.array)))
+        for row, motion in zip(local, motions, strict=True):
+            row.reshape(-1, NODE)[nodes] = motion.way(points).T
+        held = np.zeros(local.shape[1], dtype=bool)
+        for bc in supports:
+            held[bc.dof_indices()[0]] = True
+        assert held[local.any(axis=0)].all(), "a support moves along an axis that it does not hold"
+        self._functions = [fem.Function(space) for _ in motions]
+        for function, row in zip(self._functions, local, strict=True):
+            function.x.array[:] = row
+        owned = local[:, : NODE * self._owned_nodes]
+        self.dofs = np.flatnonzero(owned.any(axis=0))
+        self._ways = owned[:, self.dofs]
+        parts = self._comm.allgather((self.dofs + NODE * self._first, self._ways))
+        self._all_dofs = np.concatenate([dofs for dofs, _ in parts])
+        self._all_ways = np.concatenate([ways for _, ways in parts], axis=1)
+
+    def _apart(self, dofs: np.ndarray) -> np.ndarray:
+        """u_S − W a (mm) at the owned dofs that move."""
+        values = np.array([number.value for number in self.numbers])
+        return np.asarray(dofs[self.dofs] - values @ self._ways)
+
+    def follow(self, dofs: np.ndarray, reactions: np.ndarray, gradient: Gradient) -> None:
+        """Add the slopes by the numbers and the equations of the moving displacements.
+
+        Args:
+            dofs: displacement.
+            reactions: derivatives by all owned unknowns, supported ones included.
+            gradient: where the rows of supported displacements are 0.
+        """
+        apart = self._apart(dofs)
+        local = self._ways @ (reactions[self.dofs] - apart)
+        for number, slope in zip(self.numbers, self._comm.allreduce(local, MPI.SUM), strict=True):
+            gradient.add(number, float(slope))
+        gradient.array[self.dofs] += apart
+
+    # -- second derivatives ----------------------------------------------------------------------
+
+    def tie(self) -> Coupling:
+        """Second derivatives of ½ |u_S − W a|²; the diagonal's 1 N/mm is that of supports."""
+        mixed = np.zeros((len(self.numbers), NODE * self._owned_nodes))
+        mixed[:, self.dofs] = -self._ways
+        within = self._comm.allreduce(self._ways @ self._ways.T, MPI.SUM)
+        return number_coupling(self.numbers, self._first, mixed, within)
+
+    def stiffness(self, potential: Potential) -> list[list[np.ndarray]]:
+        """K W_j of the potential for each number's value, by field; owned rows."""
+        return [potential.stiffness_along(function) for function in self._functions]
+
+    def coupling(
+        self, unknowns: Unknowns, along: Sequence[np.ndarray], others: Sequence[Coupling]
+    ) -> Coupling:
+        """Second derivatives by the numbers and by what does not move.
+
+        Args:
+            unknowns: of the model.
+            along: K W_j of the potential by the owned displacements.
+            others: of the other terms.
+        """
+        width = NODE * self._owned_nodes
+        mixed = np.array([values[:width] for values in along])
+        numbers = list(unknowns.numbers)
+        within = np.zeros((unknowns.padded, unknowns.padded))
+        rows = [self._row(unknowns, number) for number in self.numbers]
+        within[np.ix_(rows, rows)] = self._ways @ mixed[:, self.dofs].T
+        for other in others:
+            more, square = self._transformed(unknowns, other, rows)
+            mixed += more
+            within += square
+        within = self._comm.allreduce(within, MPI.SUM)
+        whole = np.zeros((len(numbers), width))
+        whole[rows] = mixed
+        count = len(numbers)
+        return number_coupling(numbers, self._first, whole, within[:count, :count])
+
+    def _row(self, unknowns: Unknowns, number: Number) -> int:
+        return NODE * (number.node - unknowns.nodes) + number.component
+
+    def _transformed(
+        self, unknowns: Unknowns, other: Coupling, rows: Sequence[int]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """H_FS W and this rank's share of the numbers' own part, of a coupling's Hessian H.
+
+        By the values of numbers: those of :func:`number_coupling`, which multiplies by scales.
+        """
+        start, width = NODE * self._first, NODE * self._owned_nodes
+        numbers_start = NODE * unknowns.nodes
+        places = (NODE * other.nodes[:, None] + np.arange(NODE)).ravel()
+        hessian = sp.coo_matrix(other.hessian)
+        row, column = places[hessian.row], places[hessian.col]
+        mine = (row >= start) & (row < start + width)
+        if unknowns.has_numbers:
+            mine |= row >= numbers_start
+        row, column, data = row[mine], column[mine], hessian.data[mine]
+        size = numbers_start + unknowns.padded
+        # the columns (and rows) of moving displacements lead to numbers
+        count = len(self.numbers)
+        to_motion = sp.csr_matrix(
+            (
+                self._all_ways.ravel(),
+                (np.tile(self._all_dofs, count), np.repeat(np.arange(count), len(self._all_dofs))),
+            ),
+            shape=(size, count),
+        )
+        scales = np.ones(unknowns.padded)
+        scales[: len(unknowns.numbers)] = [number.scale for number in unknowns.numbers]
+        whole = sp.csr_matrix((data, (row, column)), shape=(size, size))
+        right = (whole @ to_motion).toarray()  # H W by all this rank's rows
+        mixed = right[start : start + width].T.copy()
+        square = np.zeros((unknowns.padded, unknowns.padded))
+        square[np.ix_(rows, rows)] = to_motion.T @ right
+        # of moving displacements with other numbers, which have them in their upper triangle
+        across = (to_motion.T @ whole)[:, numbers_start:].toarray() / scales
+        square[rows, :] += across
+        square[:, rows] += across.T
+        return mixed, square
