@@ -16,10 +16,11 @@ from enum import StrEnum
 from typing import Annotated, Any, Final, Union, get_args, get_origin
 
 import numpy as np
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.sections import complaint
 from dolfingrip.sections.units import unit
 
 STEP: Final = 1e-4
@@ -64,6 +65,8 @@ class Parameter:
         prior: what is known before anything is measured, where anything is.
         low, high: bounds, infinite where there are none.
         entry: how it enters. A choice of the model has no derivative, only a difference of runs.
+        integer: whether only whole numbers are meant.
+        field: pydantic's description of the key, which it is checked by.
     """
 
     key: str
@@ -73,6 +76,24 @@ class Parameter:
     low: float
     high: float
     entry: Entry
+    integer: bool = False
+    field: Any = None
+
+    def check(self, value: float, option: str) -> None:
+        """Raise where ``value`` is not allowed by itself.
+
+        Raises:
+            ConfigError: one line naming the option, the key, the value and the allowed range.
+        """
+        whole = self.integer and float(value).is_integer()
+        hint = self.field.annotation
+        if self.field.metadata:
+            hint = Annotated[(hint, *self.field.metadata)]
+        try:
+            TypeAdapter(hint).validate_python(int(value) if whole else value, strict=True)
+        except ValidationError:
+            allowed = complaint.bounds(self.field, self.key.rpartition(".")[2]) or "a number"
+            raise ConfigError(f"{option} {self.key} = {value:g}: allowed: {allowed}") from None
 
     def value(self, config: Config) -> float:
         """Its value in ``config``."""
@@ -137,6 +158,28 @@ def every(config: Config) -> list[Parameter]:
     return found
 
 
+def named(key: str, option: str = "--set") -> Parameter:
+    """Any number of the configuration by its key, those of the model's own choices included.
+
+    Raises:
+        ConfigError: one line naming ``option``, where there is no such number.
+    """
+    section, _, name = key.partition(".")
+    info = Config.model_fields.get(section)
+    fields = getattr(info.annotation, "model_fields", {}) if info is not None else {}
+    allowed = "allowed: a number of the configuration"
+    if name not in fields:
+        raise ConfigError(f"{option} {key}: unknown key; {allowed}")
+    kind = _bare(fields[name].annotation)
+    if kind not in (int, float):
+        raise ConfigError(f"{option} {key}: no number; {allowed}")
+    low, high = _bounds(fields[name].metadata)
+    prior = PRIORS.get(key)
+    scale = _scale(float(fields[name].default or 0.0), prior)
+    entry = _entry(section, name, None) if section in SECTIONS else Entry.CHOICE
+    return Parameter(key, unit(name), scale, prior, low, high, entry, kind is int, fields[name])
+
+
 def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
     """The parameters of ``config`` by their keys; a key of a list means all of its entries.
 
@@ -180,6 +223,7 @@ def _of_table(
                 low,
                 high,
                 _entry(path.partition(".")[0], key, effect),
+                field=info,
             )
 
 

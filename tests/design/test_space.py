@@ -9,7 +9,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import plan, space
 
 
-def paper() -> list[space.Parameter]:
+def paper() -> list[space.Varied]:
     return [space.parse(text) for text in space.PAPER]
 
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
-import types
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Literal
 
 import numpy as np
-from pydantic import TypeAdapter, ValidationError
 from scipy.stats import qmc
 
-from dolfingrip.config import Config, ConfigError
-from dolfingrip.sections import complaint
+from dolfingrip.config import ConfigError
+from dolfingrip.parameter import Parameter, named
 
 Points = Literal["grid", "sobol", "lhs"]
 Inputs = dict[str, float | int]
@@ -28,31 +26,34 @@ _DIGITS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
-    """A number of the configuration that varies.
+class Varied:
+    """A parameter that a design varies, and between what.
 
     Attributes:
-        key: ``section.name``.
-        low, high: bounds, in the unit that the key's name ends in; both are included.
+        parameter: number of the configuration.
+        low, high: bounds, in the parameter's unit; both are included.
         count: of evenly spaced values on a grid; None where the parameter is for samples only.
-        integer: whether only whole numbers are meant.
     """
 
-    key: str
+    parameter: Parameter
     low: float
     high: float
     count: int | None
-    integer: bool
+
+    @property
+    def key(self) -> str:
+        """Of the configuration."""
+        return self.parameter.key
 
     def value(self, share: float) -> float | int:
         """The value at a share in [0, 1] of the way from ``low`` to ``high``."""
         raw = self.low + share * (self.high - self.low)
-        if self.integer:
+        if self.parameter.integer:
             return round(raw)
         return float(f"{raw:.{_DIGITS}g}") + 0.0  # no minus zero
 
 
-def parse(text: str) -> Parameter:
+def parse(text: str) -> Varied:
     """A parameter from ``section.name=low:high`` or ``section.name=low:high:count``.
 
     Raises:
@@ -69,49 +70,18 @@ def parse(text: str) -> Parameter:
         count = int(parts[2]) if len(parts) == 3 else None
     except ValueError:
         raise ConfigError(form) from None
-    info, integer = _field(key)
+    parameter = named(key, "--parameter")
     for bound in (low, high):
-        _within(key, info, int(bound) if integer and bound.is_integer() else bound)
+        parameter.check(bound, "--parameter")
     if not low < high:
         raise ConfigError(f"--parameter {text}: allowed: low below high")
     if count is not None and count < 2:
         raise ConfigError(f"--parameter {text}: count = {count}: allowed: at least 2")
-    return Parameter(key, low, high, count, integer)
-
-
-def _field(key: str) -> tuple[Any, bool]:
-    """Pydantic's field of a key, and whether it is an integer."""
-    section, _, name = key.partition(".")
-    info = Config.model_fields.get(section)
-    fields = getattr(info.annotation, "model_fields", {}) if info is not None else {}
-    if name not in fields:
-        raise ConfigError(f"--parameter {key}: unknown key; allowed: a number of the configuration")
-    kinds = _kinds(fields[name].annotation)
-    if kinds not in ({int}, {float}):
-        raise ConfigError(f"--parameter {key}: no number; allowed: a number of the configuration")
-    return fields[name], kinds == {int}
-
-
-def _kinds(hint: Any) -> set[Any]:
-    parts = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
-    return set(parts) - {type(None)}
-
-
-def _within(key: str, info: Any, bound: float) -> None:
-    kind = TypeAdapter(_annotated(info))
-    try:
-        kind.validate_python(bound, strict=True)
-    except ValidationError:
-        allowed = complaint.bounds(info, key) or "a number"
-        raise ConfigError(f"--parameter {key} = {bound:g}: allowed: {allowed}") from None
-
-
-def _annotated(info: Any) -> Any:
-    return Annotated[(info.annotation, *info.metadata)] if info.metadata else info.annotation
+    return Varied(parameter, low, high, count)
 
 
 def points(
-    parameters: Sequence[Parameter], kind: Points, number: int | None = None, seed: int = 0
+    parameters: Sequence[Varied], kind: Points, number: int | None = None, seed: int = 0
 ) -> list[Inputs]:
     """The points of a design of experiments, each once.
 
@@ -142,7 +112,7 @@ def points(
     return list({tuple(point.values()): point for point in found}.values())
 
 
-def _grid(parameters: Sequence[Parameter], number: int | None) -> np.ndarray:
+def _grid(parameters: Sequence[Varied], number: int | None) -> np.ndarray:
     counts = []
     for parameter in parameters:
         if parameter.count is None:
