@@ -7,7 +7,7 @@ import os
 import sys
 import traceback
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 from mpi4py import MPI
@@ -15,6 +15,7 @@ from mpi4py import MPI
 from dolfingrip import config as configuration
 from dolfingrip.cli import (
     doe_commands,
+    experiment_command,
     morph_command,
     optimise_command,
     reproduce_command,
@@ -22,12 +23,10 @@ from dolfingrip.cli import (
     train_command,
 )
 from dolfingrip.cli import extensions_command as listing
+from dolfingrip.cli.experiment_command import ProtocolOption
 from dolfingrip.cli.options import ConfigFile, Overrides, console
-from dolfingrip.config import Config, ConfigError
-from dolfingrip.sections import protocol_file as protocols
-
-if TYPE_CHECKING:
-    from dolfingrip.experiments.run import Kind, Result
+from dolfingrip.config import ConfigError
+from dolfingrip.experiments.index import find
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
@@ -39,21 +38,7 @@ app = typer.Typer(
     help="Simulate 3D-printed pneumatic gripper fingers.",
 )
 
-Renders = Annotated[
-    str | None,
-    typer.Option("--render", metavar="kPa,kPa,…", help="Pressures to render, e.g. 0,100,200."),
-]
-Colour = Annotated[
-    str, typer.Option("--colour-by", help="Colour renders by displacement or stretch.")
-]
-
-
-ProtocolOption = Annotated[
-    Path | None,
-    typer.Option("--protocol", help="TOML of ramps and waits, or a measurement's CSV."),
-]
-
-
+experiment_command.register(app)
 app.command("morph")(morph_command.morph)
 app.add_typer(doe_commands.app, name="doe")
 app.command("train")(train_command.train)
@@ -93,80 +78,6 @@ def mesh(
 
 
 @app.command()
-def bend(
-    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/bend"),
-    config: ConfigFile = None,
-    overrides: Overrides = None,
-    render: Renders = None,
-    colour_by: Colour = "displacement",
-    protocol: ProtocolOption = None,
-) -> None:
-    """Free bending: the tip's angle against pressure."""
-    _experiment("bending", config, overrides, out, render, colour_by, protocol)
-
-
-@app.command()
-def force(
-    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/force"),
-    config: ConfigFile = None,
-    overrides: Overrides = None,
-    render: Renders = None,
-    colour_by: Colour = "displacement",
-    protocol: ProtocolOption = None,
-) -> None:
-    """Blocked force: the tip against the force sensor's plate."""
-    _experiment("blocked_force", config, overrides, out, render, colour_by, protocol)
-
-
-@app.command()
-def cycle(
-    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/cycle"),
-    config: ConfigFile = None,
-    overrides: Overrides = None,
-    cycles: Annotated[int, typer.Option(help="How often up and down.")] = 2,
-    pressure: Annotated[
-        float | None, typer.Option("--pressure-kPa", help="Highest pressure (kPa).")
-    ] = None,
-    rate: Annotated[
-        float | None, typer.Option("--rate-kPa-per-s", help="Of the ramps (kPa/s).")
-    ] = None,
-    hold: Annotated[
-        float | None, typer.Option("--hold-s", help="Wait at the highest pressure (s).")
-    ] = None,
-    blocked: Annotated[
-        bool, typer.Option("--blocked", help="Against the force sensor's plate.")
-    ] = False,
-    render: Renders = None,
-    colour_by: Colour = "displacement",
-) -> None:
-    """Pressurise and vent again and again."""
-    asked = {
-        "cycles": cycles,
-        "max_pressure_kPa": pressure,
-        "rate_kPa_per_s": rate,
-        "hold_s": hold,
-        "unload": "true",
-    }
-    more = [f"experiment.{key}={value}" for key, value in asked.items() if value is not None]
-    kind: Kind = "blocked_force" if blocked else "bending"
-    _experiment(kind, config, [*(overrides or ()), *more], out, render, colour_by, None)
-
-
-@app.command()
-def coupon(
-    out: Annotated[Path, typer.Option(help="Folder for results.")] = Path("out/coupon"),
-    config: ConfigFile = None,
-    overrides: Overrides = None,
-    protocol: ProtocolOption = None,
-) -> None:
-    """Uniaxial tension of the material: nominal stress against strain."""
-    from dolfingrip.cli.commands import run_coupon
-
-    poses = _poses("coupon", config, overrides, out, protocol)
-    _exit(*[run_coupon(resolved, folder, console()) for folder, resolved in poses])
-
-
-@app.command()
 def fake(
     out: Annotated[Path, typer.Option(help="Folder for the data set.")] = Path("out/fake"),
     experiments: Annotated[
@@ -190,12 +101,13 @@ def fake(
     protocol: ProtocolOption = None,
 ) -> None:
     """Synthetic measurement: hidden effects, nuisances and noise, in the measured-data format."""
-    from dolfingrip.cli.commands import fake_measurement
+    from dolfingrip.cli.commands import synthetic_measurement
 
-    told = _poses(experiments.partition(",")[0], config, overrides, out, protocol)
+    first = find(experiments.partition(",")[0], "--experiments")
+    told = experiment_command.poses(first, config, overrides, out, protocol)
     for folder, resolved in told:
         truth = resolved.overridden(hide or ())
-        fake_measurement(
+        synthetic_measurement(
             experiments, resolved, truth, nuisance or (), noise or (), seed, folder, console()
         )
 
@@ -218,51 +130,7 @@ def demo(
         from dolfingrip.cli import small_loop
 
         small_loop.run(resolved, out / "loop")
-    _exit(*results)
-
-
-def _experiment(
-    kind: Kind,
-    config: Path | None,
-    overrides: list[str] | None,
-    out: Path,
-    render: str | None,
-    colour_by: str,
-    protocol: Path | None,
-) -> None:
-    from dolfingrip.cli.commands import run_experiment
-
-    poses = _poses(kind, config, overrides, out, protocol)
-    _exit(
-        *[
-            run_experiment(kind, resolved, folder, render, colour_by, console())
-            for folder, resolved in poses
-        ]
-    )
-
-
-def _poses(
-    experiment: str,
-    config: Path | None,
-    overrides: list[str] | None,
-    out: Path,
-    protocol: Path | None,
-) -> list[tuple[Path, Config]]:
-    """Folder and configuration of each set-up that the protocol asks for."""
-    if protocol is None:
-        return [(out, configuration.load(config, overrides or ()))]
-    table, poses = protocols.read(protocol, experiment)
-    settings = [
-        (out / pose.name, configuration.load(config, [*(overrides or ()), *pose.set]))
-        for pose in poses
-    ] or [(out, configuration.load(config, overrides or ()))]
-    return [(folder, resolved.changed(protocol=table)) for folder, resolved in settings]
-
-
-def _exit(*results: Result) -> None:
-    """Exit code 1 where a load path ended early, its results up to there being kept."""
-    if any(result.failure is not None for result in results):
-        raise typer.Exit(1)
+    experiment_command.end(*results)
 
 
 def main() -> None:

@@ -14,22 +14,18 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import coupon, landings, landings_kPa, run, synthetic
-from dolfingrip.experiments.notes import notes
-from dolfingrip.experiments.run import Kind, Result, Row
+from dolfingrip.experiments import pressures_kPa, run, synthetic
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.index import find
+from dolfingrip.experiments.result import Result, Row
 from dolfingrip.experiments.undeformed import solid
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.meshes import files
 from dolfingrip.meshes.quality import check
 from dolfingrip.report import curve, render
-from dolfingrip.report.table import tabulate, tabulate_coupon
+from dolfingrip.report.table import tabulate
 
-TITLES = {
-    "bending": "Free bending",
-    "blocked_force": "Blocked force",
-    "coupon": "Uniaxial tension",
-}
-KINDS: tuple[Kind, ...] = get_args(Kind)
+DEMO = ("bending", "blocked_force")
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
@@ -51,36 +47,26 @@ def write_mesh(config: Config, out: Path, console: Console) -> None:
 
 
 def run_experiment(
-    kind: Kind, config: Config, out: Path, renders: str | None, colour_by: str, console: Console
+    experiment: Experiment,
+    config: Config,
+    out: Path,
+    renders: str | None,
+    colour_by: str,
+    console: Console,
 ) -> Result:
     """Run one experiment, print its table, plot and render."""
     wanted = _pressures(renders, config)
     quantity = _quantity(colour_by)
     check_writable(out)
-    _warn(config, console)
-    result = _run(kind, config, out, console)
-    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, quantity, console))
+    _warn(experiment, config, console)
+    result = _run(experiment, config, out, console)
+    on_root(MPI.COMM_WORLD, lambda: _report(experiment, result, out, wanted, quantity, console))
     if MPI.COMM_WORLD.rank == 0:
-        _print(result, out, console)
+        _print(experiment, result, out, console)
     return result
 
 
-def run_coupon(config: Config, out: Path, console: Console) -> Result:
-    """Pull the coupon, print its table and plot its curve."""
-    check_writable(out)
-    with _bar(TITLES["coupon"], len(coupon.readings(config)), console) as advance:
-        result = coupon.run(config, out=out, progress=advance)
-    if MPI.COMM_WORLD.rank == 0:
-        if result.rows:
-            columns = result.columns()
-            curve.plot_coupon(columns, out / "curve.png")
-            console.print(tabulate_coupon(columns, title=TITLES["coupon"]))
-        _print_remarks(result, console)
-        console.print(f"results: {out}", soft_wrap=True)
-    return result
-
-
-def fake_measurement(
+def synthetic_measurement(
     experiments: str,
     config: Config,
     truth: Config,
@@ -91,17 +77,14 @@ def fake_measurement(
     console: Console,
 ) -> None:
     """Simulate, disturb and write a data set."""
-    kinds: list[synthetic.Kind] = []
-    for name in experiments.split(","):
-        known = [kind for kind in synthetic.KINDS if kind == name]
-        if not known:
-            allowed = ", ".join(synthetic.KINDS)
-            raise ConfigError(f"--experiments {name}: allowed: {allowed}, joined by commas")
-        kinds += known
+    kinds = experiments.split(",")
+    unknown = [name for name in kinds if name not in synthetic.KINDS]
+    if unknown:
+        allowed = ", ".join(synthetic.KINDS)
+        raise ConfigError(f"--experiments {unknown[0]}: allowed: {allowed}, joined by commas")
     channels = synthetic.noise_from(noise)
     check_writable(out)
-    readings = {kind: coupon.readings if kind == "coupon" else landings for kind in kinds}
-    total = sum(len(of(config)) for of in readings.values())
+    total = sum(len(find(kind).schedule(config)) for kind in kinds)
     with _bar("Synthetic measurement", total, console) as advance:
         found = synthetic.measure(
             kinds,
@@ -125,24 +108,30 @@ def fake_measurement(
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
     """Both experiments, one table, plots and renders."""
     check_writable(out)
-    _warn(config, console)
-    wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
-    results = {kind: _demonstrate(kind, config, out / kind, wanted, console) for kind in KINDS}
-    bending, blocked = results["bending"], results["blocked_force"]
+    shown = [find(name) for name in DEMO]
+    _warn(shown[0], config, console)
+    wanted = [p for p in DEMO_RENDERS_KPA if p in pressures_kPa(config)]
+    results = [_demonstrate(each, config, out / each.name, wanted, console) for each in shown]
     if MPI.COMM_WORLD.rank == 0:
-        if bending.rows and blocked.rows:
-            console.print(tabulate(bending.columns(), blocked.columns(), title="Reference finger"))
-        for result in results.values():
-            _print_remarks(result, console)
+        parts = [
+            (each.table, result.columns()) for each, result in zip(shown, results, strict=True)
+        ]
+        if all(result.rows for result in results):
+            console.print(tabulate(*parts, title="Reference finger"))
+        for each, result in zip(shown, results, strict=True):
+            _print_remarks(each, result, console)
         console.print(f"pictures, tables and ParaView fields: {out}", soft_wrap=True)
-    return [bending, blocked]
+    return results
 
 
 def _demonstrate(
-    kind: Kind, config: Config, out: Path, wanted: list[float], console: Console
+    experiment: Experiment, config: Config, out: Path, wanted: list[float], console: Console
 ) -> Result:
-    result = _run(kind, config, out, console)
-    on_root(MPI.COMM_WORLD, lambda: _report(result, out, wanted, "displacement", console))
+    result = _run(experiment, config, out, console)
+    on_root(
+        MPI.COMM_WORLD,
+        lambda: _report(experiment, result, out, wanted, "displacement", console),
+    )
     return result
 
 
@@ -166,7 +155,7 @@ def _pressures(text: str | None, config: Config) -> list[float]:
     """Pressures of ``--render``, which must be among those the run lands on."""
     if not text:
         return []
-    known = landings_kPa(config)
+    known = pressures_kPa(config)
     if not known:
         raise ConfigError('--render: allowed: with experiment.control = "pressure" only')
     try:
@@ -180,14 +169,14 @@ def _pressures(text: str | None, config: Config) -> list[float]:
     return wanted
 
 
-def _warn(config: Config, console: Console) -> None:
-    for note in notes(config):
+def _warn(experiment: Experiment, config: Config, console: Console) -> None:
+    for note in experiment.notes(config):
         console.print(f"[yellow]warning: {note}[/yellow]", soft_wrap=True, highlight=False)
 
 
-def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:
-    with _bar(TITLES[kind], len(landings(config)), console) as advance:
-        return run(kind, config, out=out, progress=advance)
+def _run(experiment: Experiment, config: Config, out: Path, console: Console) -> Result:
+    with _bar(experiment.title, len(experiment.schedule(config)), console) as advance:
+        return run(experiment, config, out=out, progress=advance)
 
 
 @contextmanager
@@ -214,6 +203,7 @@ def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], N
 
 
 def _report(
+    experiment: Experiment,
     result: Result,
     out: Path,
     wanted: list[float],
@@ -224,11 +214,9 @@ def _report(
     if not result.rows:
         return
     with console.status("plotting and rendering"):
-        columns = result.columns()
-        if result.kind == "bending":
-            curve.plot_bending(columns, out / "curve.png")
-        else:
-            curve.plot_blocked_force(columns, out / "curve.png", result.turning)
+        curve.plot(experiment, result.columns(), out / "curve.png", result.turning)
+        if not wanted:
+            return
         reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
         if not reached:
             return
@@ -252,18 +240,15 @@ def _plate(result: Result) -> render.Plate | None:
     )
 
 
-def _print(result: Result, out: Path, console: Console) -> None:
+def _print(experiment: Experiment, result: Result, out: Path, console: Console) -> None:
     if result.rows:
-        alone = {result.kind: result.columns()}
-        console.print(tabulate(**alone, title=TITLES[result.kind]))
-    _print_remarks(result, console)
+        console.print(tabulate((experiment.table, result.columns()), title=experiment.title))
+    _print_remarks(experiment, result, console)
     console.print(f"results: {out}", soft_wrap=True)
 
 
-def _print_remarks(result: Result, console: Console) -> None:
-    if result.turning is not None:
-        console.print(result.turning.sentence(), soft_wrap=True)
+def _print_remarks(experiment: Experiment, result: Result, console: Console) -> None:
+    for remark in experiment.remarks(result):
+        console.print(remark, soft_wrap=True)
     if result.failure is not None:
-        console.print(
-            f"[red]{TITLES[result.kind]} {result.failure.sentence()}[/red]", soft_wrap=True
-        )
+        console.print(f"[red]{experiment.title} {result.failure.sentence()}[/red]", soft_wrap=True)
