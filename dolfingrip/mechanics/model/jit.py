@@ -18,8 +18,8 @@ FLAGS = [
     "-fno-signed-zeros",
     "-fassociative-math",
     "-freciprocal-math",
-    # the last scheduling of instructions takes time with the square of a kernel's length, up to 98 %
-    # of all (38 s for 0.9 s); kernels are no faster by it, and their results are bitwise the same
+    # the last scheduling of instructions takes time with the square of a kernel's length, up to
+    # 98 % of all (38 s for 0.9 s); kernels are no faster by it, their results bitwise the same
     "-fno-schedule-insns2",
     "-g0",
 ]
