@@ -13,7 +13,7 @@ from ufl.core.expr import Expr
 
 from benchmarks import split_energy
 from dolfingrip.config import Config
-from dolfingrip.experiments import landings_kPa
+from dolfingrip.experiments import pressures_kPa
 from dolfingrip.experiments.finger import FingerModel, build
 from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.undeformed import load_domain
@@ -64,7 +64,7 @@ def bend(config: Config, energy: str = "") -> dict[str, Any]:
     built = time.perf_counter()
     path = LoadPath(newton)
     rows = []
-    for pressure_kPa in landings_kPa(config):
+    for pressure_kPa in pressures_kPa(config):
         arrival = path.advance({"pressure_kPa": pressure_kPa})
         if arrival.failure is not None:
             raise SystemExit(arrival.failure.sentence())

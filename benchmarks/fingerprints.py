@@ -24,7 +24,7 @@ from matplotlib.axes import Axes
 from benchmarks.parts import UNGRADED_MM
 from dolfingrip import config
 from dolfingrip.design import rows
-from dolfingrip.experiments.run import Kind, run
+from dolfingrip.experiments import run
 from dolfingrip.extensions.index import NAMES
 from dolfingrip.report import theme
 
@@ -76,8 +76,7 @@ def computed(name: str, rate: str, folder: Path) -> dict[str, Any]:
 
 def curve(kind: str, overrides: Sequence[str]) -> dict[str, Any]:
     """Pressure, branch and reading of one run."""
-    experiment: Kind = "bending" if kind == "bending" else "blocked_force"
-    result = run(experiment, config.load(None, overrides))
+    result = run(kind, config.load(None, overrides))
     return {
         "pressure_kPa": result.column("pressure_kPa").tolist(),
         "reading": result.column(COLUMNS[kind]).tolist(),

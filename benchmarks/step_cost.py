@@ -14,7 +14,7 @@ import time
 from statistics import median
 
 from dolfingrip import config
-from dolfingrip.experiments.run import Kind, run
+from dolfingrip.experiments import run
 
 APART = ("contact.self_contact=false", "experiment.max_pressure_kPa=100", "experiment.cycles=2")
 TOUCHING = ("experiment.max_pressure_kPa=200", "experiment.cycles=2")
@@ -32,7 +32,7 @@ CASES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 """Overrides of the elastic finger that a case is compared with, and what they gain."""
 
 
-def cost(kind: Kind, overrides: tuple[str, ...]) -> tuple[float, int, int]:
+def cost(kind: str, overrides: tuple[str, ...]) -> tuple[float, int, int]:
     """CPU seconds a load step, load steps, Newton iterations of one run."""
     marks: list[float] = []
     settings = config.load(None, overrides)

@@ -13,6 +13,9 @@ from dolfingrip.cli import app as cli
 from dolfingrip.config import ConfigError
 from dolfingrip.sections import protocol_file as protocol
 
+COUPON = ("coupon", "displacement_mm")
+"""An experiment and what it leads."""
+
 LAB = """
 cycles = 2
 [[segment]]
@@ -40,7 +43,7 @@ def _written(tmp_path: Path, text: str, name: str = "lab.toml") -> Path:
 
 
 def test_segments_become_readings(tmp_path: Path) -> None:
-    table, poses = protocol.read(_written(tmp_path, LAB), "coupon")
+    table, poses = protocol.read(_written(tmp_path, LAB), *COUPON)
     down = 3.3 / 2.5
     one = [1.5, 3.0, 4.0, 6.0, 12.0, 12.0 + down]
     expected = [0.0, *one, *(time + 12.0 + down for time in one)]
@@ -70,7 +73,7 @@ def test_segments_become_readings(tmp_path: Path) -> None:
 )
 def test_bad_files_are_one_line(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(ConfigError) as refused:
-        protocol.read(_written(tmp_path, text), "coupon")
+        protocol.read(_written(tmp_path, text), *COUPON)
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
 
@@ -83,7 +86,7 @@ def test_time_stamps_of_a_measurement(tmp_path: Path) -> None:
         "bending,B,1,loading,0,50,9\n"
     )
     file = _written(tmp_path, rows, "a.csv")
-    table, poses = protocol.read(file, "bending", "A")
+    table, poses = protocol.read(file, "bending", "pressure_kPa", "A")
     assert table == {
         "time_s": [0.0, 1.0, 4.0],
         "pressure_kPa": [0.0, 20.0, 20.0],
@@ -91,12 +94,12 @@ def test_time_stamps_of_a_measurement(tmp_path: Path) -> None:
         "branch": ["loading", "loading", "hold"],
     }
     assert not poses
-    assert protocol.read(file, "bending", "B")[0]["pressure_kPa"] == [50.0]
+    assert protocol.read(file, "bending", specimen="B")[0]["pressure_kPa"] == [50.0]
     # the only one there is need not be named
     assert protocol.read(file, "blocked_force")[0]["pressure_kPa"] == [0.0]
-    assert protocol.read(file, "blocked_force", "A")[0]["pressure_kPa"] == [0.0]
+    assert protocol.read(file, "blocked_force", specimen="A")[0]["pressure_kPa"] == [0.0]
     with pytest.raises(ConfigError) as refused:
-        protocol.read(file, "coupon")
+        protocol.read(file, *COUPON)
     assert str(refused.value) == f"--protocol {file}: missing column displacement_mm"
 
 
@@ -162,7 +165,7 @@ def test_command_runs_each_pose_and_each_result_is_a_data_set(
             rows = list(csv.DictReader(file))
         assert len(rows) == 13
         force[pose] = float(rows[2]["force_N"])
-        again, _ = protocol.read(tmp_path / pose / "result.csv", "coupon")
+        again, _ = protocol.read(tmp_path / pose / "result.csv", *COUPON)
         assert again["branch"][:4] == ["loading", "loading", "loading", "hold"]
         text = (tmp_path / pose / "result.toml").read_text(encoding="utf-8")
         assert 'experiment = "coupon"\ngauge_length_mm = 33.0\narea_mm2 = 9.0\n' in text

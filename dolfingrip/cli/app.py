@@ -28,12 +28,15 @@ from dolfingrip.cli import (
 from dolfingrip.cli.options import ConfigFile, Overrides
 from dolfingrip.cli.pipes import unbroken_output
 from dolfingrip.config import ConfigError
+from dolfingrip.experiments.index import EXPERIMENTS
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
 
 ORDER = (
-    *("demo", "bend", "force", "cycle", "coupon", "mesh", "morph", "config", "extensions", "fake"),
+    "demo",
+    *(experiment.command for experiment in EXPERIMENTS.values()),
+    *("mesh", "morph", "config", "extensions", "fake"),
     *("doe", "train", "optimise", "study", "reproduce"),
 )
 """Subcommands in the order in which a new user needs them."""
@@ -55,8 +58,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Simulate 3D-printed pneumatic gripper fingers.",
 )
-for experiment in ("demo", "bend", "force", "cycle", "coupon", "fake"):
-    app.command(experiment)(getattr(experiment_commands, experiment))
+app.command("demo")(experiment_commands.demo)
+experiment_commands.register(app)
+app.command("fake")(experiment_commands.fake)
 app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
 app.command("extensions")(extensions_command.extensions)

@@ -14,30 +14,32 @@ from rich.console import Console
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import coupon, landings, landings_kPa, run, synthetic
-from dolfingrip.experiments.notes import notes
-from dolfingrip.experiments.run import Kind, Result, Row
+from dolfingrip.experiments import pressures_kPa, run, synthetic
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.index import find
+from dolfingrip.experiments.result import Result, Row
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report import curve, render
-from dolfingrip.report.table import tabulate, tabulate_coupon
+from dolfingrip.report.table import tabulate
+from dolfingrip.sections.units import unit
 
-TITLES = {
-    "bending": "Free bending",
-    "blocked_force": "Blocked force",
-    "coupon": "Uniaxial tension",
-}
-KINDS: tuple[Kind, ...] = get_args(Kind)
+DEMO = ("bending", "blocked_force")
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
 
 
 def run_experiment(
-    kind: Kind, config: Config, out: Path, renders: str | None, colour_by: str, console: Console
+    experiment: Experiment,
+    config: Config,
+    out: Path,
+    renders: str | None,
+    colour_by: str,
+    console: Console,
 ) -> Result:
     """Run one experiment, print its table, plot its curve and draw its poses.
 
     Args:
-        kind: which experiment.
-        config: of the finger.
+        experiment: which one.
+        config: of its specimen.
         out: folder for results.
         renders: pressures to draw (kPa), joined by commas.
         colour_by: ``displacement`` or ``stretch``.
@@ -49,31 +51,16 @@ def run_experiment(
     wanted = _pressures(renders, config)
     quantity = _quantity(colour_by)
     check_writable(out)
-    _warn(config, console)
-    result = _run(kind, config, out, console)
-    _pictures(result, out, wanted, quantity, console)
+    _warn(experiment, config, console)
+    result = _run(experiment, config, out, console)
+    _pictures(experiment, result, out, wanted, quantity, console)
     if MPI.COMM_WORLD.rank == 0:
-        _print(result, out, console)
+        _print(experiment, result, out, console)
     return result
 
 
-def run_coupon(config: Config, out: Path, console: Console) -> Result:
-    """Pull the coupon, print its table and plot its curve into ``out``."""
-    check_writable(out)
-    with _bar(TITLES["coupon"], len(coupon.readings(config)), console) as advance:
-        result = coupon.run(config, out=out, progress=advance)
-    if MPI.COMM_WORLD.rank == 0:
-        if result.rows:
-            columns = result.columns()
-            curve.plot_coupon(columns, out / "curve.png")
-            console.print(tabulate_coupon(columns, title=TITLES["coupon"]))
-        _print_remarks(result, console)
-        console.print(f"results: {out}", soft_wrap=True)
-    return result
-
-
-def fake_measurement(
-    experiments: str,
+def synthetic_measurement(
+    kinds: Sequence[str],
     config: Config,
     truth: Config,
     nuisances: Sequence[str],
@@ -85,7 +72,7 @@ def fake_measurement(
     """Simulate, disturb and write a data set.
 
     Args:
-        experiments: names joined by commas.
+        kinds: names of the experiments.
         config: what the data set says about itself.
         truth: what is simulated.
         nuisances: effects whose values are drawn from their priors.
@@ -97,18 +84,9 @@ def fake_measurement(
     Raises:
         ConfigError: one line naming the option, its value and what is allowed.
     """
-    kinds: list[synthetic.Kind] = []
-    for name in experiments.split(","):
-        known = [kind for kind in synthetic.KINDS if kind == name]
-        if not known:
-            allowed = ", ".join(synthetic.KINDS)
-            raise ConfigError(f"--experiments {name}: allowed: {allowed}, joined by commas")
-        kinds += known
     channels = synthetic.noise_from(noise)
     check_writable(out)
-    readings = {kind: coupon.readings if kind == "coupon" else landings for kind in kinds}
-    total = sum(len(of(config)) for of in readings.values())
-    with _bar("Synthetic measurement", total, console) as advance:
+    with _bar("Synthetic measurement", [find(kind) for kind in kinds], config, console) as advance:
         found = synthetic.measure(
             kinds,
             config,
@@ -131,22 +109,26 @@ def fake_measurement(
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
     """Run both experiments, print one table; the pictures of each are there as soon as it ends."""
     check_writable(out)
-    _warn(config, console)
-    wanted = [p for p in DEMO_RENDERS_KPA if p in landings_kPa(config)]
-    results = {}
-    for kind in KINDS:
-        result = results[kind] = _run(kind, config, out / kind, console)
-        pictures = _pictures(result, out / kind, wanted, "displacement", console)
+    shown = [find(name) for name in DEMO]
+    _warn(shown[0], config, console)
+    wanted = [p for p in DEMO_RENDERS_KPA if p in pressures_kPa(config)]
+    results = []
+    for each in shown:
+        result = _run(each, config, out / each.name, console)
+        results.append(result)
+        pictures = _pictures(each, result, out / each.name, wanted, "displacement", console)
         for picture in pictures:
             console.print(f"wrote {picture}", soft_wrap=True)
-    bending, blocked = results["bending"], results["blocked_force"]
     if MPI.COMM_WORLD.rank == 0:
-        if bending.rows and blocked.rows:
-            console.print(tabulate(bending.columns(), blocked.columns(), title="Reference finger"))
-        for result in results.values():
-            _print_remarks(result, console)
+        parts = [
+            (each.table, result.columns()) for each, result in zip(shown, results, strict=True)
+        ]
+        if all(result.rows for result in results):
+            console.print(tabulate(*parts, title="Reference finger"))
+        for each, result in zip(shown, results, strict=True):
+            _print_remarks(each, result, console)
         console.print(f"pictures, tables and ParaView fields: {out}", soft_wrap=True)
-    return [bending, blocked]
+    return results
 
 
 def _quantity(text: str) -> render.Quantity:
@@ -162,7 +144,7 @@ def _pressures(text: str | None, config: Config) -> list[float]:
     """Pressures of ``--render``, which must be among those the run lands on."""
     if not text:
         return []
-    known = landings_kPa(config)
+    known = pressures_kPa(config)
     if not known:
         raise ConfigError('--render: allowed: with experiment.control = "pressure" only')
     try:
@@ -176,19 +158,23 @@ def _pressures(text: str | None, config: Config) -> list[float]:
     return wanted
 
 
-def _warn(config: Config, console: Console) -> None:
-    for note in notes(config):
+def _warn(experiment: Experiment, config: Config, console: Console) -> None:
+    for note in experiment.notes(config):
         console.print(f"[yellow]warning: {note}[/yellow]", soft_wrap=True, highlight=False)
 
 
-def _run(kind: Kind, config: Config, out: Path, console: Console) -> Result:
-    with _bar(TITLES[kind], len(landings(config)), console) as advance:
-        return run(kind, config, out=out, progress=advance)
+def _run(experiment: Experiment, config: Config, out: Path, console: Console) -> Result:
+    with _bar(experiment.title, [experiment], config, console) as advance:
+        return run(experiment, config, out=out, progress=advance)
 
 
 @contextmanager
-def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], None]]:
-    """What to call with each row."""
+def _bar(
+    title: str, experiments: Sequence[Experiment], config: Config, console: Console
+) -> Iterator[Callable[[Row], None]]:
+    """What to call with each row of some experiments."""
+    led = {each.name: each.led for each in experiments}
+    total = sum(len(each.schedule(each.settings(config))) for each in experiments)
     rows = 0
     what = f"{title.lower()} readings"
     with progress.shown(console, what, total=total, note="mesh and forms") as show:
@@ -196,13 +182,14 @@ def _bar(title: str, total: int, console: Console) -> Iterator[Callable[[Row], N
         def advance(row: Row) -> None:
             nonlocal rows
             rows += 1
-            led = "pressure_kPa" if "pressure_kPa" in row else "displacement_mm"
-            show(rows, total, f"{row[led]:g} {led.rpartition('_')[2]}")
+            column = led[row["experiment"]]
+            show(rows, total, f"{row[column]:g} {unit(column)}")
 
         yield advance
 
 
 def _pictures(
+    experiment: Experiment,
     result: Result,
     out: Path,
     wanted: list[float],
@@ -215,7 +202,8 @@ def _pictures(
         if not result.rows:
             return []
         with console.status("plotting and rendering"):
-            curve_file = _curve(result, out / "curve.png")
+            columns = result.columns()
+            curve_file = curve.plot(experiment, columns, out / "curve.png", result.turning)
             reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
             if not reached:
                 return [curve_file]
@@ -229,13 +217,6 @@ def _pictures(
     return on_root(MPI.COMM_WORLD, work) or []
 
 
-def _curve(result: Result, file: Path) -> Path:
-    """Plot the experiment's quantity against pressure."""
-    if result.kind == "bending":
-        return curve.plot_bending(result.columns(), file)
-    return curve.plot_blocked_force(result.columns(), file, result.turning)
-
-
 def _plate(result: Result) -> render.Plate | None:
     """The force sensor, where there is one, for the picture."""
     if result.plate is None:
@@ -247,18 +228,15 @@ def _plate(result: Result) -> render.Plate | None:
     )
 
 
-def _print(result: Result, out: Path, console: Console) -> None:
+def _print(experiment: Experiment, result: Result, out: Path, console: Console) -> None:
     if result.rows:
-        alone = {result.kind: result.columns()}
-        console.print(tabulate(**alone, title=TITLES[result.kind]))
-    _print_remarks(result, console)
+        console.print(tabulate((experiment.table, result.columns()), title=experiment.title))
+    _print_remarks(experiment, result, console)
     console.print(f"results: {out}", soft_wrap=True)
 
 
-def _print_remarks(result: Result, console: Console) -> None:
-    if result.turning is not None:
-        console.print(result.turning.sentence(), soft_wrap=True)
+def _print_remarks(experiment: Experiment, result: Result, console: Console) -> None:
+    for remark in experiment.remarks(result):
+        console.print(remark, soft_wrap=True)
     if result.failure is not None:
-        console.print(
-            f"[red]{TITLES[result.kind]} {result.failure.sentence()}[/red]", soft_wrap=True
-        )
+        console.print(f"[red]{experiment.title} {result.failure.sentence()}[/red]", soft_wrap=True)

@@ -1,10 +1,11 @@
-"""Options of ``dolfingrip demo``, ``bend``, ``force``, ``cycle``, ``coupon`` and ``fake``."""
+"""The commands of the experiments, made from what each tells of itself; ``fake`` and ``demo``."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from mpi4py import MPI
@@ -12,10 +13,13 @@ from mpi4py import MPI
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import ConfigFile, Out, Overrides, console
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.description import Option
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.sections import protocol_file
 
 if TYPE_CHECKING:
-    from dolfingrip.experiments.run import Kind, Result
+    from dolfingrip.experiments.result import Result
 
 Renders = Annotated[
     str | None,
@@ -34,82 +38,10 @@ Specimen = Annotated[
 ]
 
 
-def _one_experiment(kind: Kind, name: str, summary: str) -> Callable[..., None]:
-    """The command ``name``, which runs experiment ``kind``."""
-
-    def command(
-        out: Out = Path("out") / name,
-        config: ConfigFile = None,
-        overrides: Overrides = None,
-        render: Renders = None,
-        colour_by: Colour = "displacement",
-        protocol: ProtocolOption = None,
-        specimen: Specimen = None,
-    ) -> None:
-        poses = _poses(kind, config, overrides, out, protocol, specimen)
-        _run(kind, poses, render, colour_by)
-
-    command.__name__, command.__doc__ = name, summary
-    return command
-
-
-bend = _one_experiment(
-    "bending", "bend", "Bend the finger freely: the tip's angle against pressure."
-)
-force = _one_experiment(
-    "blocked_force",
-    "force",
-    "Press the tip on the force sensor's plate: blocked force against pressure.",
-)
-
-
-def cycle(
-    out: Out = Path("out/cycle"),
-    config: ConfigFile = None,
-    overrides: Overrides = None,
-    cycles: Annotated[int, typer.Option(help="Number of times up and down.")] = 2,
-    pressure: Annotated[
-        float | None, typer.Option("--pressure-kPa", help="Highest pressure (kPa).")
-    ] = None,
-    rate: Annotated[
-        float | None, typer.Option("--rate-kPa-per-s", help="Rate of the ramps (kPa/s).")
-    ] = None,
-    hold: Annotated[
-        float | None,
-        typer.Option("--hold-s", help="Length of the wait at the highest pressure (s)."),
-    ] = None,
-    blocked: Annotated[
-        bool, typer.Option("--blocked", help="Press on the force sensor's plate.")
-    ] = False,
-    render: Renders = None,
-    colour_by: Colour = "displacement",
-) -> None:
-    """Pressurise and vent again and again."""
-    asked = {
-        "cycles": cycles,
-        "max_pressure_kPa": pressure,
-        "rate_kPa_per_s": rate,
-        "hold_s": hold,
-        "unload": "true",
-    }
-    more = [f"experiment.{key}={value}" for key, value in asked.items() if value is not None]
-    kind: Kind = "blocked_force" if blocked else "bending"
-    poses = _poses(kind, config, [*(overrides or ()), *more], out)
-    _run(kind, poses, render, colour_by)
-
-
-def coupon(
-    out: Out = Path("out/coupon"),
-    config: ConfigFile = None,
-    overrides: Overrides = None,
-    protocol: ProtocolOption = None,
-    specimen: Specimen = None,
-) -> None:
-    """Pull the material in uniaxial tension: nominal stress against strain."""
-    from dolfingrip.cli.commands import run_coupon
-
-    poses = _poses("coupon", config, overrides, out, protocol, specimen)
-    _exit(*[run_coupon(resolved, folder, console()) for folder, resolved in poses])
+def register(app: typer.Typer) -> None:
+    """Give ``app`` a subcommand for each experiment of the index."""
+    for experiment in EXPERIMENTS.values():
+        app.command(experiment.command, help=experiment.summary())(_command(experiment))
 
 
 def fake(
@@ -142,13 +74,13 @@ def fake(
     specimen: Specimen = None,
 ) -> None:
     """Write a synthetic measurement with hidden effects, nuisances and noise."""
-    from dolfingrip.cli.commands import fake_measurement
+    kinds = _measured(experiments)
+    from dolfingrip.cli.commands import synthetic_measurement
 
-    first = experiments.partition(",")[0]
-    for folder, resolved in _poses(first, config, overrides, out, protocol, specimen):
-        truth = resolved.overridden(hide or ())
-        fake_measurement(
-            experiments, resolved, truth, nuisance or (), noise or (), seed, folder, console()
+    for folder, told in _poses(find(kinds[0]), config, overrides, out, protocol, specimen):
+        truth = told.overridden(hide or ())
+        synthetic_measurement(
+            kinds, told, truth, nuisance or (), noise or (), seed, folder, console()
         )
 
 
@@ -172,13 +104,94 @@ def demo(
     _exit(*results)
 
 
+def _command(experiment: Experiment) -> Callable[..., None]:
+    """The function behind an experiment's subcommand; typer reads its signature."""
+
+    def perform(
+        out: Path,
+        config: Path | None,
+        overrides: list[str] | None,
+        render: str | None = None,
+        colour_by: str = "displacement",
+        protocol: Path | None = None,
+        specimen: str | None = None,
+        **given: Any,
+    ) -> None:
+        from dolfingrip.cli.commands import run_experiment
+
+        assignments = [*(overrides or ()), *_assignments(experiment, given)]
+        poses = _poses(experiment, config, assignments, out, protocol, specimen)
+        asked = experiment.asked(given)
+        settings = [(folder, experiment.settings(resolved)) for folder, resolved in poses]
+        _exit(
+            *[
+                run_experiment(asked, resolved, folder, render, colour_by, console())
+                for folder, resolved in settings
+            ]
+        )
+
+    parameters = _parameters(experiment)
+    perform.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    perform.__annotations__ = {each.name: each.annotation for each in parameters}
+    return perform
+
+
+def _parameters(experiment: Experiment) -> list[Parameter]:
+    """The options of an experiment's command, as the parameters of a function."""
+    found: dict[str, tuple[Any, object]] = {
+        "out": (Out, Path("out") / experiment.command),
+        "config": (ConfigFile, None),
+        "overrides": (Overrides, None),
+        **{option.name: (_annotation(option), option.default) for option in experiment.options},
+    }
+    if experiment.poses:
+        found |= {"render": (Renders, None), "colour_by": (Colour, "displacement")}
+    if experiment.protocol:
+        found |= {"protocol": (ProtocolOption, None), "specimen": (Specimen, None)}
+    return [
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, (annotation, default) in found.items()
+    ]
+
+
+def _annotation(option: Option) -> Any:
+    """What typer reads of an option that one experiment has."""
+    kind: Any = option.type if option.default is not None else option.type | None
+    return Annotated[kind, typer.Option(option.flag, help=option.help)]
+
+
+def _assignments(experiment: Experiment, given: Mapping[str, Any]) -> list[str]:
+    """What the options that one experiment has set in the configuration, as with ``--set``."""
+    return [
+        f"{option.key}={given[option.name]}"
+        for option in experiment.options
+        if option.key and given[option.name] is not None
+    ]
+
+
+def _measured(text: str) -> list[str]:
+    """The names in ``--experiments``; the measured-data format must have them all.
+
+    Raises:
+        ConfigError: one line with the names that are allowed.
+    """
+    allowed = [name for name, experiment in EXPERIMENTS.items() if experiment.measured]
+    names = text.split(",")
+    for name in names:
+        if name not in allowed:
+            raise ConfigError(
+                f"--experiments {name}: allowed: {', '.join(allowed)}, joined by commas"
+            )
+    return names
+
+
 def _poses(
-    experiment: str,
+    experiment: Experiment,
     config: Path | None,
     overrides: list[str] | None,
     out: Path,
-    protocol: Path | None = None,
-    specimen: str | None = None,
+    protocol: Path | None,
+    specimen: str | None,
 ) -> list[tuple[Path, Config]]:
     """Folder and configuration of each set-up that the protocol asks for."""
     assignments = overrides or []
@@ -186,23 +199,11 @@ def _poses(
         if specimen is not None:
             raise ConfigError(f"--specimen {specimen}: allowed: with --protocol FILE.csv")
         return [(out, configuration.load(config, assignments))]
-    table, poses = protocol_file.read(protocol, experiment, specimen)
+    table, poses = protocol_file.read(protocol, experiment.name, experiment.led, specimen)
     settings = [
         (out / pose.name, configuration.load(config, [*assignments, *pose.set])) for pose in poses
     ] or [(out, configuration.load(config, assignments))]
     return [(folder, resolved.changed(protocol=table)) for folder, resolved in settings]
-
-
-def _run(kind: Kind, poses: list[tuple[Path, Config]], render: str | None, colour_by: str) -> None:
-    """Run an experiment in each set-up, one after another."""
-    from dolfingrip.cli.commands import run_experiment
-
-    _exit(
-        *[
-            run_experiment(kind, resolved, folder, render, colour_by, console())
-            for folder, resolved in poses
-        ]
-    )
 
 
 def _exit(*results: Result) -> None:

@@ -1,6 +1,24 @@
-"""Experiments on a finger and how each is observed."""
+"""Experiments: what is built, led and read, and the loop that runs them.
 
-from dolfingrip.experiments.landings import landings, landings_kPa
-from dolfingrip.experiments.run import Result, run
+The command lists the experiments without a solver, so that what needs one is loaded at first use.
+"""
 
-__all__ = ["Result", "landings", "landings_kPa", "run"]
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from dolfingrip.experiments.loop import run
+    from dolfingrip.experiments.pressurisation import pressures_kPa
+    from dolfingrip.experiments.result import Result
+
+__all__ = ["Result", "pressures_kPa", "run"]
+
+_HOME = {"Result": "result", "pressures_kPa": "pressurisation", "run": "loop"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,242 +1,64 @@
-"""Uniaxial tension of a bar, with the energies of the finger."""
+"""Uniaxial tension of the material."""
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Callable, Mapping
-from contextlib import ExitStack
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Final
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-from dolfinx import fem, mesh
-from mpi4py import MPI
-from petsc4py import PETSc
-
-from dolfingrip.config import Config, ConfigError, Solver
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import schedule
-from dolfingrip.experiments.display import displayed
-from dolfingrip.experiments.keeper import Keeper, Row
-from dolfingrip.experiments.march import Stop, march
-from dolfingrip.experiments.result import Result, facts
-from dolfingrip.extensions.site import Site
-from dolfingrip.forms import neo_hookean
-from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.element import displacement_element, integration_degree
-from dolfingrip.mechanics.model.history import History
-from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.profile import Profile
-from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.experiments.description import Column, Curve, Plot
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.schedule import Stop
 
-KIND: Final = "coupon"
-CLAMPED_CELLS = 2
-"""Elements across the thinner side of a bar that is held fast."""
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.mechanics.model.profile import Profile
 
 
-class Crosshead:
-    """Moves one end of the bar: a control, and a memory of where it stands.
+class Coupon(Experiment):
+    """Pull the material in uniaxial tension: nominal stress against strain."""
 
-    A move stretches the whole bar evenly, which is the solution where its ends are free to narrow.
-    """
-
-    def __init__(self, u: fem.Function, length_mm: float) -> None:
-        self._u = u
-        self._share = u.function_space.tabulate_dof_coordinates()[:, 2] / length_mm
-        self._value = 0.0
-
-    @property
-    def value(self) -> float:
-        """Displacement (mm)."""
-        return self._value
-
-    def set(self, value: float) -> None:
-        """Prescribe ``value``."""
-        self._u.x.array[2::3] += (value - self._value) * self._share
-        self._value = value
-
-    def follow(self, time_s: float, step_s: float) -> None:
-        """It has no clock."""
-
-    def accept(self) -> None:
-        """Its place is in the displacement."""
-
-    def values(self) -> dict[str, np.ndarray]:
-        """Where it stands."""
-        return {"crosshead_mm": np.array([self._value])}
-
-    def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Take note of where it stands in a restored displacement."""
-        self._value = float(values["crosshead_mm"][0])
-
-
-@dataclass(slots=True)
-class CouponModel:
-    """A bar along z, at rest from 0 to its gauge length.
-
-    Attributes:
-        config: as built.
-        model: what is solved.
-        history: its internal variables.
-        moved: owned displacement nodes of the end that moves.
-        parameters: constants of the potential by name.
-    """
-
-    config: Config
-    model: Model
-    history: History
-    moved: np.ndarray
-    parameters: dict[str, fem.Constant]
-
-    def force_N(self) -> float:
-        """Tensile force: the moved end's reaction."""
-        local = float(self.model.reactions()[self.moved, 2].sum())
-        return float(self.model.comm.allreduce(local, MPI.SUM))
-
-
-def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
-    """Model of the bar.
-
-    With sliding grips the stretch is uniform and the stress uniaxial, so that any number of
-    linear elements is exact.
-    """
-    config = config.adapted()
-    sides, clamped = config.coupon, config.coupon.grip == "clamped"
-    size = np.array([sides.width_mm, sides.thickness_mm, sides.gauge_length_mm])
-    cells = np.array([1, 1, comm.size])
-    if clamped:
-        cells = np.maximum(np.round(CLAMPED_CELLS * size / size.min()), cells).astype(int)
-    block = mesh.create_box(
-        comm, [np.zeros(3), size], cells.tolist(), ghost_mode=mesh.GhostMode.none
+    name: ClassVar = "coupon"
+    command: ClassVar = "coupon"
+    title: ClassVar = "Uniaxial tension"
+    led: ClassVar = "displacement_mm"
+    columns: ClassVar = ("nominal_strain", "nominal_stress_MPa")
+    table: ClassVar = (
+        Column("displacement_mm", "Travel (mm)", ".2f"),
+        Column("time_s", "Time (s)", ".1f"),
+        Column("nominal_strain", "Nominal strain (–)", ".3f"),
+        Column("nominal_stress_MPa", "Nominal stress (MPa)", ".3f"),
+        Column("force_N", "Force (N)", ".2f"),
     )
-    block.topology.create_connectivity(2, 3)
-    domain = Domain(block, {}, half=False)
-    space = fem.functionspace(block, displacement_element("P2" if clamped else "P1"))
-    u = fem.Function(space, name="displacement_mm")
-    mu = fem.Constant(block, PETSc.ScalarType(config.material.mu_MPa))
-    lmbda = fem.Constant(block, PETSc.ScalarType(config.material.lmbda_MPa))
-    history = History(u, integration_degree(space))
-    known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda}
-    site = Site(config, domain, u, mu, lmbda, history, parameters=known)
-    density = config.extensions.strain_energy(
-        lambda strain: neo_hookean.energy(strain, mu, lmbda), site
+    plot: ClassVar = Plot(
+        "Nominal stress (MPa)",
+        (Curve("nominal_stress_MPa", "simulation"),),
+        "nominal_strain",
+        "Nominal strain (–)",
     )
+    poses: ClassVar = False
 
-    x = space.tabulate_dof_coordinates() / size
-    foot, head = np.isclose(x[:, 2], 0), np.isclose(x[:, 2], 1)
-    held = [foot | head] * 3
-    if not clamped:  # no more than what a rigid body needs, so that it may also shear
-        held[0] = foot & np.isclose(x[:, 0], 0) & np.isclose(x[:, 1], 0)
-        held[1] = foot & np.isclose(x[:, 1], 0)
-    supports = [
-        fem.dirichletbc(
-            PETSc.ScalarType(0.0),
-            (3 * np.flatnonzero(where) + axis).astype(np.int32),
-            space.sub(axis),
-        )
-        for axis, where in enumerate(held)
-    ]
-    crosshead = Crosshead(u, sides.gauge_length_mm)
-    potential = Potential(u, [density], carried=config.solver.mixed_integration_point)
-    model = Model(
-        domain,
-        u,
-        potential,
-        supports,
-        {"displacement_mm": crosshead},
-        memories=[crosshead, history],
-    )
-    moved = np.flatnonzero(head[: space.dofmap.index_map.size_local])
-    return CouponModel(config, model, history, moved, site.parameters)
+    def schedule(self, config: Config) -> Sequence[Stop]:
+        coupon, protocol = config.coupon, config.protocol
+        if protocol.time_s:
+            if not protocol.displacement_mm:
+                raise ConfigError("protocol.displacement_mm = []: allowed: one for each time_s")
+            return schedule.given(protocol, protocol.displacement_mm)
+        strains = schedule.steps(coupon.max_strain, coupon.step_strain)
+        travel = [strain * coupon.gauge_length_mm for strain in strains]
+        return schedule.cycles(travel, coupon.rate_mm_per_s, config.experiment)
 
+    def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
+        from dolfingrip.experiments.bar_rig import BarRig
 
-def _strict(config: Config) -> Solver:
-    """The solver's settings with a relative tolerance for a bar whose end is moved.
+        return BarRig.built(config, comm, profile)
 
-    Its first residual is not that of the force to be found, of the order of μ, but that of a
-    stretch without narrowing, of the order of λ.
-    """
-    mu, lmbda = config.material.mu_MPa, config.material.lmbda_MPa
-    return config.solver.model_copy(update={"rtol": config.solver.rtol * mu / (lmbda + mu)})
-
-
-def readings(config: Config) -> list[schedule.Reading]:
-    """When the bar is read, and at which displacement (mm).
-
-    Raises:
-        ConfigError: the protocol is none for a coupon.
-    """
-    coupon, protocol = config.coupon, config.protocol
-    if protocol.time_s:
-        if not protocol.displacement_mm:
-            raise ConfigError("protocol.displacement_mm = []: allowed: one for each time_s")
-        return schedule.given(protocol, protocol.displacement_mm)
-    strains = schedule.steps(coupon.max_strain, coupon.step_strain)
-    travel = [strain * coupon.gauge_length_mm for strain in strains]
-    return schedule.cycles(travel, coupon.rate_mm_per_s, config.experiment)
-
-
-def run(
-    config: Config | None = None,
-    *,
-    out: Path | None = None,
-    comm: MPI.Comm = MPI.COMM_WORLD,
-    progress: Callable[[Row], None] = lambda row: None,
-) -> Result:
-    """Pull the bar.
-
-    Args:
-        config: all that the simulation depends on; default: the reference material.
-        out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; nothing is written
-            where None.
-        comm: ranks to run on.
-        progress: called with each new row, on every rank.
-
-    Raises:
-        ConfigError: bad input, in one line.
-    """
-    config = config or Config()
-    start = time.perf_counter()
-    profile = Profile()
-    sides = config.coupon
-    stops = [
-        Stop({"displacement_mm": at.value, "time_s": at.time_s}, at.branch, at.cycle)
-        for at in readings(config)
-    ]
-    with profile.phase("forms"):
-        bar = build(config, comm)
-    longest = {"displacement_mm": sides.step_strain * sides.gauge_length_mm}
-    longest["time_s"] = config.solver.max_step_s or math.inf
-
-    def read() -> dict[str, float]:
-        moved = bar.model.controls["displacement_mm"].value
-        true = {"time_s": bar.model.time_s, "displacement_mm": moved, "force_N": bar.force_N()}
-        row = displayed(config, true)
-        row["nominal_strain"] = row["displacement_mm"] / sides.gauge_length_mm
-        row["nominal_stress_MPa"] = row["force_N"] / sides.area_mm2
-        return row
-
-    result = Result(KIND, config)
-    with ExitStack() as stack:
-        keep = None
-        if out is not None:
-            keep = stack.enter_context(Keeper(out, KIND, config, bar.model, profile))
-        newton = Newton(bar.model, _strict(bar.config), profile)
-        result.failure = march(
-            KIND,
-            LoadPath(newton, longest),
-            stops,
-            read,
-            rows=result.rows,
-            keep=keep,
-            progress=progress,
-            profile=profile,
-        )
-        result.facts = facts(result, bar.model, newton, profile, time.perf_counter() - start)
-        if keep is not None:
-            keep.finish(result.facts)
-    comm.Barrier()
-    return result
+    def setup(self, config: Config) -> dict[str, Any]:
+        return {
+            "gauge_length_mm": config.coupon.gauge_length_mm,
+            "area_mm2": config.coupon.area_mm2,
+            "rate_mm_per_s": config.coupon.rate_mm_per_s,
+        }

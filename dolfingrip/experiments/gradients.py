@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.finger import FingerModel
-from dolfingrip.experiments.keeper import Row
+from dolfingrip.experiments.result import Row
 from dolfingrip.experiments.undeformed import morph, solid
 from dolfingrip.forms import tip_face
 from dolfingrip.mechanics.model import jit

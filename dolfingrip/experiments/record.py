@@ -13,7 +13,6 @@ from typing import Any
 import basix
 import dolfinx
 import petsc4py
-import tomlkit
 
 import dolfingrip
 from dolfingrip.config import Config
@@ -62,29 +61,3 @@ def write(path: Path, config: Config, facts: dict[str, Any]) -> None:
         "machine": machine(),
     }
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-
-
-def describe(path: Path, config: Config, experiment: str) -> None:
-    """Write the set-up beside ``result.csv``, as a measurement's is: the result is a data set."""
-    path.write_text(tomlkit.dumps(described(config, experiment)), encoding="utf-8")
-
-
-def described(config: Config, experiment: str) -> dict[str, Any]:
-    """The set-up as in a measurement's TOML file."""
-    data: dict[str, Any] = {"experiment": experiment}
-    if experiment == "coupon":
-        data |= {
-            "gauge_length_mm": config.coupon.gauge_length_mm,
-            "area_mm2": config.coupon.area_mm2,
-            "rate_mm_per_s": config.coupon.rate_mm_per_s,
-        }
-    else:
-        data["rate_kPa_per_s"] = config.experiment.rate_kPa_per_s
-        data["finger"] = config.finger.model_dump(exclude_defaults=True)
-        if config.gravity.acceleration_m_s2:
-            data["gravity"] = {"direction": list(config.gravity.direction)}
-    if experiment == "blocked_force":
-        data["plate"] = config.plate.model_dump(include={"gap_mm", "tilt_deg"})
-    if config.protocol.time_s:  # its time stamps say it
-        data = {key: value for key, value in data.items() if not key.startswith("rate_")}
-    return {key: value for key, value in data.items() if value != {}}

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.keeper import COLUMNS, Row
-from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.turning_point import TurningPoint
-from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 
-Kind = Literal["bending", "blocked_force"]
-"""Experiments on a finger."""
+Row = dict[str, Any]
+"""Readings of one stop, by column."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,15 +31,15 @@ class Result:
     """What an experiment yielded.
 
     Attributes:
-        kind: ``bending``, ``blocked_force`` or ``coupon``.
-        rows: one dictionary a landing, by column.
+        kind: the experiment's name.
+        rows: one dictionary a stop, by column.
         failure: why the path ended early, if it did; the rows up to there are good.
         turning: of the blocked-force curve, where it turns.
         plate: where the force sensor stood.
         facts: contents of ``run.json`` besides the configuration.
     """
 
-    kind: Kind | Literal["coupon"]
+    kind: str
     config: Config
     rows: list[Row] = field(default_factory=list)
     failure: Failure | None = None
@@ -55,14 +53,15 @@ class Result:
 
     def columns(self) -> dict[str, list[Any]]:
         """The table by column."""
-        names = [name for name in COLUMNS if any(name in row for row in self.rows)]
+        names = dict.fromkeys(name for row in self.rows for name in row)
         return {name: [row.get(name) for row in self.rows] for name in names}
 
 
 def facts(
-    result: Result, model: Model, newton: Newton, profile: Profile, wall_s: float
+    result: Result, newton: Newton, profile: Profile, wall_s: float, notes: Sequence[str]
 ) -> dict[str, Any]:
     """What ``run.json`` says besides the configuration."""
+    model = newton.model
     topology = model.domain.mesh.topology
     return {
         "experiment": result.kind,
@@ -86,7 +85,7 @@ def facts(
             "last_good": result.failure.last_good,
             "sentence": result.failure.sentence(),
         },
-        "notes": [] if result.kind == "coupon" else notes(result.config),
+        "notes": list(notes),
         "turning_point": None if result.turning is None else asdict(result.turning),
         "ranks": model.comm.size,
         "wall_s": round(wall_s, 3),

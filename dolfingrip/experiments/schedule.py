@@ -1,4 +1,4 @@
-"""When an experiment is read: ramps, waits and cycles at given rates, or given times."""
+"""The stops of an experiment: ramps, waits and cycles at given rates, or given times."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from dolfingrip.sections.protocol_file import waits
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
-    """One reading: what is prescribed and when.
+class Stop:
+    """Where an experiment is read: what is led to which value, and when.
 
     Attributes:
-        value: prescribed, in the unit of what is led.
-        time_s: since the first reading.
+        value: of what is led, in its unit.
+        time_s: since the first stop.
         branch: ``loading``, ``unloading`` or ``hold``.
         cycle: from 1 on.
     """
@@ -34,7 +34,7 @@ def steps(largest: float, step: float) -> list[float]:
     return values
 
 
-def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list[Reading]:
+def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list[Stop]:
     """Up through ``values`` from rest, and back where asked, so many times.
 
     Args:
@@ -42,18 +42,18 @@ def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list
         rate: change of the value per second.
         experiment: cycles, waits and whether to unload.
     """
-    found: list[Reading] = [Reading(values[0], 0.0, "loading")]
+    found: list[Stop] = [Stop(values[0], 0.0, "loading")]
 
     def ramp(targets: Sequence[float], branch: Branch, cycle: int) -> None:
         for value in targets:
             last = found[-1]
             time_s = last.time_s + abs(value - last.value) / rate
-            found.append(Reading(value, time_s, branch, cycle))
+            found.append(Stop(value, time_s, branch, cycle))
 
     def wait(length_s: float, cycle: int) -> None:
         last = found[-1]
         for after in waits(length_s, experiment.hold_readings):
-            found.append(Reading(last.value, last.time_s + after, "hold", cycle))
+            found.append(Stop(last.value, last.time_s + after, "hold", cycle))
 
     for cycle in range(1, experiment.cycles + 1):
         ramp(values[1:], "loading", cycle)
@@ -64,9 +64,9 @@ def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list
     return found
 
 
-def given(protocol: Protocol, values: Sequence[float]) -> list[Reading]:
-    """The readings that a protocol asks for, ``values`` being what it prescribes."""
-    found: list[Reading] = []
+def given(protocol: Protocol, values: Sequence[float]) -> list[Stop]:
+    """The stops that a protocol asks for, ``values`` being those of what is led."""
+    found: list[Stop] = []
     for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
         before = values[i - 1] if i else 0.0
         branch: Branch = "hold" if i and value == before else "loading"
@@ -74,5 +74,5 @@ def given(protocol: Protocol, values: Sequence[float]) -> list[Reading]:
             branch = "unloading"
         if protocol.branch:
             branch = protocol.branch[i]
-        found.append(Reading(value, time_s, branch, protocol.cycle[i] if protocol.cycle else 1))
+        found.append(Stop(value, time_s, branch, protocol.cycle[i] if protocol.cycle else 1))
     return found

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 import tomlkit
@@ -15,15 +15,14 @@ from mpi4py import MPI
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError, checked
-from dolfingrip.experiments import coupon, record
-from dolfingrip.experiments.keeper import COLUMNS, Row
-from dolfingrip.experiments.run import run
+from dolfingrip.experiments.index import find
+from dolfingrip.experiments.loop import run
+from dolfingrip.experiments.recorder import COLUMNS
+from dolfingrip.experiments.result import Row
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.path.failure import Failure
-
-Kind = Literal["bending", "blocked_force", "coupon"]
 
 MEASURED = COLUMNS[: COLUMNS.index("tip_z_mm") + 1]
 """The columns of the measured-data format; a measurement has no others."""
@@ -56,7 +55,7 @@ class Measurement:
         failures: of experiments that ended early.
     """
 
-    kinds: Sequence[Kind]
+    kinds: Sequence[str]
     config: Config
     truth: Config
     rows: list[Row]
@@ -126,7 +125,7 @@ def draw(prior: Prior, rng: np.random.Generator) -> float:
 
 
 def measure(
-    kinds: Sequence[Kind],
+    kinds: Sequence[str],
     config: Config,
     *,
     hidden: Config | None = None,
@@ -153,10 +152,7 @@ def measure(
     rows: list[Row] = []
     failures = []
     for kind in kinds:
-        if kind == "coupon":
-            result = coupon.run(truth, comm=comm, progress=progress)
-        else:
-            result = run(kind, truth, comm=comm, progress=progress)
+        result = run(kind, truth, comm=comm, progress=progress)
         if result.failure is not None:
             failures.append(result.failure)
         for row in result.rows:
@@ -199,11 +195,8 @@ def write(measurement: Measurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) 
 def _described(measurement: Measurement) -> str:
     data: dict[str, Any] = {"experiment": "", "note": "synthetic, by dolfingrip fake"}
     for kind in measurement.kinds:
-        data |= record.described(measurement.config, kind)
+        data |= find(kind).described(measurement.config)
     if len(measurement.kinds) > 1:
         data["experiment"] = list(measurement.kinds)
     data["noise"] = dict(measurement.noise)
     return tomlkit.dumps(data)
-
-
-KINDS: tuple[Kind, ...] = get_args(Kind)

@@ -1,4 +1,4 @@
-"""Curves against pressure: bending angle (the paper's Fig. 3) and blocked force (its Fig. 4)."""
+"""Curves of an experiment's result, such as an angle against pressure."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.report.columns import Columns, branches, numbers, required, select_rows
 from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme
 
 SIZE_IN = (6.0, 4.0)
+
+_LINES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "v"))
+"""Colour and marker of each curve of a plot."""
 
 _STYLES: dict[str, dict[str, Any]] = {
     "loading": {"linestyle": "-"},
@@ -40,77 +44,45 @@ class TurningPoint(Protocol):
     def slope_after_N_per_kPa(self) -> float: ...
 
 
-def plot_bending(result: Columns, path: Path, *, measured: Columns | None = None) -> Path:
-    """Draw bending angles against pressure.
-
-    Args:
-        result: Columns ``pressure_kPa`` and ``angle_deg`` (tip face); drawn where present:
-            ``chord_angle_deg``, and ``branch`` to tell loading from unloading.
-        path: PNG to write (6 in × 4 in).
-        measured: Columns ``pressure_kPa`` and ``angle_deg`` of measurements, drawn as points; with
-            a column ``experiment`` only its rows ``bending``.
-
-    Raises:
-        ValueError: One line naming a column that is missing.
-    """
-    with _axes(path, "Bending angle (°)") as axes:
-        _draw(axes, result, "angle_deg", "tip face", BLUE, "o")
-        if numbers(result, "chord_angle_deg") is not None:
-            _draw(axes, result, "chord_angle_deg", "chord, clamp to tip", ORANGE, "s")
-        if measured is not None:
-            _draw_measured(axes, measured, "bending", "angle_deg")
-    return path
-
-
-def plot_blocked_force(
+def plot(
+    experiment: Experiment,
     result: Columns,
     path: Path,
     turning_point: TurningPoint | None = None,
     *,
     measured: Columns | None = None,
 ) -> Path:
-    """Draw the blocked force against pressure, with its turning point.
+    """Draw what an experiment says is to be drawn of its result.
 
     Args:
-        result: Columns ``pressure_kPa`` and ``force_N``, and ``branch`` where it is known.
+        experiment: Whose result it is.
+        result: Columns that ``experiment.plot`` names; the first of its curves must be there. A
+            column ``branch`` tells loading from unloading.
         path: PNG to write (6 in × 4 in).
         turning_point: Pressure (kPa), force (N) and the slopes (N/kPa) of the lines that meet
             there.
-        measured: Columns ``pressure_kPa`` and ``force_N`` of measurements, drawn as points; with a
-            column ``experiment`` only its rows ``blocked_force``.
+        measured: Measurements of the first curve, drawn as points; with a column ``experiment``
+            only its rows of this one.
 
     Raises:
         ValueError: One line naming a column that is missing.
     """
-    with _axes(path, "Blocked force (N)") as axes:
-        _draw(axes, result, "force_N", "simulation", BLUE, "o")
+    told = experiment.plot
+    with _axes(path, told.label, told.over_label) as axes:
+        for i, (curve, (colour, marker)) in enumerate(zip(told.curves, _LINES, strict=False)):
+            if i == 0 or numbers(result, curve.column) is not None:
+                _draw(axes, result, curve.column, curve.label, colour, marker, told.over)
         if measured is not None:
-            _draw_measured(axes, measured, "blocked_force", "force_N")
+            _draw_measured(axes, measured, experiment)
         if turning_point is not None:
-            pressure = required(result, "pressure_kPa")
-            _draw_turning_point(axes, turning_point, np.nanmin(pressure), np.nanmax(pressure))
-    return path
-
-
-def plot_coupon(result: Columns, path: Path) -> Path:
-    """Draw nominal stress against nominal strain.
-
-    Args:
-        result: Columns ``nominal_strain`` (–) and ``nominal_stress_MPa``, and ``branch`` where
-            known.
-        path: PNG to write (6 in × 4 in).
-
-    Raises:
-        ValueError: One line naming a column that is missing.
-    """
-    with _axes(path, "Nominal stress (MPa)", "Nominal strain (–)") as axes:
-        _draw(axes, result, "nominal_stress_MPa", "simulation", BLUE, "o", over="nominal_strain")
+            over = required(result, told.over)
+            _draw_turning_point(axes, turning_point, np.nanmin(over), np.nanmax(over))
     return path
 
 
 @contextmanager
-def _axes(path: Path, label: str, over: str = "Pressure (kPa)") -> Iterator[Axes]:
-    """Axes over pressure or ``over``; saved on leaving, with limits that include the origin."""
+def _axes(path: Path, label: str, over: str) -> Iterator[Axes]:
+    """Axes over ``over``; saved on leaving, with limits that include the origin."""
     with figure_theme():
         # A figure of its own rather than pyplot's: nothing is left open, no backend is chosen.
         figure = Figure(figsize=SIZE_IN, layout="constrained")
@@ -135,10 +107,10 @@ def _draw(
     label: str,
     colour: str,
     marker: str,
-    over: str = "pressure_kPa",
+    over: str,
 ) -> None:
     """One column, a line for each branch; lines of branches join where the branch turns."""
-    pressure, values = required(result, over), required(result, name)
+    along, values = required(result, over), required(result, name)
     branch = branches(result)
     present = list(dict.fromkeys(branch))
     for kind in present:
@@ -148,7 +120,7 @@ def _draw(
             first = max(rows.start - 1, 0)  # from the turn on, or the curve would have a gap
             part = slice(first, rows.stop)
             axes.plot(
-                pressure[part],
+                along[part],
                 values[part],
                 label=text if number == 0 else None,
                 markevery=slice(rows.start - first, None),
@@ -164,11 +136,12 @@ def _runs(mask: Any) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in zip(steps[::2], steps[1::2], strict=True)]
 
 
-def _draw_measured(axes: Axes, measured: Columns, experiment: str, name: str) -> None:
-    table = select_rows(measured, "experiment", experiment)
+def _draw_measured(axes: Axes, measured: Columns, experiment: Experiment) -> None:
+    table = select_rows(measured, "experiment", experiment.name)
+    told = experiment.plot
     axes.plot(
-        required(table, "pressure_kPa"),
-        required(table, name),
+        required(table, told.over),
+        required(table, told.curves[0].column),
         "D",
         color=INK,
         label="measured",

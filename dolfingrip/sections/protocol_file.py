@@ -30,6 +30,7 @@ from pydantic import Field, model_validator
 from dolfingrip.sections.complaint import ConfigError, checked
 from dolfingrip.sections.procedure import Branch
 from dolfingrip.sections.section import Section, outside
+from dolfingrip.sections.units import unit
 
 SPARSER = 3.0
 """Ratio of the times of successive readings of a wait, since what relaxes does so ever slower."""
@@ -78,13 +79,14 @@ def waits(length_s: float, count: int) -> list[float]:
 
 
 def read(
-    file: Path, experiment: str, specimen: str | None = None
+    file: Path, experiment: str, led: str = "pressure_kPa", specimen: str | None = None
 ) -> tuple[dict[str, Any], Sequence[Pose]]:
     """The table ``[protocol]`` that ``file`` stands for, and the poses it is run at.
 
     Args:
         file: TOML, or CSV in the measured-data format.
         experiment: whose rows of a CSV are meant.
+        led: column of what the experiment leads, ``pressure_kPa`` or ``displacement_mm``.
         specimen: whose rows of a CSV are meant; to be given where the experiment has several.
 
     Raises:
@@ -102,20 +104,20 @@ def read(
         kind = "text" if measured else "TOML"
         raise ConfigError(f"--protocol {file}: not {kind}: {error}") from None
     if measured:
-        return _measured(file, text.splitlines(), experiment, specimen), ()
+        return _measured(file, text.splitlines(), experiment, led, specimen), ()
     asked = checked(ProtocolFile, data)
     if not asked.segment:
         raise ConfigError(f"--protocol {file}: segment = []: allowed: at least one [[segment]]")
-    by = "to_mm" if experiment == "coupon" else "to_kPa"
+    by = f"to_{unit(led)}"
     wrong = [s for s in asked.segment if s.hold_s is None and getattr(s, by) is None]
     if wrong:
         raise ConfigError(f"--protocol {file}: segment: allowed: {by} or hold_s in a {experiment}")
-    return _table(asked, by), asked.pose
+    return _table(asked, led), asked.pose
 
 
-def _table(asked: ProtocolFile, by: str) -> dict[str, Any]:
+def _table(asked: ProtocolFile, led: str) -> dict[str, Any]:
     rows: list[tuple[float, float, int, Branch]] = [(0.0, 0.0, 1, "loading")]
-    rate = "rate_mm_per_s" if by == "to_mm" else "rate_kPa_per_s"
+    by, rate = f"to_{unit(led)}", f"rate_{unit(led)}_per_s"
     for cycle in range(1, asked.cycles + 1):
         for segment in asked.segment:
             start_s, start, *_ = rows[-1]
@@ -129,16 +131,14 @@ def _table(asked: ProtocolFile, by: str) -> dict[str, Any]:
             for k in range(1, segment.readings + 1) if change else ():
                 part = k / segment.readings
                 rows.append((start_s + part * length_s, start + part * change, cycle, branch))
-    led = "displacement_mm" if by == "to_mm" else "pressure_kPa"
     columns = [list(column) for column in zip(*rows, strict=True)]
     return dict(zip(("time_s", led, "cycle", "branch"), columns, strict=True))
 
 
 def _measured(
-    file: Path, lines: Iterable[str], experiment: str, specimen: str | None
+    file: Path, lines: Iterable[str], experiment: str, led: str, specimen: str | None
 ) -> dict[str, Any]:
     """Readings of one specimen of an experiment at its own time stamps, from 0 s on."""
-    led = "displacement_mm" if experiment == "coupon" else "pressure_kPa"
     table = csv.DictReader(lines)
     missing = [name for name in ("time_s", led) if name not in (table.fieldnames or ())]
     if missing:

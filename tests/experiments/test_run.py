@@ -15,7 +15,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import Result, run
-from dolfingrip.experiments.keeper import COLUMNS
+from dolfingrip.experiments.recorder import COLUMNS
 from dolfingrip.mechanics.path.failure import FailureKind
 from dolfingrip.report.fields import list_steps
 

@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip import config
-from dolfingrip.experiments import Result, coupon
+from dolfingrip.experiments import Result, run
 
 INCOMPRESSIBLE = ("material.nu=0.49999", "solver.atol_N=1e-7")
 """Errors of the closed forms of order μ/K = 2e-5."""
@@ -16,7 +16,7 @@ INCOMPRESSIBLE = ("material.nu=0.49999", "solver.atol_N=1e-7")
 
 def pull(*overrides: str) -> Result:
     """The bar pulled as ``overrides`` say."""
-    result = coupon.run(config.load(None, overrides), comm=MPI.COMM_SELF)
+    result = run("coupon", config.load(None, overrides), comm=MPI.COMM_SELF)
     assert result.failure is None, result.failure.sentence()
     return result
 

@@ -8,7 +8,7 @@ from extensions import bars
 from mpi4py import MPI
 
 from dolfingrip import config
-from dolfingrip.experiments import coupon
+from dolfingrip.experiments.bar import CouponModel, build
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 
@@ -65,7 +65,7 @@ def test_dissipation_is_never_negative() -> None:
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     settings = config.load(None, on())
-    bar = coupon.build(settings, MPI.COMM_SELF)
+    bar = build(settings, MPI.COMM_SELF)
     path = LoadPath(Newton(bar.model, settings.solver), {"displacement_mm": 100.0})
     before = bar.history.values()["permanent_set.A"].reshape(-1, 3, 3)
     found = []
@@ -80,7 +80,7 @@ def test_dissipation_is_never_negative() -> None:
     assert max(found) > 1e-4
 
 
-def right_cauchy_green(bar: coupon.CouponModel) -> np.ndarray:
+def right_cauchy_green(bar: CouponModel) -> np.ndarray:
     """(3, 3) isochoric C of the evenly stretched bar."""
     nodes = bar.model.u.function_space.tabulate_dof_coordinates()
     moved = bar.model.u.x.array.reshape(-1, 3)

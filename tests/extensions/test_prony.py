@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.config import Solver
-from dolfingrip.experiments import coupon
+from dolfingrip.experiments.bar import build
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 
@@ -87,7 +87,7 @@ def test_dissipation_is_never_negative() -> None:
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
     settings = config.load(None, TWO)
-    bar = coupon.build(settings, MPI.COMM_SELF)
+    bar = build(settings, MPI.COMM_SELF)
     path = LoadPath(Newton(bar.model, settings.solver), {"displacement_mm": 3.0})
     found = []
     for time_s in np.cumsum(rng.exponential(2.0, 25)):
@@ -118,7 +118,7 @@ def test_a_step_taken_back_leaves_no_trace() -> None:
     settings = config.load(None, TWO)
     ends = []
     for answers, parts in ((["not so far"], [1.0]), ([], [0.5, 1.0])):
-        bar = coupon.build(settings, MPI.COMM_SELF)
+        bar = build(settings, MPI.COMM_SELF)
         newton = Newton(bar.model, settings.solver)
         reasons = iter(answers)
         path = LoadPath(newton, {"displacement_mm": 4.0}, partial(next, reasons, ""))
@@ -136,7 +136,7 @@ def test_a_step_taken_back_leaves_no_trace() -> None:
 
 def test_a_restored_state_goes_the_same_way_again() -> None:
     settings = config.load(None, TWO)
-    bar = coupon.build(settings, MPI.COMM_SELF)
+    bar = build(settings, MPI.COMM_SELF)
     path = LoadPath(Newton(bar.model, Solver(rtol=1e-12)), {"displacement_mm": 5.0})
     path.advance({"displacement_mm": 5.0, "time_s": 1.0})
     kept = bar.model.state().copy()

@@ -8,7 +8,7 @@ from extensions import trial
 from mpi4py import MPI
 
 from dolfingrip import config
-from dolfingrip.experiments import Result, coupon, run
+from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.extensions.mooney_rivlin import MooneyRivlin
@@ -71,5 +71,5 @@ def test_a_coupon_that_relaxes(grip: str) -> None:
          "experiment.hold_s=5", "coupon.gauge_length_mm=9", "coupon.step_strain=0.25",
          f"coupon.grip={grip}"],
     )  # fmt: skip
-    alone, together = (coupon.run(settings, comm=comm) for comm in (trial.SELF, WORLD))
+    alone, together = (run("coupon", settings, comm=comm) for comm in (trial.SELF, WORLD))
     _compare(alone, together, "force_N", "nominal_stress_MPa")

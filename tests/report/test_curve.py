@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from dolfingrip.report.curve import plot_bending, plot_blocked_force
+from dolfingrip.experiments.bending import Bending
+from dolfingrip.experiments.blocked_force import BlockedForce
+from dolfingrip.report.curve import plot
 
 LOADING = [0.0, 50.0, 100.0, 150.0, 200.0, 250.0]
 RETURN = [200.0, 150.0, 100.0, 50.0, 0.0]
@@ -52,7 +54,7 @@ def test_bending_with_both_branches(tmp_path: Path, figures: list[Figure]) -> No
         "angle_deg": [41, None],
         "force_N": [None, 1.0],
     }
-    file = plot_bending(result, tmp_path / "new" / "curve.png", measured=measured)
+    file = plot(Bending(), result, tmp_path / "new" / "curve.png", measured=measured)
     assert matplotlib.image.imread(file).shape[:2] == (1200, 1800)
     (figure,) = figures
     axes = figure.axes[0]
@@ -71,13 +73,13 @@ def test_bending_with_both_branches(tmp_path: Path, figures: list[Figure]) -> No
 
 
 def test_bending_with_the_least_columns(tmp_path: Path, figures: list[Figure]) -> None:
-    plot_bending({"pressure_kPa": ["0", "50"], "angle_deg": ["0", "20"]}, tmp_path / "c.png")
+    plot(Bending(), {"pressure_kPa": ["0", "50"], "angle_deg": ["0", "20"]}, tmp_path / "c.png")
     assert _legend(figures[0]) == ["tip face"]
 
 
 def test_blocked_force_with_turning_point(tmp_path: Path, figures: list[Figure]) -> None:
     result = {"pressure_kPa": LOADING, "force_N": [0.0, 0.5, 1.0, 1.5, 2.3, 3.3]}
-    file = plot_blocked_force(result, tmp_path / "curve.png", Turn())
+    file = plot(BlockedForce(), result, tmp_path / "curve.png", Turn())
     assert matplotlib.image.imread(file).std() > 0.05
     (figure,) = figures
     assert figure.axes[0].get_ylabel() == "Blocked force (N)"
@@ -93,12 +95,12 @@ def test_blocked_force_with_turning_point(tmp_path: Path, figures: list[Figure])
 def test_blocked_force_without_turning_point(tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame({"pressure_kPa": LOADING, "force_N": LOADING})
-    assert plot_blocked_force(frame, tmp_path / "curve.png").is_file()
+    assert plot(BlockedForce(), frame, tmp_path / "curve.png").is_file()
 
 
 def test_missing_column_is_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"^results have no column force_N$"):
-        plot_blocked_force({"pressure_kPa": LOADING, "force_N": [""] * 6}, tmp_path / "c.png")
+        plot(BlockedForce(), {"pressure_kPa": LOADING, "force_N": [""] * 6}, tmp_path / "c.png")
     with pytest.raises(ValueError, match=r"^results have no column angle_deg$"):
-        plot_bending({"pressure_kPa": LOADING}, tmp_path / "c.png")
+        plot(Bending(), {"pressure_kPa": LOADING}, tmp_path / "c.png")
     assert not list(tmp_path.iterdir())

@@ -8,12 +8,15 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from dolfingrip.experiments.bending import Bending
+from dolfingrip.experiments.blocked_force import BlockedForce
 from dolfingrip.report.table import tabulate
 
 
 def _text(*results: Any) -> str:
     console = Console(width=120, record=True, file=io.StringIO())
-    console.print(tabulate(*results))
+    shown = (Bending.table, BlockedForce.table)
+    console.print(tabulate(*zip(shown, results, strict=False)))
     return console.export_text()
 
 
@@ -44,5 +47,5 @@ def test_unloading_has_its_own_rows() -> None:
 
 
 def test_nothing_to_tabulate() -> None:
-    with pytest.raises(ValueError, match="no angle and no force"):
+    with pytest.raises(ValueError, match="no column to tabulate"):
         tabulate()

@@ -26,14 +26,14 @@ from dolfingrip.design.campaign.answer import DesignFailure, Outcome
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.run import Kind, Result
+    from dolfingrip.experiments.result import Result
 
 QUANTITIES: Final = ("cog_offset_mm", "force_N", "angle_deg")
 """What can be computed: the undeformed centroid's offset, and the blocked force and the free
 tip's angle at the highest pressure."""
 
-EXPERIMENTS: Final[dict[str, Kind]] = {"force_N": "blocked_force", "angle_deg": "bending"}
-"""Experiment by the quantity that it yields."""
+EXPERIMENTS: Final = {"force_N": ("blocked_force", "blocked"), "angle_deg": ("bending", "free")}
+"""Experiment by the quantity that it yields, and what its columns of the curve begin with."""
 
 MODULE: Final = "dolfingrip.design.campaign.objective"
 """This file, as a program."""
@@ -70,12 +70,12 @@ def compute(config: dict[str, Any], quantities: tuple[str, ...], comm: MPI.Comm)
     outcome = Outcome({"cog_offset_mm": offset}, iterations=0, versions=record.versions())
     outcome.curve = {}
     found = {"cog_offset_mm": slopes}
-    for quantity, kind in EXPERIMENTS.items():
+    for quantity, (name, prefix) in EXPERIMENTS.items():
         if quantity not in quantities:
             continue
         found[quantity] = {}
-        result = run(kind, resolved, comm=comm, visit=gradients.at_highest(found[quantity]))
-        outcome.curve |= _curve(result, quantity)
+        result = run(name, resolved, comm=comm, visit=gradients.at_highest(found[quantity]))
+        outcome.curve |= _curve(result, quantity, prefix)
         outcome.iterations += result.facts["newton"]["iterations"]
         if result.failure is not None:
             raise DesignFailure(str(result.failure.kind), result.failure.sentence(), outcome.curve)
@@ -85,9 +85,8 @@ def compute(config: dict[str, Any], quantities: tuple[str, ...], comm: MPI.Comm)
     return outcome
 
 
-def _curve(result: Result, quantity: str) -> dict[str, list[float]]:
-    """Readings at each landed pressure."""
-    prefix = "blocked" if result.kind == "blocked_force" else "free"
+def _curve(result: Result, quantity: str, prefix: str) -> dict[str, list[float]]:
+    """Readings at each pressure that was reached."""
     columns = {
         f"{prefix}_pressure_kPa": "pressure_kPa",
         quantity: quantity,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 from experiments import small
 
-from dolfingrip.experiments import landings, landings_kPa, run
+from dolfingrip.experiments import pressures_kPa, run
+from dolfingrip.experiments.pressurisation import stops
 
 
 def test_pressures() -> None:
@@ -13,8 +14,8 @@ def test_pressures() -> None:
     config = small.short(
         "experiment.max_pressure_kPa=50", "experiment.step_kPa=20", "experiment.unload=true"
     )
-    assert landings_kPa(config) == [0, 20, 40, 50, 40, 20, 0]
-    assert [landing.branch for landing in landings(config)] == 4 * ["loading"] + 3 * ["unloading"]
+    assert pressures_kPa(config) == [0, 20, 40, 50, 40, 20, 0]
+    assert [stop.branch for stop in stops(config)] == 4 * ["loading"] + 3 * ["unloading"]
 
 
 def test_volume_and_pressure_agree() -> None:
@@ -28,7 +29,7 @@ def test_volume_and_pressure_agree() -> None:
         "experiment.step_volume_ratio=0.05",
         "solver.rtol=1e-10",
     )
-    assert landings_kPa(by_volume) == []
+    assert pressures_kPa(by_volume) == []
     led = run("bending", by_volume)
     assert led.failure is None
     volumes = led.column("cavity_volume_mm3")

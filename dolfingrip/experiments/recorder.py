@@ -1,4 +1,4 @@
-"""What a run leaves in its folder, row by row."""
+"""The files that a run writes into its folder, row by row."""
 
 from __future__ import annotations
 
@@ -7,25 +7,36 @@ import math
 from pathlib import Path
 from typing import Any
 
+import tomlkit
+
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import record
+from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.fields import FieldFile
+from dolfingrip.experiments.result import Row
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
-
-Row = dict[str, Any]
 
 COLUMNS = (
     "experiment", "specimen", "cycle", "branch", "time_s", "pressure_kPa", "angle_deg",
     "force_N", "displacement_mm", "tip_x_mm", "tip_z_mm", "chord_angle_deg",
     "cavity_pressure_kPa", "cavity_volume_mm3", "contact_gap_mm", "plate_gap_mm",
-    "nominal_strain", "nominal_stress_MPa", "iterations", "load_steps",
+    "iterations", "load_steps",
 )  # fmt: skip
-"""Columns of ``result.csv``: those of the measured-data format, then what else is known."""
+"""Columns of all experiments: those of the measured-data format, then what else is known."""
+
+EFFORT = ("iterations", "load_steps")
+"""The last of them."""
 
 
-class Keeper:
+def columns(experiment: Experiment) -> tuple[str, ...]:
+    """Columns of an experiment's ``result.csv``: its own stand before the effort."""
+    shared = [name for name in COLUMNS if name not in EFFORT]
+    return (*shared, *experiment.columns, *EFFORT)
+
+
+class Recorder:
     """Writes ``result.csv`` and ``.toml``, ``run.json`` and ``fields.pvd`` as the run goes.
 
     A run that is interrupted keeps its rows and fields so far, and a ``run.json`` that says
@@ -36,30 +47,30 @@ class Keeper:
     """
 
     def __init__(
-        self, out: Path, kind: str, config: Config, model: Model, profile: Profile
+        self, out: Path, experiment: Experiment, config: Config, model: Model, profile: Profile
     ) -> None:
         self._out = out
         self._config = config
         self._comm = model.comm
         self._profile = profile
-        self._file = on_root(self._comm, lambda: self._open(kind))
+        self._file = on_root(self._comm, lambda: self._open(experiment))
         self._fields = FieldFile(model, out / "fields.pvd")
 
-    def _open(self, kind: str) -> Any:
+    def _open(self, experiment: Experiment) -> Any:
         try:
             self._out.mkdir(parents=True, exist_ok=True)
-            record.write(
-                self._out / "run.json", self._config, {"experiment": kind, "complete": False}
-            )
-            record.describe(self._out / "result.toml", self._config, kind)
+            known = {"experiment": experiment.name, "complete": False}
+            record.write(self._out / "run.json", self._config, known)
+            described = tomlkit.dumps(experiment.described(self._config))
+            (self._out / "result.toml").write_text(described, encoding="utf-8")
             file = (self._out / "result.csv").open("w", encoding="utf-8", newline="")
         except OSError as error:
             raise ConfigError(f"--out {self._out}: {error.strerror}") from None
-        self._table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        self._table = csv.DictWriter(file, columns(experiment), lineterminator="\n")
         self._table.writeheader()
         return file
 
-    def __enter__(self) -> Keeper:
+    def __enter__(self) -> Recorder:
         return self
 
     def append(self, row: Row) -> None:

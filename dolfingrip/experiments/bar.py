@@ -1,0 +1,139 @@
+"""The coupon's model: a bar with the energies of the finger."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from dolfinx import fem, mesh
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.config import Config
+from dolfingrip.extensions.site import Site
+from dolfingrip.forms import neo_hookean
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.element import displacement_element, integration_degree
+from dolfingrip.mechanics.model.history import History
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.potential import Potential
+
+CLAMPED_CELLS = 2
+"""Elements across the thinner side of a bar that is held fast."""
+
+
+class Crosshead:
+    """Moves one end of the bar: a control, and a memory of where it stands.
+
+    A move stretches the whole bar evenly, which is the solution where its ends are free to narrow.
+    """
+
+    def __init__(self, u: fem.Function, length_mm: float) -> None:
+        self._u = u
+        self._share = u.function_space.tabulate_dof_coordinates()[:, 2] / length_mm
+        self._value = 0.0
+
+    @property
+    def value(self) -> float:
+        """Displacement (mm)."""
+        return self._value
+
+    def set(self, value: float) -> None:
+        """Prescribe ``value``."""
+        self._u.x.array[2::3] += (value - self._value) * self._share
+        self._value = value
+
+    def follow(self, time_s: float, step_s: float) -> None:
+        """It has no clock."""
+
+    def accept(self) -> None:
+        """Its place is in the displacement."""
+
+    def values(self) -> dict[str, np.ndarray]:
+        """Where it stands."""
+        return {"crosshead_mm": np.array([self._value])}
+
+    def restore(self, values: Mapping[str, np.ndarray]) -> None:
+        """Take note of where it stands in a restored displacement."""
+        self._value = float(values["crosshead_mm"][0])
+
+
+@dataclass(slots=True)
+class CouponModel:
+    """A bar along z, at rest from 0 to its gauge length.
+
+    Attributes:
+        config: as built.
+        model: what is solved.
+        history: its internal variables.
+        moved: owned displacement nodes of the end that moves.
+        parameters: constants of the potential by name.
+    """
+
+    config: Config
+    model: Model
+    history: History
+    moved: np.ndarray
+    parameters: dict[str, fem.Constant]
+
+    def force_N(self) -> float:
+        """Tensile force: the moved end's reaction."""
+        local = float(self.model.reactions()[self.moved, 2].sum())
+        return float(self.model.comm.allreduce(local, MPI.SUM))
+
+
+def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
+    """Model of the bar.
+
+    With sliding grips the stretch is uniform and the stress uniaxial, so that any number of
+    linear elements is exact.
+    """
+    config = config.adapted()
+    sides, clamped = config.coupon, config.coupon.grip == "clamped"
+    size = np.array([sides.width_mm, sides.thickness_mm, sides.gauge_length_mm])
+    cells = np.array([1, 1, comm.size])
+    if clamped:
+        cells = np.maximum(np.round(CLAMPED_CELLS * size / size.min()), cells).astype(int)
+    block = mesh.create_box(
+        comm, [np.zeros(3), size], cells.tolist(), ghost_mode=mesh.GhostMode.none
+    )
+    block.topology.create_connectivity(2, 3)
+    domain = Domain(block, {}, half=False)
+    space = fem.functionspace(block, displacement_element("P2" if clamped else "P1"))
+    u = fem.Function(space, name="displacement_mm")
+    mu = fem.Constant(block, PETSc.ScalarType(config.material.mu_MPa))
+    lmbda = fem.Constant(block, PETSc.ScalarType(config.material.lmbda_MPa))
+    history = History(u, integration_degree(space))
+    known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda}
+    site = Site(config, domain, u, mu, lmbda, history, parameters=known)
+    density = config.extensions.strain_energy(
+        lambda strain: neo_hookean.energy(strain, mu, lmbda), site
+    )
+
+    x = space.tabulate_dof_coordinates() / size
+    foot, head = np.isclose(x[:, 2], 0), np.isclose(x[:, 2], 1)
+    held = [foot | head] * 3
+    if not clamped:  # no more than what a rigid body needs, so that it may also shear
+        held[0] = foot & np.isclose(x[:, 0], 0) & np.isclose(x[:, 1], 0)
+        held[1] = foot & np.isclose(x[:, 1], 0)
+    supports = [
+        fem.dirichletbc(
+            PETSc.ScalarType(0.0),
+            (3 * np.flatnonzero(where) + axis).astype(np.int32),
+            space.sub(axis),
+        )
+        for axis, where in enumerate(held)
+    ]
+    crosshead = Crosshead(u, sides.gauge_length_mm)
+    potential = Potential(u, [density], carried=config.solver.mixed_integration_point)
+    model = Model(
+        domain,
+        u,
+        potential,
+        supports,
+        {"displacement_mm": crosshead},
+        memories=[crosshead, history],
+    )
+    moved = np.flatnonzero(head[: space.dofmap.index_map.size_local])
+    return CouponModel(config, model, history, moved, site.parameters)

@@ -1,0 +1,67 @@
+"""The rig of a coupon: a bar whose one end a crosshead moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from mpi4py import MPI
+
+from dolfingrip.config import Config, Solver
+from dolfingrip.experiments.bar import CouponModel, build
+from dolfingrip.experiments.display import displayed
+from dolfingrip.experiments.rig import Rig
+from dolfingrip.experiments.schedule import Stop
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.newton import Newton
+
+
+class BarRig(Rig):
+    """Moves a bar's end, and reads force and travel.
+
+    Args:
+        config: as asked for.
+        bar: its model.
+        profile: where the time is booked.
+    """
+
+    def __init__(self, config: Config, bar: CouponModel, profile: Profile) -> None:
+        super().__init__(Newton(bar.model, _strict(bar.config), profile), bar)
+        self._config = config
+        self._bar = bar
+
+    @classmethod
+    def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> BarRig:
+        """The rig of the configuration's coupon."""
+        with profile.phase("forms"):
+            bar = build(config, comm)
+        return cls(config, bar, profile)
+
+    def longest(self) -> dict[str, float]:
+        sides = self._config.coupon
+        return {
+            "displacement_mm": sides.step_strain * sides.gauge_length_mm,
+            "time_s": self._config.solver.max_step_s or math.inf,
+        }
+
+    def controls(self, stop: Stop) -> Mapping[str, float]:
+        return {"displacement_mm": stop.value, "time_s": stop.time_s}
+
+    def read(self) -> dict[str, float]:
+        model, sides = self._bar.model, self._config.coupon
+        moved = model.controls["displacement_mm"].value
+        true = {"time_s": model.time_s, "displacement_mm": moved, "force_N": self._bar.force_N()}
+        row = displayed(self._config, true)
+        row["nominal_strain"] = row["displacement_mm"] / sides.gauge_length_mm
+        row["nominal_stress_MPa"] = row["force_N"] / sides.area_mm2
+        return row
+
+
+def _strict(config: Config) -> Solver:
+    """The solver's settings with a relative tolerance for a bar whose end is moved.
+
+    Its first residual is not that of the force to be found, of the order of μ, but that of a
+    stretch without narrowing, of the order of λ.
+    """
+    mu, lmbda = config.material.mu_MPa, config.material.lmbda_MPa
+    return config.solver.model_copy(update={"rtol": config.solver.rtol * mu / (lmbda + mu)})

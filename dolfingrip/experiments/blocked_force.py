@@ -1,0 +1,51 @@
+"""Blocked force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.description import PRESSURE, Column, Curve, Plot
+from dolfingrip.experiments.finger_experiment import FingerExperiment
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from dolfingrip.experiments.result import Result
+    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.mechanics.model.profile import Profile
+
+
+class BlockedForce(FingerExperiment):
+    """Press the tip on the force sensor's plate: blocked force against pressure."""
+
+    name: ClassVar = "blocked_force"
+    command: ClassVar = "force"
+    title: ClassVar = "Blocked force"
+    table: ClassVar = (PRESSURE, Column("force_N", "Blocked force (N)", ".3f"))
+    plot: ClassVar = Plot("Blocked force (N)", (Curve("force_N", "simulation"),))
+
+    def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
+        from dolfingrip.experiments.finger_rig import FingerRig
+
+        return FingerRig.built(config, comm, profile, plate=True)
+
+    def setup(self, config: Config) -> dict[str, Any]:
+        plate = config.plate.model_dump(include={"gap_mm", "tilt_deg"})
+        return {**super().setup(config), "plate": plate}
+
+    def conclude(self, result: Result, rig: Rig) -> None:
+        """Find the turning point of the loading branch."""
+        from dolfingrip.experiments import turning_point
+
+        result.plate = rig.plate
+        loading = [i for i, row in enumerate(result.rows) if row["branch"] == "loading"]
+        result.turning = turning_point.find(
+            result.column("pressure_kPa")[loading],
+            result.column("force_N")[loading],
+            [rig.gaps_mm[i] for i in loading],
+            result.config.contact.barrier_mm,
+        )
+
+    def remarks(self, result: Result) -> list[str]:
+        return [] if result.turning is None else [result.turning.sentence()]

@@ -1,0 +1,50 @@
+"""Pressurise and vent again and again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.bending import Bending
+from dolfingrip.experiments.blocked_force import BlockedForce
+from dolfingrip.experiments.description import Option
+from dolfingrip.experiments.experiment import Experiment
+
+
+class Cycle(Bending):
+    """Pressurise and vent again and again.
+
+    Its results are those of free bending, or of the blocked force where that is asked for.
+    """
+
+    command: ClassVar = "cycle"
+    options: ClassVar = (
+        Option("--cycles", int, 2, "Number of times up and down.", "experiment.cycles"),
+        Option(
+            "--pressure-kPa", float, None, "Highest pressure (kPa).", "experiment.max_pressure_kPa"
+        ),
+        Option(
+            "--rate-kPa-per-s",
+            float,
+            None,
+            "Rate of the ramps (kPa/s).",
+            "experiment.rate_kPa_per_s",
+        ),
+        Option(
+            "--hold-s",
+            float,
+            None,
+            "Length of the wait at the highest pressure (s).",
+            "experiment.hold_s",
+        ),
+        Option("--blocked", bool, False, "Press on the force sensor's plate."),
+    )
+    protocol: ClassVar = False
+    measured: ClassVar = False
+
+    def settings(self, config: Config) -> Config:
+        return config.changed(experiment={"unload": True})
+
+    def asked(self, given: Mapping[str, Any]) -> Experiment:
+        return BlockedForce() if given["blocked"] else self

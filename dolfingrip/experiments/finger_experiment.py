@@ -1,0 +1,31 @@
+"""What all experiments on a pressurised finger have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from dolfingrip.config import Config
+from dolfingrip.experiments import pressurisation
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.notes import notes
+from dolfingrip.experiments.schedule import Stop
+
+
+class FingerExperiment(Experiment):
+    """The finger is led by its pressure or by the volume of its cavity."""
+
+    def schedule(self, config: Config) -> Sequence[Stop]:
+        return pressurisation.stops(config)
+
+    def setup(self, config: Config) -> dict[str, Any]:
+        data: dict[str, Any] = {
+            "rate_kPa_per_s": config.experiment.rate_kPa_per_s,
+            "finger": config.finger.model_dump(exclude_defaults=True),
+        }
+        if config.gravity.acceleration_m_s2:
+            data["gravity"] = {"direction": list(config.gravity.direction)}
+        return data
+
+    def notes(self, config: Config) -> list[str]:
+        return notes(config)

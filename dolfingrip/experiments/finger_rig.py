@@ -1,0 +1,104 @@
+"""The rig of a pressurised finger, free or against the plate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mpi4py import MPI
+
+from dolfingrip.config import Config
+from dolfingrip.experiments import pressurisation
+from dolfingrip.experiments.display import displayed
+from dolfingrip.experiments.finger import FingerModel, build
+from dolfingrip.experiments.observation import Observation
+from dolfingrip.experiments.result import PlatePose
+from dolfingrip.experiments.rig import Rig
+from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.newton.volume_control import CONTROL
+from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.path.limit_point import Summit
+from dolfingrip.mechanics.path.path import LoadPath
+
+
+class FingerRig(Rig):
+    """Leads a finger's pressure or volume, and reads it.
+
+    Args:
+        config: as asked for.
+        finger: its model.
+        observation: its readings.
+        profile: where the time is booked.
+    """
+
+    def __init__(
+        self, config: Config, finger: FingerModel, observation: Observation, profile: Profile
+    ) -> None:
+        super().__init__(Newton(finger.model, config.solver, profile), finger)
+        self._config = config
+        self._finger = finger
+        self._observation = observation
+        self._by_pressure = pressurisation.by_pressure(config)
+        self._rest = finger.model.state()
+        self._tared = False
+        if finger.plate is not None:
+            normal, offset = finger.plate.normal, float(finger.plate.offset.value)
+            self.plate = PlatePose(tuple(offset * normal), tuple(normal))
+
+    @classmethod
+    def built(cls, config: Config, comm: MPI.Comm, profile: Profile, *, plate: bool) -> FingerRig:
+        """The rig of the configuration's finger.
+
+        Raises:
+            ConfigError: on every rank: bad mesh or geometry, in one line.
+        """
+        with profile.phase("mesh"):
+            domain = load_domain(config, comm)
+        with profile.phase("forms"):
+            finger = build(config, domain, plate=plate)
+            observation = Observation(finger)
+        return cls(config, finger, observation, profile)
+
+    def longest(self) -> dict[str, float]:
+        longest = {}
+        if self._config.solver.max_step_s is not None:
+            longest["time_s"] = self._config.solver.max_step_s
+        if self._by_pressure:
+            return {"pressure_kPa": self._config.solver.max_step_kPa, **longest}
+        ratio = self._config.experiment.step_volume_ratio
+        return {CONTROL: ratio * self._rest.controls[CONTROL], **longest}
+
+    def controls(self, stop: Stop) -> Mapping[str, float]:
+        if self._by_pressure:
+            return {"pressure_kPa": stop.value, "time_s": stop.time_s}
+        volume = self._rest.controls[CONTROL] * (1 + stop.value)
+        return {CONTROL: volume, "time_s": stop.time_s}
+
+    def start(self, path: LoadPath, first: Stop) -> Failure | None:
+        """Take the unpressurised pose as the one that readings count from."""
+        if first.value == 0:
+            return None  # the first stop is that pose
+        failure = path.advance({"pressure_kPa": 0.0, "time_s": 0.0}).failure
+        self._tare()
+        return failure
+
+    def _tare(self) -> None:
+        self._observation.tare()
+        self._tared = True
+
+    def read(self) -> dict[str, float]:
+        if not self._tared:
+            self._tare()
+        readings = self._observation.read()
+        self.gaps_mm.append(self._observation.gaps_mm)
+        return displayed(self._config, readings)
+
+    def passable(self, attempted: Mapping[str, float]) -> bool:
+        """Whether a finger led by pressure goes on at a falling one where its volume is led."""
+        if not self._by_pressure:
+            return False  # its volume is led already: nothing else would pass
+        finger, settings = self._finger, self._config.solver
+        summit = Summit(finger.model, finger.cavity, finger.enclosed, settings)
+        return summit.is_near(attempted["pressure_kPa"])

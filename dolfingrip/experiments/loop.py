@@ -1,0 +1,104 @@
+"""Run an experiment from stop to stop, and record what each yields."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.index import find
+from dolfingrip.experiments.recorder import Recorder
+from dolfingrip.experiments.result import Result, Row, facts
+from dolfingrip.experiments.rig import Rig
+from dolfingrip.experiments.schedule import Stop
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.path.path import LoadPath
+
+
+def run(
+    experiment: Experiment | str,
+    config: Config | None = None,
+    *,
+    out: Path | None = None,
+    comm: MPI.Comm = MPI.COMM_WORLD,
+    progress: Callable[[Row], None] = lambda row: None,
+    visit: Callable[[Any, Row], None] = lambda specimen, row: None,
+) -> Result:
+    """Run an experiment.
+
+    Args:
+        experiment: or its name in :mod:`dolfingrip.experiments.index`.
+        config: all that the simulation depends on; default: the reference finger.
+        out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; nothing is written
+            where None.
+        comm: ranks to run on.
+        progress: called with each new row, on every rank.
+        visit: likewise, with the specimen (a finger's model, for one) as it then is; it must
+            leave the specimen so.
+
+    Raises:
+        ConfigError: bad input, in one line.
+    """
+    if isinstance(experiment, str):
+        experiment = find(experiment)
+    config = experiment.settings(config or Config())
+    start = time.perf_counter()
+    profile = Profile()
+    stops = experiment.schedule(config)
+    rig = experiment.prepare(config, comm, profile)
+    result = Result(experiment.name, config)
+    with ExitStack() as stack:
+        recorder = None
+        if out is not None:
+            files = Recorder(out, experiment, config, rig.newton.model, profile)
+            recorder = stack.enter_context(files)
+
+        def reached(row: Row) -> None:
+            result.rows.append(row)
+            if recorder is not None:
+                recorder.append(row)
+            progress(row)
+            visit(rig.specimen, row)
+
+        result.failure = _lead(experiment, rig, stops, reached)
+        experiment.conclude(result, rig)
+        wall_s = time.perf_counter() - start
+        result.facts = facts(result, rig.newton, profile, wall_s, experiment.notes(config))
+        if recorder is not None:
+            recorder.finish(result.facts)
+    comm.Barrier()
+    return result
+
+
+def _lead(
+    experiment: Experiment, rig: Rig, stops: Sequence[Stop], reached: Callable[[Row], None]
+) -> Failure | None:
+    """Call ``reached`` with the row of each stop; why a stop was not reached, where one was not."""
+    path = LoadPath(rig.newton, rig.longest(), passable=rig.passable)
+    failure = rig.start(path, stops[0])
+    if failure is not None:
+        return failure
+    for stop in stops:
+        arrival = path.advance(rig.controls(stop))
+        if arrival.failure is not None:
+            return arrival.failure
+        with rig.newton.profile.phase("observation"):
+            readings = rig.read()
+        row: Row = {
+            "experiment": experiment.name,
+            "specimen": "simulated",
+            "cycle": stop.cycle,
+            "branch": stop.branch,
+            **readings,
+            "iterations": arrival.iterations,
+            "load_steps": arrival.steps,
+        }
+        reached(row)
+    return None

@@ -1,0 +1,58 @@
+"""What an experiment is run on: a model, what leads it, and what reads it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+from dolfingrip.experiments.result import PlatePose
+from dolfingrip.experiments.schedule import Stop
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.path.path import LoadPath
+
+
+class Rig(ABC):
+    """A test rig with its specimen.
+
+    Attributes:
+        newton: solver of the specimen's model.
+        specimen: the model with its parts, as a visitor of the run is handed it.
+        gaps_mm: distance between neighbouring parts by their names (mm), for each reading.
+        plate: where the force sensor stands, where there is one.
+    """
+
+    def __init__(self, newton: Newton, specimen: Any) -> None:
+        self.newton = newton
+        self.specimen = specimen
+        self.gaps_mm: list[dict[str, float]] = []
+        self.plate: PlatePose | None = None
+
+    @abstractmethod
+    def longest(self) -> dict[str, float]:
+        """Longest load step of each control that limits the step."""
+
+    @abstractmethod
+    def controls(self, stop: Stop) -> Mapping[str, float]:
+        """Controls to go to, by name."""
+
+    @abstractmethod
+    def read(self) -> dict[str, float]:
+        """Readings at the present state, by column, as the instruments display them."""
+
+    def start(self, path: LoadPath, first: Stop) -> Failure | None:
+        """Bring the specimen to where the experiment starts.
+
+        Args:
+            path: leads the model.
+            first: the experiment's first stop.
+
+        Returns:
+            Why that was not reached, where it was not.
+        """
+        return None
+
+    def passable(self, attempted: Mapping[str, float]) -> bool:
+        """Whether equilibrium goes on at a falling load, where ``attempted`` was not reached."""
+        return False
