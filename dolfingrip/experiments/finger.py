@@ -82,8 +82,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
     weight = fem.Constant(mesh, _weight(config))
     if np.any(weight.value):
-        dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
-        terms.append(gravity.energy(u, weight) * dx)
+        terms.append(gravity.energy(u, weight) * domain.volume(quadrature_degree=degree))
     sensor = _plate(config, domain, u) if plate else None
     history = History(u, integration_degree(space))
     known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda, "gravity.weight_N_mm3": weight}
@@ -117,6 +116,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
             carried=config.solver.mixed_integration_point,
             p=p,
             numbers=numbers,
+            domain=domain,
         ),
         supports,
         {"pressure_kPa": supply or by_pressure},
