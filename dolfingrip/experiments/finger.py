@@ -91,8 +91,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
     dead_weight = fem.Constant(mesh, weight(config))
     if np.any(dead_weight.value):
-        dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
-        terms.append(gravity.energy(u, dead_weight) * dx)
+        terms.append(gravity.energy(u, dead_weight) * domain.volume(quadrature_degree=degree))
     sensor = _plate(config, domain, u) if plate else None
     history = History(u, integration_degree(space))
     known = {
@@ -130,6 +129,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
             carried=config.solver.mixed_integration_point,
             p=p,
             numbers=numbers,
+            domain=domain,
         ),
         supports,
         {"pressure_kPa": supply or by_pressure},

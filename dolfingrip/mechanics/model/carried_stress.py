@@ -25,26 +25,35 @@ class CarriedStress:
 
     Args:
         fields: what the stress depends on: displacement, and the pressure of a mixed model.
-        stress: S in UFL.
+        stresses: S in UFL, and the cells where it is such (all where None), part by part.
         degree: of the integration rule.
     """
 
-    def __init__(self, fields: Sequence[fem.Function], stress: Expr, degree: int) -> None:
+    def __init__(
+        self,
+        fields: Sequence[fem.Function],
+        stresses: Sequence[tuple[Expr, np.ndarray | None]],
+        degree: int,
+    ) -> None:
         mesh = fields[0].function_space.mesh
         self.stress = points.field(mesh, (3, 3), degree, "carried_stress_MPa")
         self._steps = [fem.Function(field.function_space) for field in fields]
-        predicted = stress
-        for field, step in zip(fields, self._steps, strict=True):
-            predicted = predicted + ufl.derivative(stress, field, step)
-        self._now = points.AtPoints(stress, mesh, degree)
-        self._after = points.AtPoints(predicted, mesh, degree)
+        self._now, self._after = [], []
+        for stress, cells in stresses:
+            predicted = stress
+            for field, step in zip(fields, self._steps, strict=True):
+                predicted = predicted + ufl.derivative(stress, field, step)
+            self._now.append(points.AtPoints(stress, mesh, degree, cells))
+            self._after.append(points.AtPoints(predicted, mesh, degree, cells))
 
     def reset(self) -> None:
         """Set to S(E(u))."""
-        self._now.into(self.stress)
+        for part in self._now:
+            part.into(self.stress)
 
     def follow(self, *steps: np.ndarray) -> None:
         """Set to the linear prediction for ``steps`` (local dofs of each field) from here."""
         for holder, step in zip(self._steps, steps, strict=True):
             holder.x.array[:] = step
-        self._after.into(self.stress)
+        for part in self._after:
+            part.into(self.stress)

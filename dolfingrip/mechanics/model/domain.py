@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import basix.ufl
@@ -12,7 +12,7 @@ from dolfinx import fem, graph, io, mesh
 from mpi4py import MPI
 
 from dolfingrip.meshes.cells import BY_NODES
-from dolfingrip.meshes.groups import SURFACE_TAGS, SYMMETRY
+from dolfingrip.meshes.groups import SYMMETRY
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
 from dolfingrip.sections.complaint import ConfigError
 
@@ -25,12 +25,16 @@ class Domain:
         mesh: tetrahedra, straight or quadratic, or hexahedra.
         regions: local boundary facets by name: the mesh's groups and any added region.
         half: the half y ≥ 0 of a symmetric solid.
+        parts: this rank's cells by name, of several bodies or materials that share none; empty
+            where the solid is one.
     """
 
     mesh: mesh.Mesh
     regions: dict[str, np.ndarray]
     half: bool
+    parts: dict[str, np.ndarray] = field(default_factory=dict)
     _integration: list[tuple[int, np.ndarray]] = field(init=False, repr=False)
+    _cells: list[tuple[int, np.ndarray]] | None = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         # UFL wants one and the same subdomain data in all integrals of a form
@@ -39,6 +43,8 @@ class Domain:
             for tag, facets in enumerate(self.regions.values())
         ]
         object.__setattr__(self, "_integration", data)
+        cells = list(enumerate(self.parts.values())) or None
+        object.__setattr__(self, "_cells", cells)
 
     @property
     def copies(self) -> int:
@@ -57,6 +63,23 @@ class Domain:
             tags
         )
 
+    def cells(self, *names: str) -> np.ndarray:
+        """This rank's cells in the named parts, all without names."""
+        if not names:
+            return np.arange(self.mesh.topology.index_map(3).size_local, dtype=np.int32)
+        return np.sort(np.concatenate([self.parts[name] for name in names]))
+
+    def volume(self, *names: str, **metadata: object) -> ufl.Measure:
+        """Measure of the named parts' volume, of the whole without names.
+
+        All integrals of a form over this domain's volume need measures of this method.
+        """
+        whole = ufl.Measure("dx", self.mesh, subdomain_data=self._cells, metadata=metadata)
+        if not names:
+            return whole
+        order = list(self.parts)
+        return whole(tuple(order.index(name) for name in names))
+
     def with_region(
         self, name: str, among: Sequence[str], where: Callable[[np.ndarray], np.ndarray]
     ) -> Domain:
@@ -70,7 +93,7 @@ class Domain:
         """
         chosen = mesh.locate_entities_boundary(self.mesh, 2, where)
         facets = np.intersect1d(chosen, self.facets(*among)).astype(np.int32)
-        return Domain(self.mesh, {**self.regions, name: facets}, self.half)
+        return Domain(self.mesh, {**self.regions, name: facets}, self.half, self.parts)
 
 
 def _cells_and_local(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
@@ -100,12 +123,15 @@ def on_root[T](comm: MPI.Comm, work: Callable[[], T]) -> T | None:
     return result
 
 
-def distribute(comm: MPI.Comm, solid: SolidMesh | None) -> Domain:
+def distribute(
+    comm: MPI.Comm, solid: SolidMesh | None, parts: Mapping[str, np.ndarray] | None = None
+) -> Domain:
     """Distribute a mesh that rank 0 holds.
 
     Args:
         comm: communicator of the simulation.
         solid: the mesh on rank 0, None elsewhere.
+        parts: rows of its cells by name on rank 0, where it has several.
 
     Raises:
         ConfigError: on every rank, where the mesh has fewer cells than there are ranks.
@@ -114,8 +140,8 @@ def distribute(comm: MPI.Comm, solid: SolidMesh | None) -> Domain:
     if comm.rank == 0:
         assert solid is not None
         solid = _straight(solid)
-        facts = (solid.cells.shape[1], tuple(solid.facets), len(solid.cells))
-    nodes, names, number = comm.bcast(facts)
+        facts = (solid.cells.shape[1], tuple(solid.facets), len(solid.cells), tuple(parts or ()))
+    nodes, names, number, part_names = comm.bcast(facts)
     if number < comm.size:
         raise ConfigError(f"mesh: {number} elements on {comm.size} ranks; allowed: as many or more")
     shape = BY_NODES[nodes]
@@ -125,14 +151,14 @@ def distribute(comm: MPI.Comm, solid: SolidMesh | None) -> Domain:
         points = np.ascontiguousarray(solid.points, dtype=np.float64)
         cells = np.asarray(solid.cells, dtype=np.int64)
         facets = np.concatenate([np.asarray(f, dtype=np.int64) for f in solid.facets.values()])
-        values = np.concatenate(
-            [np.full(len(f), SURFACE_TAGS[n], np.int32) for n, f in solid.facets.items()]
-        )
+        values = _tags(len(f) for f in solid.facets.values())
+        inside = [np.asarray(rows, dtype=np.int64) for rows in (parts or {}).values()]
     else:
         points = np.empty((0, 3))
         cells = np.empty((0, nodes), dtype=np.int64)
         facets = np.empty((0, facet_nodes), dtype=np.int64)
         values = np.empty(0, dtype=np.int32)
+        inside = [np.empty(0, dtype=np.int64) for _ in part_names]
 
     cells = cells[:, io.gmshio.cell_perm_array(mesh.to_type(shape.name), nodes)].copy()
     facets = facets[
@@ -142,12 +168,29 @@ def distribute(comm: MPI.Comm, solid: SolidMesh | None) -> Domain:
     parts = mesh.create_cell_partitioner(mesh.GhostMode.none)
     domain = mesh.create_mesh(comm, cells, points, ufl.Mesh(element), parts)
     domain.topology.create_connectivity(2, 3)
-    local, local_values = io.gmshio.distribute_entity_data(domain, 2, facets, values)
-    tags = mesh.meshtags_from_entities(
-        domain, 2, graph.adjacencylist(local), np.asarray(local_values, dtype=np.int32)
+    regions = _found(domain, 2, facets, values, names)
+    if not part_names:
+        return Domain(domain, regions, SYMMETRY in names)
+    domain.topology.create_connectivity(3, 3)
+    rows, tags = cells[np.concatenate(inside)], _tags(len(rows) for rows in inside)
+    return Domain(domain, regions, SYMMETRY in names, _found(domain, 3, rows, tags, part_names))
+
+
+def _tags(counts: Iterable[int]) -> np.ndarray:
+    """The place of each group, as often as it has entities."""
+    lengths = list(counts)
+    return np.repeat(np.arange(len(lengths), dtype=np.int32), lengths)
+
+
+def _found(
+    domain: mesh.Mesh, dimension: int, nodes: np.ndarray, tags: np.ndarray, names: Sequence[str]
+) -> dict[str, np.ndarray]:
+    """This rank's entities by name, from (n, nodes) input nodes and each one's place in these."""
+    local, values = io.gmshio.distribute_entity_data(domain, dimension, nodes, tags)
+    known = mesh.meshtags_from_entities(
+        domain, dimension, graph.adjacencylist(local), np.asarray(values, dtype=np.int32)
     )
-    regions = {name: np.sort(tags.find(SURFACE_TAGS[name])) for name in names}
-    return Domain(domain, regions, SYMMETRY in names)
+    return {name: np.sort(known.find(place)) for place, name in enumerate(names)}
 
 
 def _straight(solid: SolidMesh) -> SolidMesh:

@@ -27,23 +27,36 @@ class AtPoints:
         expression: UFL, of the field's shape.
         domain: its mesh.
         degree: of the rule.
+        cells: local cells where it is evaluated; default: all.
     """
 
-    def __init__(self, expression: Expr, domain: mesh.Mesh, degree: int) -> None:
+    def __init__(
+        self,
+        expression: Expr,
+        domain: mesh.Mesh,
+        degree: int,
+        cells: np.ndarray | None = None,
+    ) -> None:
         points = basix.make_quadrature(domain.basix_cell(), degree)[0]
         # Where a variable marks what is differentiated by, its running number would be part of the
         # compiled code's name, and each model of a process would be compiled anew.
         plain = strip_variables(apply_derivatives(apply_algebra_lowering(expression)))
         self._expression = fem.Expression(plain, points, jit_options=jit.options())
         self._mesh = domain
-        self._cells = np.arange(domain.topology.index_map(3).size_local, dtype=np.int32)
+        self._count = domain.topology.index_map(3).size_local
+        self._part = cells is not None
+        self._cells = np.arange(self._count, dtype=np.int32) if cells is None else cells
 
     def values(self) -> np.ndarray:
-        """(cells, points × entries) on this rank's cells."""
+        """(cells, points × entries) on its cells."""
         return np.asarray(self._expression.eval(self._mesh, self._cells))
 
     def into(self, target: fem.Function) -> None:
         """Evaluate into ``target``."""
         # a quadrature element numbers its dofs cell by cell, in the order of the evaluation
         values = self.values()
-        target.x.array[: values.size] = values.ravel()
+        if self._part:
+            size = target.x.array.size // max(self._count, 1)
+            target.x.array.reshape(self._count, size)[self._cells] = values
+        else:
+            target.x.array[: values.size] = values.ravel()

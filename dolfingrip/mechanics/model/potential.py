@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
+from operator import add
+from typing import NamedTuple
 
 import numpy as np
 import ufl
@@ -18,6 +21,7 @@ from dolfingrip.forms.kinematics import (
 )
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.carried_stress import CarriedStress
+from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import integration_degree
 from dolfingrip.mechanics.model.points import AtPoints
 from dolfingrip.mechanics.model.term import Coupling, Term, number_coupling
@@ -25,6 +29,9 @@ from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number
 
 StrainEnergy = Callable[[Expr], Expr]
 """Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
+
+ByPart = Mapping[tuple[str, ...], Sequence[StrainEnergy]]
+"""Strain energies by names of a domain's parts, which make up the whole."""
 
 
 class Potential(Term):
@@ -36,11 +43,13 @@ class Potential(Term):
 
     Args:
         u: displacement (mm), vector-valued, see :mod:`dolfingrip.mechanics.model.element`.
-        strain_energies: densities that depend on u through E alone.
+        strain_energies: densities that depend on u through E alone; by names of the domain's
+            parts where they differ.
         terms: other potentials (mJ), as UFL forms in ``u``.
         carried: use the carried stress in the tangent.
         p: pressure field of a mixed model (MPa), which the densities contain.
         numbers: solved for, too; constants that ``terms`` contain.
+        domain: whose parts ``strain_energies`` names.
 
     Attributes:
         numbers: as given.
@@ -53,34 +62,38 @@ class Potential(Term):
     def __init__(
         self,
         u: fem.Function,
-        strain_energies: Sequence[StrainEnergy],
+        strain_energies: Sequence[StrainEnergy] | ByPart,
         terms: Sequence[ufl.Form] = (),
         *,
         carried: bool = True,
         p: fem.Function | None = None,
         numbers: Sequence[Number] = (),
+        domain: Domain | None = None,
     ) -> None:
         space = u.function_space
         degree = integration_degree(space)
-        dx = ufl.Measure("dx", space.mesh, metadata={"quadrature_degree": degree})
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
 
-        strain = ufl.variable(green_lagrange(u))
-        density = sum((energy(strain) for energy in strain_energies), start=0 * strain[0, 0])
-        stress = ufl.diff(density, strain)
+        parts = _parts(u, strain_energies, domain, degree)
         fields = [u] if p is None else [u, p]
         self._comm = space.mesh.comm
         self.numbers = tuple(numbers)
-        self.carried = CarriedStress(fields, stress, degree) if carried else None
-        geometric = self.carried.stress if self.carried else stress
+        stresses = [(part.stress, part.cells) for part in parts]
+        self.carried = CarriedStress(fields, stresses, degree) if carried else None
 
         rest = sum(terms[1:], start=terms[0]) if terms else None
-        value = density * dx
-        residual = ufl.inner(stress, strain_variation(u, v)) * dx
-        tangent = (
-            ufl.inner(ufl.derivative(stress, u, w), strain_variation(u, v))
-            + ufl.inner(geometric, geometric_variation(v, w))
-        ) * dx
+        value = _sum(part.density * part.dx for part in parts)
+        residual = _sum(ufl.inner(part.stress, strain_variation(u, v)) * part.dx for part in parts)
+        tangent = _sum(
+            (
+                ufl.inner(ufl.derivative(part.stress, u, w), strain_variation(u, v))
+                + ufl.inner(
+                    self.carried.stress if self.carried else part.stress, geometric_variation(v, w)
+                )
+            )
+            * part.dx
+            for part in parts
+        )
         if rest is not None:
             value += rest
             residual += ufl.derivative(rest, u, v)
@@ -94,8 +107,11 @@ class Potential(Term):
             q, r = (
                 argument(p.function_space) for argument in (ufl.TestFunction, ufl.TrialFunction)
             )
-            constraint = ufl.derivative(density * dx, p, q)
-            across = ufl.inner(ufl.derivative(stress, p, r), strain_variation(u, v)) * dx
+            constraint = ufl.derivative(_sum(part.density * part.dx for part in parts), p, q)
+            across = _sum(
+                ufl.inner(ufl.derivative(part.stress, p, r), strain_variation(u, v)) * part.dx
+                for part in parts
+            )
             blocks = (across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r))
             self.constraint = _compiled(constraint)
             self.coupling = tuple(map(_compiled, blocks))
@@ -150,6 +166,46 @@ class Potential(Term):
     def smallest_jacobian(self) -> float:
         """Smallest det F over this rank's integration points."""
         return float(self._jacobian.values().min(initial=np.inf))
+
+
+class _Part(NamedTuple):
+    """Cells of one material."""
+
+    density: Expr
+    stress: Expr
+    dx: ufl.Measure
+    cells: np.ndarray | None
+
+
+def _parts(
+    u: fem.Function,
+    strain_energies: Sequence[StrainEnergy] | ByPart,
+    domain: Domain | None,
+    degree: int,
+) -> list[_Part]:
+    """The whole as one part, or the domain's named ones."""
+    strain = ufl.variable(green_lagrange(u))
+
+    def part(energies: Sequence[StrainEnergy], dx: ufl.Measure, cells: np.ndarray | None) -> _Part:
+        density = sum((energy(strain) for energy in energies), start=0 * strain[0, 0])
+        return _Part(density, ufl.diff(density, strain), dx, cells)
+
+    if not isinstance(strain_energies, Mapping):
+        mesh = u.function_space.mesh
+        if domain is None:
+            dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
+        else:
+            dx = domain.volume(quadrature_degree=degree)
+        return [part(strain_energies, dx, None)]
+    assert domain is not None
+    return [
+        part(energies, domain.volume(*names, quadrature_degree=degree), domain.cells(*names))
+        for names, energies in strain_energies.items()
+    ]
+
+
+def _sum(forms: Iterable[ufl.Form]) -> ufl.Form:
+    return reduce(add, forms)
 
 
 def _compiled(form: ufl.Form) -> fem.Form:

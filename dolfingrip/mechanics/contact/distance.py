@@ -1,0 +1,175 @@
+"""Signed distances from convex rigid shapes, in the shape's own frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+ROOT_STEPS = 60
+"""Newton's steps to the point of an ellipsoid that is nearest; about ten are taken."""
+
+
+class Distances(NamedTuple):
+    """Signed distances (mm) of points, positive outside, and their derivatives by the points.
+
+    Attributes:
+        value: (n,).
+        gradient: (n, 3), unit vectors away from the shape.
+        hessian: (n, 3, 3), 1/mm.
+    """
+
+    value: np.ndarray
+    gradient: np.ndarray
+    hessian: np.ndarray
+
+
+class SignedDistance(Protocol):
+    """A convex shape, so that its distance is convex, with a gradient of length 1 outside.
+
+    Step bounds rest on both: along a straight line the distance stays above its tangent, and it
+    changes by no more than the point moves.
+    """
+
+    def at(self, points: np.ndarray) -> Distances:
+        """Distances of (n, 3) points (mm) from the shape about the origin."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """The half space below a plane through the origin: φ = n · y.
+
+    Attributes:
+        normal: (3,) unit vector.
+    """
+
+    normal: tuple[float, float, float]
+
+    def at(self, points: np.ndarray) -> Distances:
+        """See :class:`SignedDistance`."""
+        normal = np.asarray(self.normal)
+        count = len(points)
+        return Distances(points @ normal, np.tile(normal, (count, 1)), np.zeros((count, 3, 3)))
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """φ = |y| − r.
+
+    Attributes:
+        radius_mm: r.
+    """
+
+    radius_mm: float
+
+    def at(self, points: np.ndarray) -> Distances:
+        """See :class:`SignedDistance`."""
+        return _from_core(points, np.ones_like(points), self.radius_mm)
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """Points within r of a segment of the z axis: a sausage.
+
+    The Hessian jumps where the cylinder ends; the gradient does not.
+
+    Attributes:
+        radius_mm: r.
+        half_length_mm: of the segment, so that the whole is 2 (half length + r) long.
+    """
+
+    radius_mm: float
+    half_length_mm: float
+
+    def at(self, points: np.ndarray) -> Distances:
+        """See :class:`SignedDistance`."""
+        beyond = np.abs(points[:, 2]) > self.half_length_mm
+        end = np.clip(points[:, 2], -self.half_length_mm, self.half_length_mm)
+        apart = points - np.outer(end, [0.0, 0.0, 1.0])
+        felt = np.ones_like(points)
+        felt[:, 2] = beyond
+        return _from_core(apart, felt, self.radius_mm)
+
+
+@dataclass(frozen=True, slots=True)
+class RoundedBox:
+    """Points within r of a box: a cube with rounded edges, about the origin.
+
+    The Hessian jumps where faces, edges and corners meet; the gradient does not. Deeper inside
+    than r there is none.
+
+    Attributes:
+        half_mm: half the outer lengths.
+        radius_mm: r, above 0 and at most the least half length.
+    """
+
+    half_mm: tuple[float, float, float]
+    radius_mm: float
+
+    def at(self, points: np.ndarray) -> Distances:
+        """See :class:`SignedDistance`."""
+        core = np.asarray(self.half_mm) - self.radius_mm
+        apart = points - np.clip(points, -core, core)
+        return _from_core(apart, (np.abs(points) > core).astype(float), self.radius_mm)
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipsoid:
+    """The exact distance from x²/a² + y²/b² + z²/c² = 1, to where Newton's method ends.
+
+    The nearest point of the surface is p_i = s_i² y_i/(t + s_i²), t the largest root of
+    Σ (s_i y_i/(t + s_i²))² = 1 (Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a
+    Hyperellipsoid, 2013). With W, the surface's curvature at p, the Hessian is W (1 + φ W)⁻¹.
+    Deep inside, past the centres of curvature, the distance has kinks.
+
+    Attributes:
+        half_mm: half axes s along x, y and z.
+    """
+
+    half_mm: tuple[float, float, float]
+
+    def at(self, points: np.ndarray) -> Distances:
+        """See :class:`SignedDistance`."""
+        squares = np.asarray(self.half_mm) ** 2
+        nearest = squares * points / (self._root(points)[:, None] + squares)
+        slope = nearest / squares
+        steepness = np.linalg.norm(slope, axis=1)
+        normal = slope / steepness[:, None]
+        value = np.einsum("ni,ni->n", points - nearest, normal)
+        across = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+        curved = across @ (np.diag(1 / squares) / steepness[:, None, None]) @ across
+        hessian = np.linalg.solve(np.eye(3) + value[:, None, None] * curved, curved)
+        return Distances(value, normal, hessian)
+
+    def _root(self, points: np.ndarray) -> np.ndarray:
+        """(n,) largest roots t (mm²)."""
+        half = np.asarray(self.half_mm)
+        squares = half**2
+        # from here on the sum, which is convex, falls to 1: Newton's method cannot pass the root
+        t = (half * np.abs(points) - squares).max(axis=1)
+        for _ in range(ROOT_STEPS):
+            ratio = half * points / (t[:, None] + squares)
+            excess = (ratio**2).sum(axis=1) - 1
+            slope = -2 * (ratio**2 / (t[:, None] + squares)).sum(axis=1)
+            step = -excess / slope
+            t = t + step
+            if (np.abs(step) <= 1e-15 * squares.max()).all():
+                break
+        return t
+
+
+def _from_core(apart: np.ndarray, felt: np.ndarray, radius_mm: float) -> Distances:
+    """Distances from what is within a radius of a core, from vectors to its nearest points.
+
+    Args:
+        apart: (n, 3) from the core's nearest point to the point.
+        felt: (n, 3) 1 along the axes that ``apart`` changes with, else 0.
+        radius_mm: of the shape about the core.
+    """
+    length = np.linalg.norm(apart, axis=1)
+    length = np.maximum(length, np.finfo(float).tiny)  # within the core there is no direction
+    normal = apart / length[:, None]
+    across = felt[:, :, None] * np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    return Distances(length - radius_mm, normal, across / length[:, None, None])

@@ -1,0 +1,250 @@
+"""Contact of a deformable surface with a rigid body, by the body's signed distance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from dolfinx import fem
+from mpi4py import MPI
+
+from dolfingrip.mechanics.contact.density import Density, Felt
+from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
+from dolfingrip.mechanics.contact.skin_points import SkinPoints
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.pose import SIX, Pose
+from dolfingrip.mechanics.model.rotation import Rotation, rotation
+from dolfingrip.mechanics.model.term import Coupling, Term
+from dolfingrip.mechanics.model.unknowns import NODE, Gradient
+
+KEPT = 0.1
+"""Part of its distance that each point keeps in a step."""
+
+ADVANCES = 16
+"""Pieces in which a step is looked at; each is as long as is safe from where the last one ends."""
+
+
+class _Near(NamedTuple):
+    """Points that feel the body.
+
+    Attributes:
+        rows: (n,) which of the points.
+        arms: (n, 3) from the body's centre, x − c.
+        areas: (n,).
+        turned: the body's rotation.
+        distances: from the body, in its frame.
+        felt: the barrier there.
+    """
+
+    rows: np.ndarray
+    arms: np.ndarray
+    areas: np.ndarray
+    turned: Rotation
+    distances: Distances
+    felt: Felt
+
+    @property
+    def forces(self) -> np.ndarray:
+        """(n, 3) derivatives of Π by the points in the body's frame (N)."""
+        return (self.areas * self.felt.slope)[:, None] * self.distances.gradient
+
+    @property
+    def moment(self) -> np.ndarray:
+        """(3, 3) M with which R(θ) : M has the derivatives of Π by θ, forces held fast."""
+        return np.asarray(self.arms.T @ self.forces)
+
+
+class RigidContact(Term):
+    """Points of a deformable surface stay outside a rigid body.
+
+    Π = Σ A_i b(φ(Rᵀ(x_i − c))) over the surface's nodes x_i with their shares A_i of the reference
+    area, φ the body's signed distance, b a barrier's energy per area. The body's pose (c, θ) is
+    fixed or solved for. Between meshes barrier contact pushes along edges' normals, too, which
+    makes flat vertical faces hold what only friction should; a smooth distance does not.
+
+    Args:
+        u: displacement (mm).
+        domain: reference configuration.
+        regions: names of the parts of its boundary that may touch.
+        shape: the body's signed distance.
+        pose: of the body.
+        density: the barrier.
+    """
+
+    name: ClassVar[str] = "rigid contact"
+
+    def __init__(
+        self,
+        u: fem.Function,
+        domain: Domain,
+        regions: Sequence[str],
+        shape: SignedDistance,
+        pose: Pose,
+        density: Density,
+    ) -> None:
+        self.points = SkinPoints(u.function_space, domain, regions)
+        self.shape = shape
+        self.pose = pose
+        self.density = density
+        self._comm = u.function_space.mesh.comm
+        self._copies = domain.copies
+
+    # -- geometry --------------------------------------------------------------------------------
+
+    def gaps_mm(self, dofs: np.ndarray) -> np.ndarray:
+        """(n,) distances of this rank's points from the body."""
+        q = self.pose.coordinates
+        arms = self.points.positions(dofs) - q[:3]
+        return self.shape.at(arms @ rotation(q[3:]).matrix).value
+
+    def _near(self, dofs: np.ndarray) -> _Near:
+        q = self.pose.coordinates
+        turned = rotation(q[3:])
+        arms = self.points.positions(dofs) - q[:3]
+        every = self.shape.at(arms @ turned.matrix)
+        rows = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
+        distances = Distances(*(values[rows] for values in every))
+        felt = self.density.at(distances.value)
+        return _Near(rows, arms[rows], self.points.areas[rows], turned, distances, felt)
+
+    # -- the potential ---------------------------------------------------------------------------
+
+    def _sum[T](self, local: T) -> T:
+        return self._comm.allreduce(local, MPI.SUM)
+
+    def value(self, dofs: np.ndarray) -> float:
+        """Potential (mJ) of the meshed part."""
+        near = self._near(dofs)
+        return float(self._sum(float(near.areas @ near.felt.energy)))
+
+    def _slopes(self, near: _Near) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives by the near points (n, 3), and this rank's by the pose (6,)."""
+        at_points = near.forces @ near.turned.matrix.T
+        return at_points, np.concatenate([-at_points.sum(axis=0), near.turned.slopes(near.moment)])
+
+    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
+        """Add the derivatives by the points and by the pose (N, N mm)."""
+        near = self._near(dofs)
+        at_points, by_pose = self._slopes(near)
+        gradient.at_nodes[self.points.nodes[near.rows]] += at_points
+        if self.pose.free:
+            self.pose.add_slopes(self._sum(by_pose), gradient)
+
+    def load_N(self, dofs: np.ndarray) -> np.ndarray:
+        """(6,) force (N) and moment-like derivative (N mm) on the body, of the whole."""
+        return -self._copies * np.asarray(self._sum(self._slopes(self._near(dofs))[1]))
+
+    def _curvatures(
+        self, near: _Near, *, convex: bool
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Second derivatives: at points (n, 3, 3), with the pose (n, 3, 6), the pose's own (6, 6).
+
+        Args:
+            near: the points.
+            convex: without the parts of the distance's and the rotation's curvature.
+        """
+        normal, r = near.distances.gradient, near.turned.matrix
+        curved = (near.areas * near.felt.curvature)[:, None, None] * (
+            normal[:, :, None] * normal[:, None, :]
+        )
+        if not convex:
+            tension = (near.areas * near.felt.slope)[:, None, None]
+            curved = curved + tension * near.distances.hessian
+        # how the points move in the body's frame as it turns: y_j = R_ij (x − c)_i
+        turning = np.einsum("ni,kij->njk", near.arms, near.turned.first)
+        at_points = np.einsum("ij,njl,ml->nim", r, curved, r)
+        by_turn = np.einsum("ij,njl,nlk->nik", r, curved, turning)
+        own = np.einsum("njk,njl,nlm->km", turning, curved, turning)
+        if not convex:
+            by_turn = by_turn + np.einsum("kij,nj->nik", near.turned.first, near.forces)
+            own = own + near.turned.curvatures(near.moment)
+        within = np.zeros((SIX, SIX))
+        within[:3, :3] = at_points.sum(axis=0)
+        within[:3, 3:] = -by_turn.sum(axis=0)
+        within[3:, :3] = within[:3, 3:].T
+        within[3:, 3:] = own
+        return at_points, np.concatenate([-at_points, by_turn], axis=2), within
+
+    def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
+        """At this rank's points; with the pose where it is solved for."""
+        near = self._near(dofs)
+        at_points, with_pose, within = self._curvatures(near, convex=convex)
+        nodes, count = self.points.nodes[near.rows], len(near.rows)
+        places = np.arange(count + 1)
+        own = sp.bsr_matrix((at_points, places[:-1], places), (3 * count, 3 * count))
+        found = [Coupling(self.points.first + nodes, own.tocoo())]
+        if self.pose.free:
+            mixed = np.zeros((SIX, self.points.owned, NODE))
+            mixed[:, nodes] = with_pose.transpose(2, 0, 1)
+            flat = mixed.reshape(SIX, -1)
+            found += self.pose.coupling(self.points.first, flat, self._sum(within))
+        return found
+
+    def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
+        """Add what moving reference points change, their areas included."""
+        near = self._near(dofs)
+        at_points, with_pose, _ = self._curvatures(near, convex=False)
+        moving = velocity.reshape(-1, NODE)[self.points.nodes[near.rows]]
+        stretch = self.points.area_rates(velocity)[near.rows] / near.areas
+        grown = near._replace(areas=near.areas * stretch)  # all is linear in the areas
+        slopes, by_pose = self._slopes(grown)
+        slopes = slopes + np.einsum("nij,nj->ni", at_points, moving)
+        rate.at_nodes[self.points.nodes[near.rows]] += slopes
+        if self.pose.free:
+            by_pose = by_pose + np.einsum("nik,ni->k", with_pose, moving)
+            self.pose.add_slopes(self._sum(by_pose), rate)
+
+    # -- bounds ----------------------------------------------------------------------------------
+
+    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
+        """Largest fraction of ``step`` that leaves each point a tenth of its distance.
+
+        The shape is convex, so that along a straight line a point's distance stays above its
+        tangent. As the body turns by ω = |Δθ|, a point's way in the body's frame bends by no more
+        than B = 2 ω² |x − c| + 2 ω |Δx − Δc|: φ(t) ≥ φ + t φ' − t² B/2. The step is looked at piece
+        by piece, each as long as this lower bound lets it be.
+        """
+        change = self.pose.change(step)
+        moved = step[: len(dofs)].reshape(-1, NODE)[self.points.nodes]
+        allowed = self._reach(self.points.positions(dofs), moved, change)
+        return float(self._comm.allreduce(allowed, MPI.MIN))
+
+    def _reach(self, start: np.ndarray, moved: np.ndarray, change: np.ndarray) -> float:
+        """That of this rank's points at ``start``, which move as ``moved`` and ``change`` say."""
+        if not len(start):
+            return 1.0
+        q = self.pose.coordinates
+        drift, turn = moved - change[:3], float(np.linalg.norm(change[3:]))
+        speed = np.linalg.norm(drift, axis=1)
+        least: np.ndarray | None = None
+        reached = 0.0
+        for _ in range(ADVANCES):
+            here = q + reached * change
+            arms = start + reached * moved - here[:3]
+            turned = rotation(here[3:])
+            found = self.shape.at(arms @ turned.matrix)
+            least = KEPT * found.value if least is None else least
+            spin = np.einsum("k,kij->ij", change[3:], turned.first)
+            away = drift @ turned.matrix + arms @ spin
+            slope = np.einsum("ni,ni->n", found.gradient, away)
+            lengths = np.linalg.norm(arms, axis=1) + speed
+            bend = 2 * turn**2 * lengths + 2 * turn * speed
+            spare = np.maximum(found.value - least, 0.0)
+            ahead = _until_spent(spare, slope, bend)
+            reached += ahead
+            if reached >= 1.0:
+                return 1.0
+            if ahead < KEPT * reached:
+                break
+        return reached
+
+
+def _until_spent(spare: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> float:
+    """Least positive t at which some spare + t slope − t² bend/2 vanishes; 1 or less."""
+    root = np.sqrt(slope**2 + 2 * bend * spare)
+    below = root - slope
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = np.where(below > 0, 2 * spare / below, np.inf)
+    return float(min(found.min(initial=np.inf), 1.0))

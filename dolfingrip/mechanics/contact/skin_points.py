@@ -1,0 +1,76 @@
+"""A deformable surface as points: its displacement nodes with their shares of its area."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+
+from dolfingrip.forms import plate as form
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.unknowns import NODE
+
+
+class SkinPoints:
+    """The nodes of named regions that this rank owns.
+
+    The rule of :func:`dolfingrip.forms.plate.nodal_rule` integrates at the nodes, so that an
+    integral over the reference surface is a sum over them, each with its area.
+
+    Args:
+        space: of the displacement.
+        domain: reference configuration.
+        regions: names of the parts of its boundary.
+
+    Attributes:
+        nodes: (n,) local numbers.
+        areas: (n,) their shares of the reference area (mm²).
+        rest: (n, 3) where they are at rest (mm).
+        measure: of the regions, integrated at the nodes.
+        first: this rank's first node.
+        owned: how many nodes it owns.
+    """
+
+    def __init__(self, space: fem.FunctionSpace, domain: Domain, regions: Sequence[str]) -> None:
+        self._space = space
+        self.first = space.dofmap.index_map.local_range[0]
+        self.owned = space.dofmap.index_map.size_local
+        facet = domain.mesh.ufl_cell().facet_types()[0].cellname()
+        rule = form.nodal_rule(facet, space.ufl_element().degree)
+        self.measure = domain.surface(*regions, **rule)
+        test = ufl.TestFunction(space)
+        shares = self._assembled(fem.form(test[0] * self.measure, jit_options=jit.options()))
+        # a rank may own a node of a facet that only another rank has
+        self.nodes = np.flatnonzero(shares > 0).astype(np.int32)
+        self.areas = shares[self.nodes]
+        self.rest = space.tabulate_dof_coordinates()[self.nodes]
+        self._rate: tuple[fem.Function, fem.Form] | None = None
+
+    def positions(self, dofs: np.ndarray) -> np.ndarray:
+        """(n, 3) deformed positions (mm)."""
+        return self.rest + dofs.reshape(-1, NODE)[self.nodes]
+
+    def area_rates(self, velocity: np.ndarray) -> np.ndarray:
+        """(n,) change of the areas (mm²) as reference points move: A div_Γ v.
+
+        Args:
+            velocity: local array of the displacement's nodes.
+        """
+        if self._rate is None:
+            field, test = fem.Function(self._space), ufl.TestFunction(self._space)
+            normal = ufl.FacetNormal(self._space.mesh)
+            stretch = ufl.div(field) - ufl.inner(normal, ufl.grad(field) * normal)
+            rate = test[0] * stretch * self.measure
+            self._rate = field, fem.form(rate, jit_options=jit.options())
+        field, rate = self._rate
+        field.x.array[:] = velocity
+        return self._assembled(rate)[self.nodes]
+
+    def _assembled(self, integral: fem.Form) -> np.ndarray:
+        """First components at the owned nodes."""
+        vector = fem.assemble_vector(integral)
+        vector.scatter_reverse(la.InsertMode.add)
+        return np.asarray(vector.array[: NODE * self.owned : NODE])

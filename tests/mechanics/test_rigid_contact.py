@@ -1,0 +1,249 @@
+"""Deformable surfaces against rigid bodies: derivatives, step bounds, what a free body does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import ufl
+from mechanics import blocks, taylor
+from scipy.spatial.transform import Rotation
+
+from dolfingrip.config import Solver
+from dolfingrip.forms import plate
+from dolfingrip.mechanics.contact.density import Density, Smooth, TwoStage
+from dolfingrip.mechanics.contact.distance import (
+    Capsule,
+    Ellipsoid,
+    Plane,
+    RoundedBox,
+    SignedDistance,
+    Sphere,
+)
+from dolfingrip.mechanics.contact.rigid import RigidContact
+from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.pose import Pose
+from dolfingrip.mechanics.model.rigid_body import RigidBody, RigidMotion, ball
+from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.newton.tangent import Tangent
+
+SEED = 23
+WIDTH = 0.4
+SHAPES: list[SignedDistance] = [
+    Plane((0.0, 0.0, -1.0)),
+    Sphere(1.0),
+    Capsule(0.5, 0.6),
+    Ellipsoid((1.5, 0.8, 0.6)),
+    RoundedBox((0.8, 0.6, 0.5), 0.2),
+]
+NAMES = [type(shape).__name__ for shape in SHAPES]
+MATERIAL = blocks.NeoHooke(2.0, 0.3)
+every = pytest.mark.parametrize("shape", SHAPES, ids=NAMES)
+
+
+def resting(
+    shape: SignedDistance,
+    *,
+    gap_mm: float,
+    density: Density | None = None,
+    pose: Pose | None = None,
+    mass_kg: float = 0.01,
+) -> tuple[Model, RigidContact, RigidMotion]:
+    """A unit block, a little deformed, with a turned rigid body above it, all six numbers free."""
+    block = DeformableBody("block", blocks.block((3, 3, 3)), {WHOLE: MATERIAL}, held={2: ["below"]})
+    model = blocks.model([block])
+    inertia = mass_kg * np.array([[0.5, 0.1, 0.0], [0.1, 0.6, 0.05], [0.0, 0.05, 0.4]])
+    body = RigidBody("body", mass_kg, inertia, (0.45, 0.55, 3.0))
+    pose = pose or body.pose(model.domain.mesh)
+    rng = np.random.default_rng(SEED)
+    for constant, value in zip(pose.constants[3:], rng.uniform(-0.4, 0.4, 3), strict=True):
+        constant.value = value
+    density = density or Smooth(WIDTH, 0.7)
+    contact = RigidContact(model.u, model.domain, ["above", "right"], shape, pose, density)
+    motion = RigidMotion(body, pose, np.array([0.3, 0.1, -9.81]), model.comm)
+    model.u.x.array[:] = 0.02 * rng.uniform(-1, 1, model.u.x.array.shape)
+    model.u.x.array[model.supports[0].dof_indices()[0]] = 0.0
+    # down until the nearest point is as near as asked
+    for _ in range(60):
+        least = contact.gaps_mm(model.u.x.array).min()
+        pose.constants[2].value -= least - gap_mm
+    model = Model(
+        model.domain, model.u, model.potential, model.supports, {}, [motion, contact],
+        numbers=pose.free,
+    )  # fmt: skip
+    motion.accept()
+    return model, contact, motion
+
+
+@pytest.mark.parametrize("density", [Smooth(0.2, 3.0), TwoStage(0.2, 3.0)], ids=["smooth", "two"])
+def test_density(density: Density) -> None:
+    """Orders of Taylor's remainders; the two-stage one is the plate's in UFL."""
+    gaps = np.array([0.01, 0.05, 0.08, 0.12, 0.15, 0.19, 0.25])
+    w = np.array([1, -1, 1, 1, -1, -1, 1.0])
+    found = density.at(gaps)
+    assert found.energy[-1] == found.slope[-1] == found.curvature[-1] == 0
+    assert (
+        taylor.rates(lambda e: density.at(gaps + e * w).energy, found.slope * w, 1e-3).min() > 1.9
+    )
+    rates = taylor.rates(lambda e: density.at(gaps + e * w).slope, found.curvature * w, 1e-3)
+    assert rates.min() > 1.9
+    if isinstance(density, TwoStage):
+        width, stiffness = ufl.as_ufl(density.width_mm), ufl.as_ufl(density.stiffness_MPa)
+        form = [float(plate.energy(ufl.as_ufl(gap), width, stiffness)(())) for gap in gaps]
+        np.testing.assert_allclose(found.energy, form, rtol=1e-14)
+
+
+@every
+def test_derivatives(shape: SignedDistance) -> None:
+    """Of all unknowns: the gradient is the energy's, the tangent the gradient's."""
+    print("seed", SEED)
+    model, contact, _ = resting(shape, gap_mm=0.1)
+    model.prescribe({"time_s": 0.01})  # so that there is inertia
+    gaps = contact.gaps_mm(model.u.x.array)
+    assert 2 <= (gaps < WIDTH).sum() < len(gaps)
+    start = model.unknowns.owned()
+    direction = np.random.default_rng(SEED + 1).uniform(-1, 1, start.shape)
+    for bc in model.supports:
+        direction[bc.dof_indices()[0]] = 0.0
+    model.potential.carried.reset()  # type: ignore[union-attr]
+    tangent = Tangent(model)
+    tangent.assemble()
+    w, product = (model.unknowns.create_vector() for _ in range(2))
+    w.array[:] = direction
+    tangent.matrix.mult(w, product)
+    slope = np.array(product.array)
+
+    def energy(step: float) -> float:
+        model.unknowns.set_owned(start + step * direction)
+        return model.energy()
+
+    def gradient(step: float) -> np.ndarray:
+        model.unknowns.set_owned(start + step * direction)
+        return model.gradient()
+
+    assert taylor.rates(energy, float(gradient(0.0) @ direction), 0.01).min() > 1.9
+    assert taylor.rates(gradient, slope, 0.01).min() > 1.9
+    numbers = model.unknowns.number_rows(np.arange(len(start)))
+    assert taylor.rates(lambda e: gradient(e)[numbers], slope[numbers], 0.01).min() > 1.9
+
+
+@every
+def test_points_that_move_with_the_mesh(shape: SignedDistance) -> None:
+    """The gradient's change, areas included, against differences of moved reference meshes."""
+    model, contact, _ = resting(shape, gap_mm=0.1)
+    mesh, dofs = model.domain.mesh, model.u.x.array
+    rng = np.random.default_rng(SEED + 2)
+    matrix = rng.uniform(-1, 1, (3, 3))
+    field = model.u.copy()
+    field.interpolate(lambda x: matrix @ x)
+    rate = Gradient(model.unknowns)
+    contact.add_gradient_rate(dofs, field.x.array, rate)
+
+    def gradient(step: float) -> np.ndarray:
+        kept = mesh.geometry.x.copy()
+        mesh.geometry.x[:] += step * kept @ matrix.T
+        regions = ["above", "right"]
+        moved = RigidContact(model.u, model.domain, regions, shape, contact.pose, contact.density)
+        mesh.geometry.x[:] = kept
+        found = Gradient(model.unknowns)
+        moved.add_gradient(dofs, found)
+        return found.array
+
+    step = 1e-5
+    differences = (gradient(step) - gradient(-step)) / (2 * step)
+    scale = np.abs(differences).max()
+    assert scale > 0
+    np.testing.assert_allclose(rate.array, differences, rtol=0, atol=1e-6 * scale)
+
+
+@every
+def test_no_step_leads_through(shape: SignedDistance) -> None:
+    """Every point keeps a tenth of its distance all the way, whatever moves and turns."""
+    print("seed", SEED)
+    model, contact, _ = resting(shape, gap_mm=0.05)
+    rng = np.random.default_rng(SEED + 3)
+    start = model.unknowns.local()
+    dofs = len(model.u.x.array)
+    gaps = contact.gaps_mm(model.u.x.array)
+    shortened = 0
+    for size in (0.01, 0.1, 0.3, 1.0, 3.0) * 4:
+        step = size * rng.uniform(-1, 1, start.shape)
+        allowed = contact.max_step(start[:dofs], step)
+        shortened += allowed < 1
+        assert 0 < allowed <= 1
+        for part in np.linspace(0, allowed, 30):
+            model.unknowns.set_local(start + part * step)
+            assert (contact.gaps_mm(model.u.x.array) >= (0.1 - 1e-9) * gaps).all()
+        model.unknowns.set_local(start)
+    assert shortened > 3
+    # head-on it is nine tenths of the distance, but for what the shape curves away
+    step = np.zeros_like(start)
+    step[contact.pose.numbers[2].place] = -1.0  # type: ignore[union-attr]
+    allowed = contact.max_step(start[:dofs], step)
+    assert 0.9 * gaps.min() - 1e-12 < allowed < 1.2 * gaps.min()
+
+
+def test_free_fall_and_spin() -> None:
+    """Implicit Euler's own solutions: y_n = −g h² n(n + 1)/2; tan Δθ' = sin Δθ/(2 − cos Δθ)."""
+    model, contact, motion = resting(Sphere(0.4), gap_mm=50.0)
+    pose, step_s = contact.pose, 0.002
+    inertia = motion.body.inertia_kg_mm2
+    values, axes = np.linalg.eigh(inertia)
+    axis = axes[:, int(values.argmax())]
+    for constant in pose.constants[3:]:
+        constant.value = 0.0
+    motion.accept()
+    first = 0.05
+    velocities = {
+        "body.start": pose.coordinates,
+        "body.velocity_mm_per_s": np.zeros(3),
+        # as if the last step had been a turn by so much
+        "body.turning_per_s": (np.eye(3) - Rotation.from_rotvec(-first * axis).as_matrix())
+        / step_s,
+    }
+    motion.restore(velocities)
+    height, turned, turn = pose.coordinates[:3], 0.0, first
+    newton = Newton(model, Solver(rtol=1e-12, atol_N=1e-15))
+    model.u.x.array[:] = 0.0
+    for n in range(1, 5):
+        model.prescribe({"time_s": n * step_s})
+        assert newton.solve().converged
+        model.accept_step()
+        turn = np.arctan2(np.sin(turn), 2 - np.cos(turn))
+        turned += turn
+        q = pose.coordinates
+        fallen = 1e3 * motion.gravity_m_s2 * step_s**2 * n * (n + 1) / 2
+        np.testing.assert_allclose(q[:3] - height, fallen, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(q[3:], turned * axis, rtol=1e-8, atol=1e-12)
+
+
+def test_a_free_sphere_settles_on_a_block() -> None:
+    """All six numbers free: inertia holds what no contact does; at rest the block bears it."""
+    block = DeformableBody(
+        "block", blocks.block((4, 4, 4)), {WHOLE: MATERIAL},
+        held={axis: ["below"] for axis in range(3)},
+    )  # fmt: skip
+    model = blocks.model([block])
+    sphere = ball("sphere", 0.02, 2.0, (0.5, 0.5, 3.0 + 0.02))
+    pose = sphere.pose(model.domain.mesh)
+    contact = RigidContact(model.u, model.domain, ["above"], Sphere(2.0), pose, TwoStage(0.02, 5.0))
+    motion = RigidMotion(sphere, pose, np.array([0, 0, -9.81]), model.comm)
+    model = Model(
+        model.domain, model.u, model.potential, model.supports, {}, [motion, contact],
+        numbers=pose.free,
+    )  # fmt: skip
+    motion.accept()
+    newton = Newton(model, Solver(rtol=1e-9, max_iterations=60))
+    # long steps of implicit Euler take all energy at once
+    for time_s in (0.01, 0.1, 1.0, 10.0, 100.0):
+        model.prescribe({"time_s": time_s})
+        assert newton.solve().converged
+        model.accept_step()
+    weight = 0.02 * 9.81
+    load = contact.load_N(model.u.x.array)
+    np.testing.assert_allclose(load[:3], [0, 0, weight], atol=1e-5 * weight)
+    assert model.reactions()[:, 2].sum() == pytest.approx(weight, rel=1e-5)
+    q = pose.coordinates
+    assert 1.85 < q[2] - 1 < 2.0
+    np.testing.assert_allclose(q[[0, 1, 3, 4, 5]], [0.5, 0.5, 0, 0, 0], atol=1e-2)
