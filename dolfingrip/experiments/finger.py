@@ -25,6 +25,7 @@ from dolfingrip.mechanics.model.element import CELL, displacement_element, integ
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Number
 from dolfingrip.mechanics.newton.volume_control import led_by_volume
@@ -43,6 +44,8 @@ class FingerModel:
         plate: the force sensor's.
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
         enclosed: UFL form of the meshed cavity's volume (mm³).
+        by_pressure: the same model led by pressure: ``model`` itself, unless that is led by volume.
+        rest: state that readings count from, at first the undeformed one.
         contact: of the skin with itself, where there is any.
         parameters: constants of the potential by name, that sensitivities are taken to.
     """
@@ -52,6 +55,8 @@ class FingerModel:
     plate: RigidPlate | None
     cavity: Control
     enclosed: ufl.Form
+    by_pressure: Model
+    rest: State
     contact: BarrierContact | None = None
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
 
@@ -124,9 +129,12 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     )
     exactly = domain.surface("cavity", quadrature_degree=3 * degree)
     enclosed = cavity_pressure.volume_density(u, mesh) * exactly
+    led = model
     if config.experiment.control == "volume":
-        model = led_by_volume(model, by_pressure, enclosed)
-    return FingerModel(config, model, sensor, by_pressure, enclosed, contact, site.parameters)
+        led = led_by_volume(model, by_pressure, enclosed)
+    return FingerModel(
+        config, led, sensor, by_pressure, enclosed, model, led.state(), contact, site.parameters
+    )
 
 
 def _contact(config: Config, domain: Domain, u: fem.Function, site: Site) -> BarrierContact:

@@ -36,8 +36,7 @@ class PlateCompliance(Effect):
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         if site.plate is None or self.compliance_mm_per_N == 0:
             return ()
-        place = site.plate.offset
-        rest = site.fixed(float(place.value))
+        place, rest = site.plate.offset, site.plate.unloaded
         compliance = site.constant(self, "compliance_mm_per_N")
         site.unknown(self, "place_mm", place)
         return [site.lumped((place - rest) ** 2 / (2 * compliance))]
