@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import dolfinx
@@ -61,8 +62,20 @@ class FingerModel:
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
 
 
-def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
-    """Model of the finger on ``domain``, with or without the force-sensor plate.
+def build(
+    config: Config,
+    domain: Domain,
+    *,
+    plate: bool,
+    loads: Callable[[Site], Sequence[ufl.Form]] = lambda site: (),
+) -> FingerModel:
+    """Model of the finger on ``domain``.
+
+    Args:
+        config: all that it depends on.
+        domain: reference configuration.
+        plate: whether the force sensor's plate faces it.
+        loads: further energies (mJ of the meshed part), which an experiment adds.
 
     Raises:
         ConfigError: the configuration asks for what this experiment has not.
@@ -97,7 +110,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     density = config.extensions.strain_energy(
         lambda strain: strain_energy(strain, p, mu, lmbda), site
     )
-    terms += config.extensions.terms(site)
+    terms += [*config.extensions.terms(site), *loads(site)]
     if sensor is not None:
         terms.append(sensor.energy)
     numbers = [Number(name, constant) for name, constant in site.unknowns.items()]

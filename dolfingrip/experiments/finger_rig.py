@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
+import ufl
 from mpi4py import MPI
 
 from dolfingrip.config import Config
@@ -16,6 +17,7 @@ from dolfingrip.experiments.result import PlatePose
 from dolfingrip.experiments.rig import Rig
 from dolfingrip.experiments.schedule import Stop
 from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL
@@ -32,6 +34,9 @@ class FingerRig(Rig):
         finger: its model.
         observation: its readings.
         profile: where the time is booked.
+
+    Attributes:
+        further: what an experiment reads besides, by column, undistorted by instruments.
     """
 
     def __init__(
@@ -43,10 +48,19 @@ class FingerRig(Rig):
         self._observation = observation
         self._by_pressure = pressurisation.by_pressure(config)
         self._tared = False
+        self.further: Callable[[], Mapping[str, float]] = dict
 
     @classmethod
-    def built(cls, config: Config, comm: MPI.Comm, profile: Profile, *, plate: bool) -> FingerRig:
-        """The rig of the configuration's finger.
+    def built(
+        cls,
+        config: Config,
+        comm: MPI.Comm,
+        profile: Profile,
+        *,
+        plate: bool,
+        loads: Callable[[Site], Sequence[ufl.Form]] = lambda site: (),
+    ) -> FingerRig:
+        """The rig of the configuration's finger; for ``loads`` see :func:`finger.build`.
 
         Raises:
             ConfigError: on every rank: bad mesh or geometry, in one line.
@@ -54,7 +68,7 @@ class FingerRig(Rig):
         with profile.phase("mesh"):
             domain = load_domain(config, comm)
         with profile.phase("forms"):
-            finger = build(config, domain, plate=plate)
+            finger = build(config, domain, plate=plate, loads=loads)
             observation = Observation(finger)
         return cls(config, finger, observation, profile)
 
@@ -106,7 +120,7 @@ class FingerRig(Rig):
             self._tare()
         readings = self._observation.read()
         self.gaps_mm.append(self._observation.gaps_mm)
-        return displayed(self._config, readings)
+        return {**displayed(self._config, readings), **self.further()}
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
         """Whether a finger led by pressure goes on at a falling one where its volume is led."""

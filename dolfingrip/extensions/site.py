@@ -99,6 +99,11 @@ class Site:
         self.unknowns[f"{effect.name()}.{name}"] = number
         return number
 
+    def area_mm2(self, region: str) -> float:
+        """Area of a region at rest, of the whole solid."""
+        part = self.domain.surface(region, quadrature_degree=2)
+        return self.domain.copies * self._integral(self.fixed(1.0) * part)
+
     def centre(self, region: str) -> fem.Constant:
         """Centroid of a region at rest (mm), (3,)."""
         x = ufl.SpatialCoordinate(self.domain.mesh)
