@@ -14,6 +14,9 @@ from dolfingrip.experiments.rig import Rig
 from dolfingrip.experiments.schedule import Stop
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
+from dolfingrip.mechanics.readings.reaction import Reaction
+from dolfingrip.mechanics.readings.reading import Reading
 
 
 class BarRig(Rig):
@@ -28,7 +31,13 @@ class BarRig(Rig):
     def __init__(self, config: Config, bar: CouponModel, profile: Profile) -> None:
         super().__init__(Newton(bar.model, _strict(bar.config), profile), bar)
         self._config = config
-        self._bar = bar
+        model = bar.model
+        travel = ControlValue(model, "displacement_mm", model.controls["displacement_mm"])
+        self.readings: list[Reading] = [
+            Time(model),
+            travel,
+            Reaction(model, "force_N", bar.moved, axis=2),
+        ]
 
     @classmethod
     def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> BarRig:
@@ -48,10 +57,8 @@ class BarRig(Rig):
         return {"displacement_mm": stop.value, "time_s": stop.time_s}
 
     def read(self) -> dict[str, float]:
-        model, sides = self._bar.model, self._config.coupon
-        moved = model.controls["displacement_mm"].value
-        true = {"time_s": model.time_s, "displacement_mm": moved, "force_N": self._bar.force_N()}
-        row = displayed(self._config, true)
+        sides = self._config.coupon
+        row = displayed(self._config, {each.column: each.value() for each in self.readings})
         row["nominal_strain"] = row["displacement_mm"] / sides.gauge_length_mm
         row["nominal_stress_MPa"] = row["force_N"] / sides.area_mm2
         return row

@@ -1,4 +1,4 @@
-"""Distances between neighbouring bellows."""
+"""Distances between neighbouring bellows, and the reading of the smallest."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from dolfingrip.config import Finger
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.experiments.undeformed import morph
+from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 
 
@@ -70,10 +71,24 @@ class BellowsGaps:
         return found
 
 
-def smallest_mm(gaps_mm: dict[str, float]) -> float:
-    """Smallest of the distances (mm); NaN where none is known or near."""
-    smallest = min(gaps_mm.values(), default=np.inf)
-    return smallest if np.isfinite(smallest) else float("nan")
+class ContactGap(Reading):
+    """Smallest distance between neighbouring bellows (mm); NaN where none is known or near.
+
+    Attributes:
+        gaps_mm: distance by pair of neighbours at the last reading.
+    """
+
+    differentiable = False
+
+    def __init__(self, finger: FingerModel) -> None:
+        super().__init__(finger.model, "contact_gap_mm")
+        self._gaps = BellowsGaps(finger)
+        self.gaps_mm: dict[str, float] = {}
+
+    def value(self) -> float:
+        self.gaps_mm = self._gaps.all_mm()
+        smallest = min(self.gaps_mm.values(), default=np.inf)
+        return smallest if np.isfinite(smallest) else float("nan")
 
 
 def _before(config: Finger, gap_start_mm: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import dolfinx
@@ -26,6 +27,7 @@ from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.newton.volume_control import led_by_volume
@@ -44,6 +46,8 @@ class FingerModel:
         plate: the force sensor's.
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
         enclosed: UFL form of the meshed cavity's volume (mm³).
+        by_pressure: the same model led by pressure: ``model`` itself, unless that is led by volume.
+        rest: state that readings count from, at first the undeformed one.
         contact: of the skin with itself, where there is any.
         supply: what stands between regulator and cavity, where anything does.
         parameters: constants of the potential by name, that sensitivities are taken to.
@@ -54,20 +58,39 @@ class FingerModel:
     plate: RigidPlate | None
     cavity: Control
     enclosed: ufl.Form
+    by_pressure: Model
+    rest: State
     contact: BarrierContact | None = None
     supply: Supply | None = None
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
 
-    def take_over(self, config: Config) -> None:
-        """Place the plate and set the supply's stages as ``config``, adapted, asks for."""
+    def take_over(self, config: Config, rest: np.ndarray) -> None:
+        """Put the plate and set the supply's stages as ``config``, adapted, asks for.
+
+        Args:
+            config: another one of the same model.
+            rest: displacement at rest (local array, mm), from which the plate's gap counts.
+        """
         if self.plate is not None:
-            self.plate.place(normal_of(config.plate), config.plate.gap_mm)
+            self.plate.pose(normal_of(config.plate), config.plate.gap_mm, rest)
         if self.supply is not None:
             self.supply.stages = config.extensions.active("outlet_kPa")
 
 
-def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
-    """Model of the finger on ``domain``, with or without the force-sensor plate.
+def build(
+    config: Config,
+    domain: Domain,
+    *,
+    plate: bool,
+    loads: Callable[[Site], Sequence[ufl.Form]] = lambda site: (),
+) -> FingerModel:
+    """Model of the finger on ``domain``.
+
+    Args:
+        config: all that it depends on.
+        domain: reference configuration.
+        plate: whether the force sensor's plate faces it.
+        loads: further energies (mJ of the meshed part), which an experiment adds.
 
     Raises:
         ConfigError: the configuration asks for what this experiment has not.
@@ -105,7 +128,7 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     density = config.extensions.strain_energy(
         lambda strain: strain_energy(strain, p, mu, lmbda), site
     )
-    terms += config.extensions.terms(site)
+    terms += [*config.extensions.terms(site), *loads(site)]
     if sensor is not None:
         terms.append(sensor.energy)
     numbers = list(site.unknowns.values())
@@ -140,10 +163,20 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     )
     exactly = domain.surface("cavity", quadrature_degree=3 * degree)
     enclosed = cavity_pressure.volume_density(u, mesh) * exactly
+    led = model
     if config.experiment.control == "volume":
-        model = led_by_volume(model, by_pressure, enclosed)
+        led = led_by_volume(model, by_pressure, enclosed)
     return FingerModel(
-        config, model, sensor, by_pressure, enclosed, contact, supply, site.parameters
+        config,
+        led,
+        sensor,
+        by_pressure,
+        enclosed,
+        model,
+        led.state(),
+        contact,
+        supply,
+        site.parameters,
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
+import ufl
 from mpi4py import MPI
 
 from dolfingrip.config import Config
@@ -11,10 +12,12 @@ from dolfingrip.experiments import pressurisation
 from dolfingrip.experiments.display import displayed
 from dolfingrip.experiments.finger import FingerModel, build
 from dolfingrip.experiments.observation import Observation
+from dolfingrip.experiments.rest import UNPRESSURISED, go_to_rest, has_weight
 from dolfingrip.experiments.result import PlatePose
 from dolfingrip.experiments.rig import Rig
 from dolfingrip.experiments.schedule import Stop
 from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL
@@ -31,6 +34,9 @@ class FingerRig(Rig):
         finger: its model.
         observation: its readings.
         profile: where the time is booked.
+
+    Attributes:
+        further: what an experiment reads besides, by column, undistorted by instruments.
     """
 
     def __init__(
@@ -41,15 +47,20 @@ class FingerRig(Rig):
         self._finger = finger
         self._observation = observation
         self._by_pressure = pressurisation.by_pressure(config)
-        self._rest = finger.model.state()
         self._tared = False
-        if finger.plate is not None:
-            normal, offset = finger.plate.normal, float(finger.plate.offset.value)
-            self.plate = PlatePose(tuple(offset * normal), tuple(normal))
+        self.further: Callable[[], Mapping[str, float]] = dict
 
     @classmethod
-    def built(cls, config: Config, comm: MPI.Comm, profile: Profile, *, plate: bool) -> FingerRig:
-        """The rig of the configuration's finger.
+    def built(
+        cls,
+        config: Config,
+        comm: MPI.Comm,
+        profile: Profile,
+        *,
+        plate: bool,
+        loads: Callable[[Site], Sequence[ufl.Form]] = lambda site: (),
+    ) -> FingerRig:
+        """The rig of the configuration's finger; for ``loads`` see :func:`finger.build`.
 
         Raises:
             ConfigError: on every rank: bad mesh or geometry, in one line.
@@ -57,7 +68,7 @@ class FingerRig(Rig):
         with profile.phase("mesh"):
             domain = load_domain(config, comm)
         with profile.phase("forms"):
-            finger = build(config, domain, plate=plate)
+            finger = build(config, domain, plate=plate, loads=loads)
             observation = Observation(finger)
         return cls(config, finger, observation, profile)
 
@@ -68,24 +79,40 @@ class FingerRig(Rig):
         if self._by_pressure:
             return {"pressure_kPa": self._config.solver.max_step_kPa, **longest}
         ratio = self._config.experiment.step_volume_ratio
-        return {CONTROL: ratio * self._rest.controls[CONTROL], **longest}
+        return {CONTROL: ratio * self._finger.rest.controls[CONTROL], **longest}
 
     def controls(self, stop: Stop) -> Mapping[str, float]:
         if self._by_pressure:
             return {"pressure_kPa": stop.value, "time_s": stop.time_s}
-        volume = self._rest.controls[CONTROL] * (1 + stop.value)
+        volume = self._finger.rest.controls[CONTROL] * (1 + stop.value)
         return {CONTROL: volume, "time_s": stop.time_s}
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
-        """Take the unpressurised pose as the one that readings count from."""
-        if first.value == 0:
-            return None  # the first stop is that pose
-        failure = path.advance({"pressure_kPa": 0.0, "time_s": 0.0}).failure
+        """Come to rest: unpressurised, hanging, the plate at its gap from there.
+
+        A weightless finger is at rest as it is built, to what its first stop solves for.
+        """
+        failure = None
+        if has_weight(self._finger):
+            failure = go_to_rest(self._finger, self.newton)
+            if not self._by_pressure:
+                volume = self._observation.readings[CONTROL].value()
+                self._finger.model.controls[CONTROL].set(volume)
+        elif first.value != 0:
+            failure = path.advance(UNPRESSURISED).failure
+        else:
+            return None
         self._tare()
         return failure
 
     def _tare(self) -> None:
+        """Count from the present pose."""
+        model, plate = self._finger.model, self._finger.plate
         self._observation.tare()
+        self._finger.rest = model.state()
+        if plate is not None:
+            place = float(plate.unloaded.value)
+            self.plate = PlatePose(tuple(place * plate.normal), tuple(plate.normal))
         self._tared = True
 
     def read(self) -> dict[str, float]:
@@ -93,7 +120,7 @@ class FingerRig(Rig):
             self._tare()
         readings = self._observation.read()
         self.gaps_mm.append(self._observation.gaps_mm)
-        return displayed(self._config, readings)
+        return {**displayed(self._config, readings), **self.further()}
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
         """Whether a finger led by pressure goes on at a falling one where its volume is led."""

@@ -13,6 +13,7 @@ NAMES = (
     "blocked_force",
     "cycle",
     "coupon",
+    "push",
 )
 """One line an experiment: its file's name."""
 

@@ -31,7 +31,11 @@ class ParameterPerturbation:
         values: the constants' values as a function of a configuration.
         movement: moves the reference mesh; None where the parameter does not.
         set_up: told a configuration, takes over what is neither constant nor mesh: stages of the
-            supply, the plate's pose.
+            supply, the plate's pose; and a change of the displacement at rest (mm).
+
+    Attributes:
+        at_rest: derivative of the displacement at rest (local array, mm for each unit of the
+            parameter), from where the plate's gap counts; None while it is 0.
     """
 
     def __init__(
@@ -42,10 +46,11 @@ class ParameterPerturbation:
         constants: Mapping[str, fem.Constant],
         values: Callable[[Config], Values],
         movement: Movement | None,
-        set_up: Callable[[Config], None],
+        set_up: Callable[[Config, np.ndarray | float], None],
     ) -> None:
         self.parameter = parameter
         self.scale = parameter.scale
+        self.at_rest: np.ndarray | None = None
         self._config = config
         self._model = model
         self._constants = constants
@@ -83,17 +88,17 @@ class ParameterPerturbation:
                 self._constants[name].value = kept[name] + amount * rate
             if self._movement is not None:
                 self._movement.move(amount)
-            if set_up or moved:
+            if set_up or moved or self.at_rest is not None:
                 changed = self.parameter.at(self._config, here + amount) if set_up else self._config
-                self._set_up(changed)
+                self._set_up(changed, 0.0 if self.at_rest is None else amount * self.at_rest)
             yield
         finally:
             for name, value in kept.items():
                 self._constants[name].value = value
             if self._movement is not None:
                 self._movement.move(0.0)
-            if set_up or moved:
-                self._set_up(self._config)
+            if set_up or moved or self.at_rest is not None:
+                self._set_up(self._config, 0.0)
 
 
 def velocity(parameter: Parameter, config: Config, domain: Domain) -> np.ndarray:
@@ -130,8 +135,8 @@ def perturbations(
     def values(changed: Config) -> dict[str, np.ndarray]:
         return constant_values(changed, finger)
 
-    def set_up(changed: Config) -> None:
-        finger.take_over(changed.adapted())
+    def set_up(changed: Config, rest_change: np.ndarray | float) -> None:
+        finger.take_over(changed.adapted(), finger.rest.displacement + rest_change)
 
     found = []
     for parameter in parameters:

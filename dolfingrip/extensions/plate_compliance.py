@@ -37,8 +37,7 @@ class PlateCompliance(Effect):
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         if site.plate is None:
             return ()
-        place = site.plate.offset
-        rest = site.fixed(float(place.value))
+        place, rest = site.plate.offset, site.plate.unloaded
         site.unknown(self, "place_mm", place)
         compliance = site.constant(self, "compliance_mm_per_N")
         return [site.spring(self, "force_N", place - rest, compliance)]

@@ -144,6 +144,11 @@ class Site:
         f = self.unknown(effect, force, scale=lever_mm, multiplier=True).constant
         return self.lumped(f * moved - compliance * f**2 / 2)
 
+    def area_mm2(self, region: str) -> float:
+        """Area of a region at rest, of the whole solid."""
+        part = self.domain.surface(region, quadrature_degree=2)
+        return self.domain.copies * self._integral(self.fixed(1.0) * part)
+
     def centre(self, region: str) -> fem.Constant:
         """Centroid of a region at rest (mm), (3,)."""
         x = ufl.SpatialCoordinate(self.domain.mesh)

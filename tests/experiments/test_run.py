@@ -15,8 +15,10 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import Result, run
+from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.experiments.recorder import COLUMNS
 from dolfingrip.mechanics.path.failure import FailureKind
+from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.report.fields import list_steps
 
 MEASURED = {
@@ -161,11 +163,54 @@ def test_a_path_that_ends_early_keeps_its_rows_and_says_why(tmp_path: Path) -> N
     assert record["failure"]["last_good"] == failure.last_good
 
 
-def test_gravity_sags_the_finger_but_angles_count_from_there() -> None:
-    weight = ("gravity.acceleration_m_s2=9.81", "gravity.direction=[-1, 0, 0]")
-    settings = small.short(*weight, "experiment.step_kPa=50")
-    sagged = run("bending", settings, comm=MPI.COMM_SELF)
+WEIGHT = ("gravity.acceleration_m_s2=9.81", "gravity.direction=[-1, 0, 0]")
+
+
+def test_gravity_sags_the_finger_but_readings_count_from_there() -> None:
+    sags = []
+
+    def look(finger: FingerModel, row: dict[str, Any]) -> None:
+        sags.append(TipDisplacement(finger.model, "x").value())
+
+    settings = small.short(*WEIGHT, "experiment.step_kPa=50")
+    sagged = run("bending", settings, comm=MPI.COMM_SELF, visit=look)
     plain = run("bending", small.short("experiment.step_kPa=50"), comm=MPI.COMM_SELF)
-    assert sagged.rows[0]["tip_x_mm"] < -0.01
-    assert sagged.rows[0]["angle_deg"] == 0.0
+    assert sags[0] < -0.01
+    for name in ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm"):
+        assert sagged.rows[0][name] == 0.0
+    assert sagged.rows[1]["tip_x_mm"] == pytest.approx(sags[1] - sags[0], rel=1e-12)
     assert sagged.rows[1]["angle_deg"] == pytest.approx(plain.rows[1]["angle_deg"], rel=0.05)
+
+
+@pytest.mark.parametrize("control", ["pressure", "volume"])
+def test_the_plates_gap_is_from_the_hanging_finger(control: str) -> None:
+    """Whichever way it hangs, and however soft the sensor is."""
+    settings = small.short(
+        *WEIGHT, "plate.gap_mm=0.3", f"experiment.control={control}", "experiment.step_kPa=50",
+        "experiment.max_volume_ratio=1.1", "extensions.plate_compliance={}",
+        "extensions.plate_friction={}",
+    )  # fmt: skip
+    result = run("blocked_force", settings, comm=MPI.COMM_SELF)
+    first = result.rows[0]
+    assert result.failure is None
+    assert first["plate_gap_mm"] == pytest.approx(0.3 + settings.plate.barrier_mm, abs=1e-9)
+    assert first["force_N"] == 0
+    assert first["tip_x_mm"] == first["angle_deg"] == 0
+    assert first["pressure_kPa"] == pytest.approx(0, abs=1e-9)
+    assert result.rows[-1]["force_N"] > 0.05
+    assert result.plate is not None
+    normal = np.array(result.plate.normal)
+    assert np.array(result.plate.point_mm) @ normal < -0.3 - 0.01  # the skin is at 0 as drawn
+
+
+def test_a_step_of_the_volume_that_fails_ends_with_a_sentence() -> None:
+    settings = small.short(
+        "experiment.control=volume", "experiment.max_volume_ratio=3",
+        "experiment.step_volume_ratio=2", "solver.max_iterations=1", "solver.max_step_kPa=60",
+        "solver.min_step_kPa=60",
+    )  # fmt: skip
+    result = run("bending", settings, comm=MPI.COMM_SELF)
+    assert result.failure is not None
+    assert result.failure.kind is not FailureKind.LIMIT_POINT
+    assert "mm3" in result.failure.sentence()
+    assert len(result.rows) == 1

@@ -17,6 +17,9 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Number
 
+AWAY_mm = 1e4
+"""How far from a finger a plate is that is not there."""
+
 
 class RigidPlate(Term):
     """Plane n · x = offset on whose side n points the skin stays.
@@ -30,7 +33,7 @@ class RigidPlate(Term):
         region: name of the part of ``domain``'s boundary that may touch.
         normal: (3,) towards the finger; any length.
         gap_mm: distance that the nearest point of ``region`` travels along −n before it
-            is felt.
+            is felt, from the pose against which the plate is put, at first the undeformed one.
         width_mm: barrier width ĝ.
         stiffness_MPa: barrier stiffness κ.
 
@@ -39,6 +42,7 @@ class RigidPlate(Term):
         measure: of the part of the skin that may touch it.
         reaction: that of the normal force on the meshed part, dΠ/d(offset).
         offset: the plane's position along n (mm), a constant of the form.
+        unloaded: constant: the position at which a plate that gives way stands without force (mm).
         number: the plane's position as an unknown, where it is one.
     """
 
@@ -66,9 +70,10 @@ class RigidPlate(Term):
         self._coordinates = space.tabulate_dof_coordinates()[self._nodes].copy()
         self._now = self._coordinates
         self._rest = self._now @ self.normal
-        nearest = mesh.comm.allreduce(self._rest.min(initial=np.inf), MPI.MIN)
         self.width_mm = width_mm
-        self.offset = fem.Constant(mesh, PETSc.ScalarType(nearest - gap_mm - width_mm))
+        self._gap_mm = gap_mm
+        place = PETSc.ScalarType(self.place_mm())
+        self.offset, self.unloaded = fem.Constant(mesh, place), fem.Constant(mesh, place)
 
         n = fem.Constant(mesh, self.normal)
         facet = mesh.ufl_cell().facet_types()[0].cellname()
@@ -106,14 +111,40 @@ class RigidPlate(Term):
         smallest = gaps.min(initial=np.inf)
         return float(self._u.function_space.mesh.comm.allreduce(smallest, MPI.MIN))
 
-    def offset_rate(self, velocity: fem.Function) -> float:
-        """How fast the plane follows the nearest point as the reference points move (mm)."""
+    # -- where it is put -------------------------------------------------------------------------
+
+    def put(self, place_mm: float | None = None) -> None:
+        """Put the plate at its gap from the present pose, or at a place along its normal (mm)."""
+        self.offset.value = self.unloaded.value = self.place_mm() if place_mm is None else place_mm
+
+    def retract(self) -> None:
+        """Put the plate where nothing touches it."""
+        self.put(self.place_mm() - AWAY_mm)
+
+    def place_mm(self) -> float:
+        """Position along n at the gap from the present pose."""
+        along = self._along().min(initial=np.inf)
+        nearest = float(self._u.function_space.mesh.comm.allreduce(along, MPI.MIN))
+        return nearest - self._gap_mm - self.width_mm
+
+    def nearest_node(self) -> int | None:
+        """This rank's node that is nearest to the plate; None where another rank has it."""
+        along = self._along()
+        own = float(along.min(initial=np.inf)), self._u.function_space.mesh.comm.rank
+        first = min(self._u.function_space.mesh.comm.allgather(own))
+        return int(self._nodes[along.argmin()]) if first == own else None
+
+    def place_rate(self, velocity: fem.Function) -> float:
+        """How fast :meth:`place_mm` follows as the reference points move (mm)."""
         moving = fem.Function(self._u.function_space)
         moving.interpolate(velocity)
-        rates = moving.x.array.reshape(-1, 3)[self._nodes] @ self.normal
-        first = int(self._rest.argmin()) if len(self._rest) else None
-        own = (np.inf, 0.0) if first is None else (self._rest[first], rates[first])
-        return float(min(self._u.function_space.mesh.comm.allgather(own))[1])
+        node = self.nearest_node()
+        own = 0.0 if node is None else float(moving.x.array.reshape(-1, 3)[node] @ self.normal)
+        return float(self._u.function_space.mesh.comm.allreduce(own, MPI.SUM))
+
+    def _along(self) -> np.ndarray:
+        """Positions of the nodes that may touch, along n (mm)."""
+        return self._rest + self._u.x.array.reshape(-1, 3)[self._nodes] @ self.normal
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Take the facing nodes to be moved by ``change`` (local array, mm); None: put back."""
@@ -122,14 +153,21 @@ class RigidPlate(Term):
             self._now = self._now + change.reshape(-1, 3)[self._nodes]
         self._rest = self._now @ self.normal
 
-    def place(self, normal: np.ndarray, gap_mm: float) -> None:
-        """Set the plane at a distance from the undeformed skin, as it was made."""
+    def pose(self, normal: np.ndarray, gap_mm: float, dofs: np.ndarray) -> None:
+        """Turn the plate and put it at a gap from the skin displaced by ``dofs``.
+
+        A place that is solved for stays: its spring's end moves.
+        """
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
         self._facing.value[:] = self.normal
         self._rest = self._now @ self.normal
+        self._gap_mm = gap_mm
+        along = self._rest + dofs.reshape(-1, 3)[self._nodes] @ self.normal
         comm = self._u.function_space.mesh.comm
-        nearest = comm.allreduce(self._rest.min(initial=np.inf), MPI.MIN)
-        self.offset.value = nearest - gap_mm - self.width_mm
+        nearest = comm.allreduce(along.min(initial=np.inf), MPI.MIN)
+        self.unloaded.value = nearest - gap_mm - self.width_mm
+        if self.number is None:
+            self.offset.value = self.unloaded.value
 
     def _distance(self, dofs: np.ndarray) -> np.ndarray:
         moved = dofs.reshape(-1, 3)[self._nodes] @ self.normal

@@ -1,67 +1,51 @@
-"""How an output of a solved model changes with its parameters: the adjoint method."""
+"""How a reading of a solved model changes with its parameters: the adjoint method."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
+import numpy as np
 import ufl
 from dolfinx import fem
-from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.tangent import Tangent
-
-
-@dataclass(frozen=True, slots=True)
-class Direction:
-    """What changes with a parameter, and how fast.
-
-    Attributes:
-        velocity: of the points of the reference configuration (mm for each unit of the
-            parameter), a piecewise linear vector; None where they stay.
-        rates: constants of the potential with their rates.
-    """
-
-    velocity: fem.Function | None = None
-    rates: Sequence[tuple[fem.Constant, float]] = ()
+from dolfingrip.mechanics.readings.reading import Reading
 
 
 class Adjoint:
-    """Derivatives of one output of a model at its present state, which must be a solution.
+    """Derivatives of one reading of a model at its present state, which must be a solution.
 
-    With R(u, m) = ∂Π/∂u = 0 and an output g(u, m) the derivative to any parameter m is
+    With R(u, m) = ∂Π/∂u = 0 and a reading g(u, m) the derivative to any parameter m is
     ∂g/∂m − λ·∂R/∂m, Kλ = ∂g/∂u: one linear solve with the tangent, however many parameters.
     Partial derivatives to the shape move the mesh and keep the nodal displacements (Ham,
     Mitchell, Paganini & Wechsung, Struct. Multidisc. Optim. 60, 2019).
 
     Args:
         model: led by its constants (pressure rather than volume).
-        output: UFL form of the meshed part's share of g.
+        reading: g.
     """
 
-    def __init__(self, model: Model, output: ufl.Form) -> None:
+    def __init__(self, model: Model, reading: Reading) -> None:
         self._model = model
+        self._reading = reading
         space = model.u.function_space
         self._adjoint = fem.Function(space)
-        self._lagrangian = output - ufl.action(model.potential.gradient, self._adjoint)
-        test = ufl.TestFunction(space)
-        self._solve(fem.form(ufl.derivative(output, model.u, test), jit_options=jit.options()))
+        self._work = ufl.action(model.potential.gradient, self._adjoint)
+        self._solve(reading.gradient())
         self._moving: tuple[fem.Function, fem.Form] | None = None
 
-    def _solve(self, right: fem.Form) -> None:
+    def _solve(self, right: np.ndarray) -> None:
         model = self._model
         if model.potential.carried is not None:
             model.potential.carried.reset()
         tangent = Tangent(model)  # of its own: Newton's may not change under it
         tangent.assemble()
-        load = fem_petsc.create_vector(right)
-        fem_petsc.assemble_vector(load, right)
-        load.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        load = model.unknowns.create_vector()
+        load.array[:] = right
         for bc in model.supports:
             dofs, owned = bc.dof_indices()
             load.array[dofs[:owned]] = 0.0
@@ -78,7 +62,7 @@ class Adjoint:
             each.destroy()
 
     def derivative(self, direction: Direction) -> float:
-        """dg/dm along a direction, in the output's unit for each unit of the parameter."""
+        """dg/dm along a direction, in the reading's unit for each unit of the parameter."""
         local = 0.0
         if direction.velocity is not None:
             local += self._to_shape(direction.velocity)
@@ -87,14 +71,14 @@ class Adjoint:
         model = self._model
         found = model.comm.allreduce(local, MPI.SUM)
         if direction.velocity is not None:
-            found -= self._through_terms(direction.velocity)
-        return float(model.domain.copies * found)
+            found += self._through_terms(direction.velocity)
+        return self._reading.by_direction(direction) - float(found)
 
     def _to_shape(self, velocity: fem.Function) -> float:
         if self._moving is None:
             field = fem.Function(velocity.function_space)
             x = ufl.SpatialCoordinate(self._model.domain.mesh)
-            form = ufl.derivative(self._lagrangian, x, field)
+            form = ufl.derivative(self._work, x, field)
             self._moving = field, fem.form(form, jit_options=jit.options())
         field, compiled = self._moving
         field.x.array[:] = velocity.x.array
@@ -105,7 +89,7 @@ class Adjoint:
         space = fem.functionspace(self._model.domain.mesh, ("DG", 0))
         value, change = fem.Function(space), fem.Function(space)
         value.x.array[:], change.x.array[:] = constant.value, rate
-        form = ufl.derivative(ufl.replace(self._lagrangian, {constant: value}), value, change)
+        form = ufl.derivative(ufl.replace(self._work, {constant: value}), value, change)
         return float(fem.assemble_scalar(fem.form(form, jit_options=jit.options())))
 
     def _through_terms(self, velocity: fem.Function) -> float:

@@ -1,0 +1,116 @@
+"""Stiffness of the pressurised finger against a load at its tip."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar
+
+import ufl
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.description import PRESSURE, Column, Curve, Plot
+from dolfingrip.experiments.finger_experiment import FingerExperiment
+
+if TYPE_CHECKING:
+    import numpy as np
+    from mpi4py import MPI
+
+    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.extensions.site import Site
+    from dolfingrip.mechanics.model.profile import Profile
+    from dolfingrip.mechanics.newton.newton import Newton
+    from dolfingrip.mechanics.readings.reading import Reading
+
+AXES = "xy"
+
+
+def load(axis: str) -> str:
+    """Name of the load along an axis among the model's parameters."""
+    return f"push.load_{axis}_N"
+
+
+class Push(FingerExperiment):
+    """Stiffness of the free finger's tip against loads in x and y, pressurised.
+
+    A dead load f is spread evenly over the tip face, Π −= f · ∫u dA / A, so that it works on the
+    face's mean displacement. The stiffness is that of the tangent K at each pressure, 1/(bᵀK⁻¹b)
+    with b = ∂ū/∂u: load by displacement of a load so small that it changes nothing else. x is in
+    the plane of bending, y across it, so that the whole finger is meshed.
+    """
+
+    name: ClassVar = "push"
+    command: ClassVar = "push"
+    title: ClassVar = "Stiffness at the tip"
+    columns: ClassVar = tuple(f"stiffness_{axis}_N_per_mm" for axis in AXES)
+    table: ClassVar = (
+        PRESSURE,
+        Column("angle_deg", "Angle (°)", ".1f"),
+        Column("stiffness_x_N_per_mm", "Stiffness x (N/mm)", ".4f"),
+        Column("stiffness_y_N_per_mm", "Stiffness y (N/mm)", ".4f"),
+    )
+    plot: ClassVar = Plot(
+        "Stiffness at the tip (N/mm)",
+        (
+            Curve("stiffness_x_N_per_mm", "x, in the plane of bending"),
+            Curve("stiffness_y_N_per_mm", "y, sideways"),
+        ),
+    )
+    measured: ClassVar = False
+
+    def settings(self, config: Config) -> Config:
+        return config.changed(mesh={"half": False})
+
+    def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
+        from dolfingrip.experiments.finger_rig import FingerRig
+
+        rig = FingerRig.built(config, comm, profile, plate=False, loads=dead_loads)
+        if rig.newton.model.domain.half:
+            raise ConfigError(
+                f"mesh.file = {config.mesh.file}: half a finger, which has no stiffness in y; "
+                "allowed: a whole one"
+            )
+        rig.further = stiffness(rig.newton)
+        return rig
+
+
+def dead_loads(site: Site) -> Sequence[ufl.Form]:
+    """Loads along x and y, which are 0 at first, on the tip face (mJ of the meshed part)."""
+    tip = site.domain.surface(
+        "tip", quadrature_degree=2 * site.u.function_space.ufl_element().degree
+    )
+    per_area = site.fixed(1 / site.area_mm2("tip"))
+    found = []
+    for i, axis in enumerate(AXES):
+        force = site.parameters[load(axis)] = site.fixed(0.0)
+        found.append(-force * per_area * site.u[i] * tip)
+    return found
+
+
+def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:
+    """What yields the stiffness at the model's present state, by column."""
+    from dolfingrip.mechanics.readings.tip import TipDisplacement
+
+    tips = [TipDisplacement(newton.model, axis) for axis in AXES]
+
+    def found() -> Mapping[str, float]:
+        solve = newton.linear()
+        along = zip(Push.columns, tips, strict=True)
+        return {column: 1 / compliance_mm_per_N(solve, tip) for column, tip in along}
+
+    return found
+
+
+def compliance_mm_per_N(solve: Callable[[np.ndarray], np.ndarray], moved: Reading) -> float:
+    """Change of a displacement by the load that works on it, on the whole solid.
+
+    Args:
+        solve: K⁻¹ of the model's tangent.
+        moved: the displacement (mm).
+    """
+    model = moved.model
+    direction = moved.gradient()
+    for bc in model.supports:
+        dofs, owned = bc.dof_indices()
+        direction[dofs[:owned]] = 0.0
+    product = model.comm.allreduce(float(direction @ solve(direction)))
+    return product / model.domain.copies  # each part of the solid bears its share of the load

@@ -1,0 +1,57 @@
+"""The finger's pose at rest: unpressurised, hanging, without the plate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.path.path import LoadPath
+
+UNPRESSURISED = {"pressure_kPa": 0.0, "time_s": 0.0}
+
+
+def has_weight(finger: FingerModel) -> bool:
+    """Whether the finger hangs otherwise than it is drawn."""
+    return bool(finger.config.gravity.acceleration_m_s2)
+
+
+def go_to_rest(finger: FingerModel, newton: Newton) -> Failure | None:
+    """Let the finger hang without the plate, then put the plate at its gap from the skin.
+
+    Args:
+        finger: undeformed.
+        newton: solver of its model; one led by volume goes to rest led by pressure.
+
+    Returns:
+        Why it did not come to rest, where it did not.
+    """
+    model, plate = finger.model, finger.plate
+    if model is not finger.by_pressure:
+        newton = Newton(finger.by_pressure, newton.settings, newton.profile)
+    if plate is not None:
+        plate.retract()
+    failure = LoadPath(newton).advance(UNPRESSURISED).failure
+    if plate is not None:
+        plate.put()
+        model.accept_step()  # effects remember where the plate stands
+    return failure
+
+
+@contextmanager
+def at_rest(finger: FingerModel) -> Iterator[None]:
+    """Within it the finger is in its state ``rest`` and the plate away; afterwards as before."""
+    model, plate = finger.model, finger.plate
+    now = model.state()
+    places = None if plate is None else (float(plate.offset.value), float(plate.unloaded.value))
+    model.restore(finger.rest)
+    if plate is not None:
+        plate.retract()
+    try:
+        yield
+    finally:
+        if plate is not None and places is not None:
+            plate.offset.value, plate.unloaded.value = places
+        model.restore(now)

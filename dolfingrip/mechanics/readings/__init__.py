@@ -1,0 +1,1 @@
+"""Readings of a model: value, and derivatives by its state and by parameters; one kind a file."""

@@ -1,0 +1,138 @@
+"""Readings that are functions of integrals over a model."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+import ufl
+from dolfinx import fem, la
+from mpi4py import MPI
+
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.direction import Direction
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.readings.reading import Reading
+
+
+def _compiled(form: ufl.Form) -> fem.Form:
+    return fem.form(form, jit_options=jit.options())
+
+
+class OfIntegrals(Reading):
+    """g = f(I₁, I₂, …), the integrals I being UFL forms of the meshed part.
+
+    Its derivatives are those of the one form Σ wₖ Iₖ with wₖ = ∂f/∂Iₖ. What is not asked for is
+    not compiled.
+
+    Args:
+        model: what is read.
+        column: name in the table, with the unit.
+        integrals: in the displacement, the coordinates and constants.
+    """
+
+    def __init__(self, model: Model, column: str, integrals: Sequence[ufl.Form]) -> None:
+        super().__init__(model, column)
+        self._integrals = integrals
+        self._by_shape: tuple[fem.Function, fem.Form] | None = None
+        self._by_constant: dict[fem.Constant, fem.Form] = {}
+
+    @abstractmethod
+    def _function(self, integrals: np.ndarray) -> float:
+        """The reading, from the integrals."""
+
+    @abstractmethod
+    def _slopes(self, integrals: np.ndarray) -> np.ndarray:
+        """Derivatives of the reading by each integral."""
+
+    def value(self) -> float:
+        return float(self._function(self._values()))
+
+    def _values(self) -> np.ndarray:
+        return np.array([self._summed(form) for form in self._forms])
+
+    def _summed(self, form: fem.Form) -> float:
+        return float(self.model.comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
+
+    # -- derivatives -----------------------------------------------------------------------------
+
+    def gradient(self) -> np.ndarray:
+        self._weigh()
+        found = Gradient(self.model.unknowns)
+        vector = fem.assemble_vector(self._by_displacement)
+        vector.scatter_reverse(la.InsertMode.add)
+        found.fields[0][:] = vector.array[: found.fields[0].size]
+        for number in self.model.unknowns.numbers:
+            found.add(number, self._to_constant(number.constant))
+        return found.array
+
+    def by_direction(self, direction: Direction) -> float:
+        self._weigh()
+        found = sum(rate * self._to_constant(constant) for constant, rate in direction.rates)
+        if direction.velocity is not None:
+            found += self._to_shape(direction.velocity)
+        return float(found)
+
+    def _weigh(self) -> None:
+        for weight, slope in zip(self._weights, self._slopes(self._values()), strict=True):
+            weight.value = slope
+
+    def _to_shape(self, velocity: fem.Function) -> float:
+        """The mesh moves and the nodal displacements stay."""
+        if self._by_shape is None:
+            field = fem.Function(velocity.function_space)
+            x = ufl.SpatialCoordinate(self.model.domain.mesh)
+            self._by_shape = field, _compiled(ufl.derivative(self._weighed, x, field))
+        field, form = self._by_shape
+        field.x.array[:] = velocity.x.array
+        return self._summed(form)
+
+    def _to_constant(self, constant: fem.Constant) -> float:
+        """Derivative by a constant, 0 of one that the integrals do not contain."""
+        if constant not in self._weighed.constants():
+            return 0.0
+        if constant not in self._by_constant:
+            mark = ufl.variable(constant)
+            marked = ufl.replace(self._weighed, {constant: mark})
+            self._by_constant[constant] = _compiled(ufl.diff(marked, mark))
+        return self._summed(self._by_constant[constant])
+
+    @cached_property
+    def _forms(self) -> list[fem.Form]:
+        return [_compiled(form) for form in self._integrals]
+
+    @cached_property
+    def _weights(self) -> list[fem.Constant]:
+        return [fem.Constant(self.model.domain.mesh, 0.0) for _ in self._integrals]
+
+    @cached_property
+    def _weighed(self) -> ufl.Form:
+        parts = [w * form for w, form in zip(self._weights, self._integrals, strict=True)]
+        return sum(parts[1:], start=parts[0])
+
+    @cached_property
+    def _by_displacement(self) -> fem.Form:
+        u = self.model.u
+        return _compiled(ufl.derivative(self._weighed, u, ufl.TestFunction(u.function_space)))
+
+
+class Integral(OfIntegrals):
+    """An integral of the whole solid: of a cavity's volume, or of a plate's force.
+
+    Args:
+        model: what is read.
+        column: name in the table, with the unit.
+        integral: over the meshed part.
+    """
+
+    def __init__(self, model: Model, column: str, integral: ufl.Form) -> None:
+        super().__init__(model, column, [integral])
+
+    def _function(self, integrals: np.ndarray) -> float:
+        return float(self.model.domain.copies * integrals[0])
+
+    def _slopes(self, integrals: np.ndarray) -> np.ndarray:
+        return np.array([float(self.model.domain.copies)])

@@ -1,0 +1,56 @@
+"""Readings of what is led, and of time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dolfingrip.mechanics.model.direction import Direction
+from dolfingrip.mechanics.model.model import Control, Model, Prescribed
+from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.readings.reading import Reading
+
+
+class ControlValue(Reading):
+    """The value of a control; where that is an unknown, as a multiplier is, the unknown's.
+
+    Args:
+        model: what is read.
+        column: name in the table, with the control's unit.
+        control: what is led, or was before something else was.
+    """
+
+    def __init__(self, model: Model, column: str, control: Prescribed) -> None:
+        super().__init__(model, column)
+        self._control = control
+
+    def value(self) -> float:
+        return float(self._control.value)
+
+    def gradient(self) -> np.ndarray:
+        found = Gradient(self.model.unknowns)
+        if isinstance(self._control, Control):
+            for number in self.model.unknowns.numbers:
+                if number.constant is self._control.constant:
+                    found.add(number, 1 / self._control.factor)
+        return found.array
+
+    def by_direction(self, direction: Direction) -> float:
+        if not isinstance(self._control, Control):
+            return 0.0
+        return direction.rate(self._control.constant) / self._control.factor
+
+
+class Time(Reading):
+    """Time since the first stop (s), of which nothing depends on state or parameters."""
+
+    def __init__(self, model: Model) -> None:
+        super().__init__(model, "time_s")
+
+    def value(self) -> float:
+        return self.model.time_s
+
+    def gradient(self) -> np.ndarray:
+        return Gradient(self.model.unknowns).array
+
+    def by_direction(self, direction: Direction) -> float:
+        return 0.0
