@@ -18,6 +18,7 @@ from dolfingrip.experiments import pressures_kPa, run, synthetic
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.result import Result, Row
+from dolfingrip.experiments.sensitivities import chosen
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate
@@ -34,6 +35,7 @@ def run_experiment(
     renders: str | None,
     colour_by: str,
     console: Console,
+    gradients: Sequence[str] | None = None,
 ) -> Result:
     """Run one experiment, print its table, plot its curve and draw its poses.
 
@@ -44,6 +46,8 @@ def run_experiment(
         renders: pressures to draw (kPa), joined by commas.
         colour_by: ``displacement`` or ``stretch``.
         console: where it is printed.
+        gradients: keys of parameters that readings are derived by, none for all; None for no
+            derivatives.
 
     Raises:
         ConfigError: on every rank, one line, before anything is computed.
@@ -52,7 +56,9 @@ def run_experiment(
     quantity = _quantity(colour_by)
     check_writable(out)
     _warn(experiment, config, console)
-    result = _run(experiment, config, out, console)
+    if gradients is not None:
+        chosen(config, gradients)  # a bad key is said before anything is computed
+    result = _run(experiment, config, out, console, gradients)
     _pictures(experiment, result, out, wanted, quantity, console)
     if MPI.COMM_WORLD.rank == 0:
         _print(experiment, result, out, console)
@@ -163,9 +169,15 @@ def _warn(experiment: Experiment, config: Config, console: Console) -> None:
         console.print(f"[yellow]warning: {note}[/yellow]", soft_wrap=True, highlight=False)
 
 
-def _run(experiment: Experiment, config: Config, out: Path, console: Console) -> Result:
+def _run(
+    experiment: Experiment,
+    config: Config,
+    out: Path,
+    console: Console,
+    gradients: Sequence[str] | None = None,
+) -> Result:
     with _bar(experiment.title, [experiment], config, console) as advance:
-        return run(experiment, config, out=out, progress=advance)
+        return run(experiment, config, out=out, progress=advance, gradients=gradients)
 
 
 @contextmanager

@@ -37,6 +37,17 @@ Specimen = Annotated[
     typer.Option("--specimen", metavar="NAME", help="Specimen in the CSV of --protocol."),
 ]
 
+Gradients = Annotated[
+    bool,
+    typer.Option("--gradients", help="Derive all readings by parameters: sensitivity.csv."),
+]
+Parameters = Annotated[
+    str | None,
+    typer.Option(
+        "--parameters", metavar="KEY,KEY,…", help="Parameters of --gradients; default: all."
+    ),
+]
+
 
 def register(app: typer.Typer) -> None:
     """Give ``app`` a subcommand for each experiment of the index."""
@@ -115,6 +126,8 @@ def _command(experiment: Experiment) -> Callable[..., None]:
         colour_by: str = "displacement",
         protocol: Path | None = None,
         specimen: str | None = None,
+        gradients: bool = False,
+        parameters: str | None = None,
         **given: Any,
     ) -> None:
         from dolfingrip.cli.commands import run_experiment
@@ -122,10 +135,11 @@ def _command(experiment: Experiment) -> Callable[..., None]:
         assignments = [*(overrides or ()), *_assignments(experiment, given)]
         poses = _poses(experiment, config, assignments, out, protocol, specimen)
         asked = experiment.asked(given)
+        keys = _keys(gradients, parameters)
         settings = [(folder, experiment.settings(resolved)) for folder, resolved in poses]
         _exit(
             *[
-                run_experiment(asked, resolved, folder, render, colour_by, console())
+                run_experiment(asked, resolved, folder, render, colour_by, console(), keys)
                 for folder, resolved in settings
             ]
         )
@@ -146,12 +160,27 @@ def _parameters(experiment: Experiment) -> list[Parameter]:
     }
     if experiment.poses:
         found |= {"render": (Renders, None), "colour_by": (Colour, "displacement")}
+    if experiment.gradients:
+        found |= {"gradients": (Gradients, False), "parameters": (Parameters, None)}
     if experiment.protocol:
         found |= {"protocol": (ProtocolOption, None), "specimen": (Specimen, None)}
     return [
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, (annotation, default) in found.items()
     ]
+
+
+def _keys(gradients: bool, parameters: str | None) -> list[str] | None:
+    """Keys that derivatives are asked for: none for all, None for no derivatives.
+
+    Raises:
+        ConfigError: one line, where keys are given and derivatives are not asked for.
+    """
+    if gradients:
+        return parameters.split(",") if parameters else []
+    if parameters is not None:
+        raise ConfigError(f"--parameters {parameters}: allowed: with --gradients")
+    return None
 
 
 def _annotation(option: Option) -> Any:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from mpi4py import MPI
 
 from dolfingrip.config import Config, Solver
 from dolfingrip.experiments.bar import CouponModel, build
 from dolfingrip.experiments.display import displayed
+from dolfingrip.experiments.perturbation import ParameterPerturbation, of_constants
 from dolfingrip.experiments.rig import Rig
 from dolfingrip.experiments.schedule import Stop
 from dolfingrip.mechanics.model.profile import Profile
@@ -17,6 +18,7 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reaction import Reaction
 from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.parameter import Parameter
 
 
 class BarRig(Rig):
@@ -33,11 +35,13 @@ class BarRig(Rig):
         self._config = config
         model = bar.model
         travel = ControlValue(model, "displacement_mm", model.controls["displacement_mm"])
-        self.readings: list[Reading] = [
+        found: list[Reading] = [
             Time(model),
             travel,
             Reaction(model, "force_N", bar.moved, axis=2),
         ]
+        self.readings = {reading.column: reading for reading in found}
+        self._bar = bar
 
     @classmethod
     def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> BarRig:
@@ -56,12 +60,21 @@ class BarRig(Rig):
     def controls(self, stop: Stop) -> Mapping[str, float]:
         return {"displacement_mm": stop.value, "time_s": stop.time_s}
 
-    def read(self) -> dict[str, float]:
-        sides = self._config.coupon
-        row = displayed(self._config, {each.column: each.value() for each in self.readings})
+    def displayed(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
+        sides = config.coupon
+        row = displayed(config, true)
         row["nominal_strain"] = row["displacement_mm"] / sides.gauge_length_mm
         row["nominal_stress_MPa"] = row["force_N"] / sides.area_mm2
         return row
+
+    def read(self) -> dict[str, float]:
+        true = {column: reading.value() for column, reading in self.readings.items()}
+        return self.displayed(self._config, true)
+
+    def perturbations(
+        self, config: Config, parameters: Sequence[Parameter]
+    ) -> Sequence[ParameterPerturbation]:
+        return of_constants(parameters, config, self._bar.model, self._bar.parameters)
 
 
 def _strict(config: Config) -> Solver:

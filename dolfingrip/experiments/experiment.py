@@ -37,6 +37,7 @@ class Experiment(ABC):
         protocol: whether it may follow a protocol.
         poses: whether its deformed poses can be drawn.
         measured: whether the measured-data format has it.
+        gradients: whether its readings can be derived by parameters.
     """
 
     name: ClassVar[str]
@@ -50,6 +51,7 @@ class Experiment(ABC):
     protocol: ClassVar[bool] = True
     poses: ClassVar[bool] = True
     measured: ClassVar[bool] = True
+    gradients: ClassVar[bool] = True
 
     @classmethod
     def summary(cls) -> str:

@@ -12,6 +12,7 @@ from dolfingrip.experiments import pressurisation
 from dolfingrip.experiments.display import displayed
 from dolfingrip.experiments.finger import FingerModel, build
 from dolfingrip.experiments.observation import Observation
+from dolfingrip.experiments.perturbation import ParameterPerturbation, perturbations
 from dolfingrip.experiments.rest import UNPRESSURISED, go_to_rest, has_weight
 from dolfingrip.experiments.result import PlatePose
 from dolfingrip.experiments.rig import Rig
@@ -24,6 +25,7 @@ from dolfingrip.mechanics.newton.volume_control import CONTROL
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.limit_point import Summit
 from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.parameter import Parameter
 
 
 class FingerRig(Rig):
@@ -47,6 +49,8 @@ class FingerRig(Rig):
         self._finger = finger
         self._observation = observation
         self._by_pressure = pressurisation.by_pressure(config)
+        self.readings = observation.readings
+        self.from_rest = observation.from_rest
         self._tared = False
         self.further: Callable[[], Mapping[str, float]] = dict
 
@@ -94,7 +98,7 @@ class FingerRig(Rig):
         """
         failure = None
         if has_weight(self._finger):
-            failure = go_to_rest(self._finger, self.newton)
+            failure = go_to_rest(self._finger, self.newton, path.observers)
             if not self._by_pressure:
                 volume = self._observation.readings[CONTROL].value()
                 self._finger.model.controls[CONTROL].set(volume)
@@ -114,6 +118,7 @@ class FingerRig(Rig):
             place = float(plate.unloaded.value)
             self.plate = PlatePose(tuple(place * plate.normal), tuple(plate.normal))
         self._tared = True
+        self.tared()
 
     def read(self) -> dict[str, float]:
         if not self._tared:
@@ -121,6 +126,11 @@ class FingerRig(Rig):
         readings = self._observation.read()
         self.gaps_mm.append(self._observation.gaps_mm)
         return {**displayed(self._config, readings), **self.further()}
+
+    def perturbations(
+        self, config: Config, parameters: Sequence[Parameter]
+    ) -> Sequence[ParameterPerturbation]:
+        return perturbations(parameters, config, self._finger)
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
         """Whether a finger led by pressure goes on at a falling one where its volume is led."""

@@ -17,9 +17,10 @@ from dolfingrip.experiments.recorder import Recorder
 from dolfingrip.experiments.result import Result, Row, facts
 from dolfingrip.experiments.rig import Rig
 from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.sensitivities import Sensitivities, chosen
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.failure import Failure
-from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.path.path import LoadPath, Observer
 
 
 def run(
@@ -30,6 +31,7 @@ def run(
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
     visit: Callable[[Any, Row], None] = lambda specimen, row: None,
+    gradients: Sequence[str] | None = None,
 ) -> Result:
     """Run an experiment.
 
@@ -42,6 +44,8 @@ def run(
         progress: called with each new row, on every rank.
         visit: likewise, with the specimen (a finger's model, for one) as it then is; it must
             leave the specimen so.
+        gradients: keys of parameters that all readings are derived by, () for every one; None
+            for no derivatives.
 
     Raises:
         ConfigError: bad input, in one line.
@@ -54,6 +58,10 @@ def run(
     stops = experiment.schedule(config)
     rig = experiment.prepare(config, comm, profile)
     result = Result(experiment.name, config)
+    sensitivities = None
+    if gradients is not None:
+        with profile.phase("sensitivities"):
+            sensitivities = Sensitivities(rig, config, chosen(config, gradients))
     with ExitStack() as stack:
         recorder = None
         if out is not None:
@@ -64,24 +72,33 @@ def run(
             result.rows.append(row)
             if recorder is not None:
                 recorder.append(row)
+            if sensitivities is not None:
+                sensitivities.record(len(result.rows) - 1)
             progress(row)
             visit(rig.specimen, row)
 
-        result.failure = _lead(experiment, rig, stops, reached)
+        observers = [] if sensitivities is None else [sensitivities.forward]
+        result.failure = _lead(experiment, rig, stops, reached, observers)
+        if sensitivities is not None:
+            result.sensitivities = sensitivities.rows
         experiment.conclude(result, rig)
         wall_s = time.perf_counter() - start
         result.facts = facts(result, rig.newton, profile, wall_s, experiment.notes(config))
         if recorder is not None:
-            recorder.finish(result.facts)
+            recorder.finish(result.facts, result.sensitivities)
     comm.Barrier()
     return result
 
 
 def _lead(
-    experiment: Experiment, rig: Rig, stops: Sequence[Stop], reached: Callable[[Row], None]
+    experiment: Experiment,
+    rig: Rig,
+    stops: Sequence[Stop],
+    reached: Callable[[Row], None],
+    observers: Sequence[Observer] = (),
 ) -> Failure | None:
     """Call ``reached`` with the row of each stop; why a stop was not reached, where one was not."""
-    path = LoadPath(rig.newton, rig.longest(), passable=rig.passable)
+    path = LoadPath(rig.newton, rig.longest(), passable=rig.passable, observers=observers)
     failure = rig.start(path, stops[0])
     if failure is not None:
         return failure

@@ -26,6 +26,7 @@ class Observation:
 
     Attributes:
         readings: by column; those of the plate only where there is one.
+        from_rest: columns that count from the pose at rest.
     """
 
     def __init__(self, finger: FingerModel) -> None:
@@ -48,6 +49,7 @@ class Observation:
         ]
         if plate is not None:
             found += [PlateForce(model, plate), PlateGap(model, plate)]
+        self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}
         self._tare_undeformed()
         self._clamped = _clamped_rows(finger)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -15,7 +15,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.meshes.dimensions import moved
-from dolfingrip.parameter import STEP, Entry, Parameter
+from dolfingrip.parameter import Entry, Parameter
 
 Values = Mapping[str, np.ndarray]
 
@@ -73,8 +73,7 @@ class ParameterPerturbation:
     @property
     def way(self) -> float:
         """1, or −1 where only smaller values are allowed."""
-        here = self.parameter.value(self._config)
-        return 1.0 if here + STEP * self.scale <= self.parameter.high else -1.0
+        return self.parameter.way(self._config)
 
     @contextmanager
     def applied(self, amount: float) -> Iterator[None]:
@@ -132,28 +131,40 @@ def perturbations(
 ) -> list[ParameterPerturbation]:
     """One for each parameter of a finger that was built from ``config``."""
 
-    def values(changed: Config) -> dict[str, np.ndarray]:
-        return constant_values(changed, finger)
-
     def set_up(changed: Config, rest_change: np.ndarray | float) -> None:
         finger.take_over(changed.adapted(), finger.rest.displacement + rest_change)
 
-    found = []
-    for parameter in parameters:
-        movement = None
-        if parameter.entry is Entry.SHAPE:
-            moving = velocity(parameter, config, finger.model.domain)
-            movement = Movement(finger.model, moving)
-        found.append(
-            ParameterPerturbation(
-                parameter, config, finger.model, finger.parameters, values, movement, set_up
-            )
+    def movement(parameter: Parameter) -> Movement | None:
+        if parameter.entry is not Entry.SHAPE:
+            return None
+        return Movement(finger.model, velocity(parameter, config, finger.model.domain))
+
+    return of_constants(parameters, config, finger.model, finger.parameters, movement, set_up)
+
+
+def of_constants(
+    parameters: Sequence[Parameter],
+    config: Config,
+    model: Model,
+    constants: Mapping[str, fem.Constant],
+    movement: Callable[[Parameter], Movement | None] = lambda parameter: None,
+    set_up: Callable[[Config, np.ndarray | float], None] = lambda changed, rest_change: None,
+) -> list[ParameterPerturbation]:
+    """One for each parameter of a model with these constants; for the rest see the class."""
+
+    def values(changed: Config) -> dict[str, np.ndarray]:
+        return constant_values(changed, constants)
+
+    return [
+        ParameterPerturbation(
+            parameter, config, model, constants, values, movement(parameter), set_up
         )
-    return found
+        for parameter in parameters
+    ]
 
 
-def constant_values(config: Config, finger: FingerModel) -> dict[str, np.ndarray]:
-    """Values of the model's constants, by name, that ``config`` asks for."""
+def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarray]:
+    """Values of a model's constants, by name, that ``config`` asks for."""
     config = config.adapted()
     base = {
         "material.mu_MPa": config.material.mu_MPa,
@@ -161,7 +172,7 @@ def constant_values(config: Config, finger: FingerModel) -> dict[str, np.ndarray
         "gravity.weight_N_mm3": weight(config),
     }
     found: dict[str, np.ndarray] = {}
-    for name in finger.parameters:
+    for name in names:
         if name in base:
             found[name] = np.asarray(base[name])
         else:

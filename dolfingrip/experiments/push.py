@@ -56,6 +56,7 @@ class Push(FingerExperiment):
         ),
     )
     measured: ClassVar = False
+    gradients: ClassVar = False
 
     def settings(self, config: Config) -> Config:
         return config.changed(mesh={"half": False})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -81,10 +82,19 @@ class Recorder:
                 self._table.writerow({k: _digits(v) for k, v in row.items() if not _empty(v)})
                 self._file.flush()
 
-    def finish(self, facts: dict[str, Any]) -> None:
-        """Complete ``run.json``."""
+    def finish(self, facts: dict[str, Any], sensitivities: Sequence[Row] = ()) -> None:
+        """Complete ``run.json``; write ``sensitivity.csv`` where there are derivatives."""
         if self._comm.rank == 0:
+            if sensitivities:
+                self._write(self._out / "sensitivity.csv", sensitivities)
             record.write(self._out / "run.json", self._config, facts)
+
+    @staticmethod
+    def _write(path: Path, rows: Sequence[Row]) -> None:
+        with path.open("w", encoding="utf-8", newline="") as file:
+            table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+            table.writeheader()
+            table.writerows({name: _digits(value) for name, value in row.items()} for row in rows)
 
     def __exit__(self, *_: object) -> None:
         self._fields.close()

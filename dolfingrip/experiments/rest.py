@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
-from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.path.path import LoadPath, Observer
 
 UNPRESSURISED = {"pressure_kPa": 0.0, "time_s": 0.0}
 
@@ -18,12 +18,15 @@ def has_weight(finger: FingerModel) -> bool:
     return bool(finger.config.gravity.acceleration_m_s2)
 
 
-def go_to_rest(finger: FingerModel, newton: Newton) -> Failure | None:
+def go_to_rest(
+    finger: FingerModel, newton: Newton, observers: Sequence[Observer] = ()
+) -> Failure | None:
     """Let the finger hang without the plate, then put the plate at its gap from the skin.
 
     Args:
         finger: undeformed.
         newton: solver of its model; one led by volume goes to rest led by pressure.
+        observers: told of each step on the way.
 
     Returns:
         Why it did not come to rest, where it did not.
@@ -33,7 +36,7 @@ def go_to_rest(finger: FingerModel, newton: Newton) -> Failure | None:
         newton = Newton(finger.by_pressure, newton.settings, newton.profile)
     if plate is not None:
         plate.retract()
-    failure = LoadPath(newton).advance(UNPRESSURISED).failure
+    failure = LoadPath(newton, observers=observers).advance(UNPRESSURISED).failure
     if plate is not None:
         plate.put()
         model.accept_step()  # effects remember where the plate stands

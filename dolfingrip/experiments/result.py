@@ -37,6 +37,7 @@ class Result:
         turning: of the blocked-force curve, where it turns.
         plate: where the force sensor stood.
         facts: contents of ``run.json`` besides the configuration.
+        sensitivities: rows of ``sensitivity.csv``, where derivatives were asked for.
     """
 
     kind: str
@@ -46,6 +47,7 @@ class Result:
     turning: TurningPoint | None = None
     plate: PlatePose | None = None
     facts: dict[str, Any] = field(default_factory=dict)
+    sensitivities: list[dict[str, Any]] = field(default_factory=list)
 
     def column(self, name: str) -> np.ndarray:
         """(rows,) values of a column as floats, NaN where it is empty."""

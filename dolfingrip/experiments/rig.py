@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.display import displayed
+from dolfingrip.experiments.perturbation import ParameterPerturbation
 from dolfingrip.experiments.result import PlatePose
 from dolfingrip.experiments.schedule import Stop
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.parameter import Parameter
 
 
 class Rig(ABC):
@@ -21,13 +26,20 @@ class Rig(ABC):
         specimen: the model with its parts, as a visitor of the run is handed it.
         gaps_mm: distance between neighbouring parts by their names (mm), for each reading.
         plate: where the force sensor stands, where there is one.
+        readings: undistorted, by column.
+        from_rest: columns that count from the pose at rest.
+        tared: called once the pose at rest is known.
     """
+
+    readings: Mapping[str, Reading]
+    from_rest: Sequence[str] = ()
 
     def __init__(self, newton: Newton, specimen: Any) -> None:
         self.newton = newton
         self.specimen = specimen
         self.gaps_mm: list[dict[str, float]] = []
         self.plate: PlatePose | None = None
+        self.tared: Callable[[], None] = lambda: None
 
     @abstractmethod
     def longest(self) -> dict[str, float]:
@@ -40,6 +52,16 @@ class Rig(ABC):
     @abstractmethod
     def read(self) -> dict[str, float]:
         """Readings at the present state, by column, as the instruments display them."""
+
+    def displayed(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
+        """A row of what the instruments of ``config`` display of undistorted readings."""
+        return displayed(config, true)
+
+    def perturbations(
+        self, config: Config, parameters: Sequence[Parameter]
+    ) -> Sequence[ParameterPerturbation]:
+        """Changes of the specimen's model, one for each parameter of ``config``."""
+        raise ConfigError("--gradients: allowed: with another experiment")
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
         """Bring the specimen to where the experiment starts.

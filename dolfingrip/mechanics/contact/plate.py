@@ -72,6 +72,7 @@ class RigidPlate(Term):
         self._rest = self._now @ self.normal
         self.width_mm = width_mm
         self._gap_mm = gap_mm
+        self._away = False
         place = PETSc.ScalarType(self.place_mm())
         self.offset, self.unloaded = fem.Constant(mesh, place), fem.Constant(mesh, place)
 
@@ -116,10 +117,12 @@ class RigidPlate(Term):
     def put(self, place_mm: float | None = None) -> None:
         """Put the plate at its gap from the present pose, or at a place along its normal (mm)."""
         self.offset.value = self.unloaded.value = self.place_mm() if place_mm is None else place_mm
+        self._away = False
 
     def retract(self) -> None:
         """Put the plate where nothing touches it."""
         self.put(self.place_mm() - AWAY_mm)
+        self._away = True
 
     def place_mm(self) -> float:
         """Position along n at the gap from the present pose."""
@@ -156,12 +159,14 @@ class RigidPlate(Term):
     def pose(self, normal: np.ndarray, gap_mm: float, dofs: np.ndarray) -> None:
         """Turn the plate and put it at a gap from the skin displaced by ``dofs``.
 
-        A place that is solved for stays: its spring's end moves.
+        A place that is solved for stays: its spring's end moves. A plate that is away stays so.
         """
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
         self._facing.value[:] = self.normal
         self._rest = self._now @ self.normal
         self._gap_mm = gap_mm
+        if self._away:
+            return
         along = self._rest + dofs.reshape(-1, 3)[self._nodes] @ self.normal
         comm = self._u.function_space.mesh.comm
         nearest = comm.allreduce(along.min(initial=np.inf), MPI.MIN)

@@ -83,7 +83,7 @@ class LoadPath:
         self._longest = longest or {"pressure_kPa": settings.max_step_kPa}
         self._accept = accept or self.model.rejects
         self._passable = passable
-        self._observers = observers
+        self.observers = observers
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
@@ -137,7 +137,7 @@ class LoadPath:
                 stiffness = self._stiffness((reach - done) * whole, good)
                 self._stiffest = max(self._stiffest, stiffness)
                 done, steps = reach, steps + 1
-                for observer in self._observers:
+                for observer in self.observers:
                     observer.converged(good)
                 self.model.accept_step()
                 self._place, self._end = ahead, at(reach)

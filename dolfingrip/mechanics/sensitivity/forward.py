@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
+from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.state import State
@@ -69,6 +70,9 @@ class ForwardSensitivity:
         model: at rest, as its path is.
         linear: makes K⁻¹ at the model's present state, for owned arrays in the order of a vector.
         perturbations: one for each parameter.
+
+    Attributes:
+        changes: derivatives of the present state, one for each parameter.
     """
 
     def __init__(
@@ -82,7 +86,8 @@ class ForwardSensitivity:
         self._perturbations = perturbations
         self._before: State | None = None
         rest = model.unknowns.local()
-        self._changes = [Change(np.zeros_like(rest)) for _ in perturbations]
+        self._derived: np.ndarray | None = None
+        self.changes = [Change(np.zeros_like(rest)) for _ in perturbations]
 
     # -- along the path --------------------------------------------------------------------------
 
@@ -105,11 +110,12 @@ class ForwardSensitivity:
             For each parameter the derivative of each reading, for each unit of the parameter.
         """
         state = self._model.state()
-        if not state.history:
+        here = self._model.unknowns.local()
+        if not state.history and not self._is_derived(here):
             self._advance(self._before or state)
         base = read()
         found = []
-        for perturbation, change in zip(self._perturbations, self._changes, strict=True):
+        for perturbation, change in self._each():
             amount = SMALL * perturbation.scale * perturbation.way
             with perturbation.applied(amount):
                 self._led(state, state, change, amount)
@@ -118,6 +124,11 @@ class ForwardSensitivity:
         self._model.restore(state)
         return found
 
+    def _is_derived(self, here: np.ndarray) -> bool:
+        """Whether the derivatives at hand are those of the unknowns ``here``, on all ranks."""
+        same = self._derived is not None and np.array_equal(self._derived, here)
+        return bool(self._model.comm.allreduce(same, MPI.LAND))
+
     # -- one step --------------------------------------------------------------------------------
 
     def _advance(self, before: State) -> None:
@@ -125,6 +136,7 @@ class ForwardSensitivity:
         model = self._model
         now = model.state()
         here = model.unknowns.local()
+        self._derived = here
         solve = self._linear()
         start = model.gradient()
         right = np.empty((len(start), len(self._perturbations)), order="F")
@@ -149,7 +161,7 @@ class ForwardSensitivity:
         model.unknowns.set_local(here)
 
     def _each(self) -> Iterator[tuple[Perturbation, Change]]:
-        return zip(self._perturbations, self._changes, strict=True)
+        return zip(self._perturbations, self.changes, strict=True)
 
     def _led(self, before: State, now: State, change: Change, amount: float) -> None:
         """Begin the step at a start perturbed by ``amount`` along ``change``."""

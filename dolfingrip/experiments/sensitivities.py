@@ -1,0 +1,115 @@
+"""Derivatives of every reading at every stop by parameters of the configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.result import Row
+from dolfingrip.mechanics.sensitivity.forward import SMALL, ForwardSensitivity
+from dolfingrip.parameter import Entry, Parameter, every, find
+
+if TYPE_CHECKING:
+    from dolfingrip.experiments.rig import Rig
+
+COLUMNS = ("row", "column", "parameter", "derivative")
+"""Of ``sensitivity.csv``: row of ``result.csv`` from 0 on, its column, the configuration's key, and
+the derivative in the column's unit for each unit of the parameter."""
+
+
+def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
+    """The parameters that derivatives are taken to: those of ``keys``, or all.
+
+    Raises:
+        ConfigError: one line: an unknown key, a choice of the model, or a led volume.
+    """
+    if config.experiment.control == "volume":
+        raise ConfigError(
+            'experiment.control = "volume": allowed: "pressure" with --gradients, as the volume '
+            "that is led would change with the finger's dimensions"
+        )
+    if not keys:
+        return [parameter for parameter in every(config) if parameter.entry is not Entry.CHOICE]
+    found = find(config, keys)
+    for parameter in found:
+        if parameter.entry is Entry.CHOICE:
+            raise ConfigError(
+                f"--parameters {parameter.key}: a choice of the model, which has no derivative; "
+                "allowed: two runs and their difference"
+            )
+    return found
+
+
+class Sensitivities:
+    """Collects the derivatives of a rig's readings as its path goes on.
+
+    Args:
+        rig: at its start; it tells :meth:`rest` when its readings begin to count.
+        config: that it was prepared from.
+        parameters: that derivatives are taken to.
+
+    Attributes:
+        rows: one for each stop, column and parameter, by :data:`COLUMNS`.
+    """
+
+    def __init__(self, rig: Rig, config: Config, parameters: Sequence[Parameter]) -> None:
+        self._rig = rig
+        self._config = config
+        self._parameters = parameters
+        self._perturbations = rig.perturbations(config, parameters)
+        self.forward = ForwardSensitivity(rig.newton.model, rig.newton.linear, self._perturbations)
+        self._zero: list[dict[str, float]] | None = None
+        self.rows: list[dict[str, int | float | str]] = []
+        rig.tared = self.rest
+
+    def _true(self) -> dict[str, float]:
+        """Undistorted readings that have derivatives."""
+        readings = self._rig.readings.values()
+        return {each.column: each.value() for each in readings if each.differentiable}
+
+    def rest(self) -> None:
+        """Take note of the pose at rest, which some readings and the plate's gap count from."""
+        with self._rig.newton.profile.phase("sensitivities"):
+            self._zero = self.forward.readings(self._true)
+            size = len(self._rig.newton.model.u.x.array)
+            for perturbation, change in zip(self._perturbations, self.forward.changes, strict=True):
+                moved = change.unknowns[:size]
+                perturbation.at_rest = moved.copy() if moved.any() else None
+
+    def record(self, row: int) -> None:
+        """Derive the readings of the present stop, ``row`` of the result."""
+        with self._rig.newton.profile.phase("sensitivities"):
+            found = self.forward.readings(self._true)
+            true = self._true()
+        for i, (parameter, slopes) in enumerate(zip(self._parameters, found, strict=True)):
+            if self._zero is not None:
+                slopes |= {
+                    name: slopes[name] - self._zero[i][name]
+                    for name in self._rig.from_rest
+                    if name in slopes
+                }
+            for column, slope in self._displayed(parameter, true, slopes).items():
+                self.rows.append(
+                    dict(zip(COLUMNS, (row, column, parameter.key, slope), strict=True))
+                )
+
+    def _displayed(
+        self, parameter: Parameter, true: Mapping[str, float], slopes: Mapping[str, float]
+    ) -> Row:
+        """Derivatives of what the instruments display, by column."""
+        amount = SMALL * parameter.scale * parameter.way(self._config)
+        changed = self._config
+        if parameter.entry is Entry.INSTRUMENT:
+            changed = parameter.at(self._config, parameter.value(self._config) + amount)
+        here = self._rig.displayed(self._config, true)
+        there = self._rig.displayed(
+            changed, {name: value + amount * slopes[name] for name, value in true.items()}
+        )
+        return {
+            name: float(np.subtract(there[name], here[name]) / amount)
+            for name in here
+            if name != "time_s"
+        }
