@@ -1,0 +1,197 @@
+"""Forward sensitivities against central differences of whole runs: ``python -m
+benchmarks.sensitivities``.
+
+Each row is one parameter of one case: the largest difference over all readings and stops, as part
+of the reading's scale (its largest value on the way, for each ordinary change of the parameter).
+The runs that are subtracted have the same mesh, moved, and the same load steps.
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config
+from dolfingrip.experiments.finger import build
+from dolfingrip.experiments.finger_rig import FingerRig
+from dolfingrip.experiments.index import find
+from dolfingrip.experiments.observation import Observation
+from dolfingrip.experiments.perturbation import velocity
+from dolfingrip.experiments.sensitivities import Sensitivities, chosen
+from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.parameter import Entry, Parameter
+
+SHORT = (
+    "mesh.size_mm=6", "mesh.edge_size_mm=6", "finger.length_mm=38", "finger.bellows=2",
+    "solver.rtol=1e-12", "solver.atol_N=1e-11",
+)  # fmt: skip
+"""A short, coarse finger, solved to rounding: the differences of its runs are good to 1e-8."""
+
+STEP = 1e-3
+"""Of the differences, as part of a parameter's scale."""
+
+ELASTIC = (
+    "extensions.mooney_rivlin.C01_MPa=1.0", "extensions.yeoh={}", "extensions.gent={}",
+    "extensions.ogden={}", "extensions.bulk_modulus.more_MPa=10",
+    "extensions.print_anisotropy.raster_deg=5", "extensions.temperature_drift={}",
+    "extensions.pressure_gain={}", "extensions.pressure_offset={}",
+)  # fmt: skip
+INSTRUMENTS = (
+    "extensions.angle_definition={}", "extensions.angle_gain={}", "extensions.angle_offset={}",
+    "extensions.force_gain={}", "extensions.force_offset={}", "extensions.force_drift={}",
+)  # fmt: skip
+LASTING = (
+    "extensions.prony={}", "extensions.mullins={}", "extensions.permanent_set={}",
+    "extensions.line_lag={}", "extensions.temperature_drift={}",
+)  # fmt: skip
+CYCLES = ("experiment.cycles=2", "experiment.max_pressure_kPa=50", "experiment.step_kPa=25")
+BLOCKED = (
+    "finger.gap_mm=0.4", "plate.gap_mm=0.1", "plate.tilt_deg=5",
+    "experiment.max_pressure_kPa=100", "experiment.step_kPa=50", "solver.max_step_kPa=25",
+)  # fmt: skip
+HANGING = ("extensions.gravity_pitch.pitch_deg=30", "experiment.max_pressure_kPa=50")
+COMPLIANT = (
+    "extensions.plate_compliance={}", "extensions.clamp_compliance={}",
+    "extensions.plate_gap={}", "extensions.plate_tilt={}",
+    "extensions.wall_offset={}", "extensions.base_layer_offset={}",
+)  # fmt: skip
+
+CASES: Mapping[str, tuple[str, Sequence[str]]] = {
+    "bending, elastic": ("bending", (*ELASTIC, *INSTRUMENTS[:3], *HANGING)),
+    "blocked, elastic": ("blocked_force", (*BLOCKED, *COMPLIANT, *INSTRUMENTS)),
+    "bending, two cycles": ("bending", (*LASTING, *CYCLES)),
+    "blocked, two cycles": ("blocked_force", (*LASTING, *CYCLES, "plate.tilt_deg=5")),
+}
+
+
+def settings(case: str) -> tuple[str, Config]:
+    """Experiment and configuration of a case."""
+    experiment, overrides = CASES[case]
+    return experiment, configuration.load(None, [*SHORT, *overrides])
+
+
+def rows(
+    experiment: str, base: Config, changed: Config, moved: np.ndarray | None = None
+) -> list[dict[str, float]]:
+    """Readings at all stops of ``changed``, on the mesh of ``base`` with its points moved (mm)."""
+    domain = load_domain(base, MPI.COMM_SELF)
+    if moved is not None:
+        domain.mesh.geometry.x[:] += moved
+    finger = build(changed, domain, plate=experiment == "blocked_force")
+    rig = FingerRig(changed, finger, Observation(finger), Profile())
+    stops = find(experiment).schedule(changed)
+    path = LoadPath(rig.newton, rig.longest())
+    assert rig.start(path, stops[0]) is None
+    found = []
+    for stop in stops:
+        arrival = path.advance(rig.controls(stop))
+        assert arrival.failure is None, arrival.failure.sentence()
+        found.append(rig.read())
+    return found
+
+
+def derivatives(
+    experiment: str, config: Config, parameters: Sequence[Parameter]
+) -> tuple[list[dict[str, float]], list[dict[str, int | float | str]]]:
+    """Readings at all stops, and their derivatives as in ``sensitivity.csv``."""
+    domain = load_domain(config, MPI.COMM_SELF)
+    finger = build(config, domain, plate=experiment == "blocked_force")
+    rig = FingerRig(config, finger, Observation(finger), Profile())
+    forward = Sensitivities(rig, config, parameters)
+    stops = find(experiment).schedule(config)
+    path = LoadPath(rig.newton, rig.longest(), observers=[forward.forward])
+    assert rig.start(path, stops[0]) is None
+    found = []
+    for i, stop in enumerate(stops):
+        assert path.advance(rig.controls(stop)).failure is None
+        found.append(rig.read())
+        forward.record(i)
+    return found, forward.rows
+
+
+def difference(
+    experiment: str, config: Config, direction: Mapping[Parameter, float]
+) -> list[dict[str, float]]:
+    """Derivative of all readings along a direction, by central differences of two runs.
+
+    Args:
+        experiment: its name.
+        config: in the middle.
+        direction: change of each parameter, in its unit, for each unit of the result.
+    """
+    domain = load_domain(config, MPI.COMM_SELF)
+    moving = np.zeros_like(domain.mesh.geometry.x)
+    for parameter, rate in direction.items():
+        if parameter.entry is Entry.SHAPE:
+            moving += rate * velocity(parameter, config, domain)
+    ends = []
+    for way in (STEP, -STEP):
+        changed = config
+        for parameter, rate in direction.items():
+            changed = parameter.at(changed, parameter.value(config) + way * rate)
+        ends.append(rows(experiment, config, changed, way * moving))
+    return [
+        {name: (there[name] - back[name]) / (2 * STEP) for name in there}
+        for there, back in zip(*ends, strict=True)
+    ]
+
+
+def error(
+    base: Sequence[Mapping[str, float]],
+    found: Sequence[Mapping[str, float]],
+    expected: Sequence[Mapping[str, float]],
+) -> tuple[float, str]:
+    """Largest difference as part of the reading's scale, and the column where."""
+    worst = (0.0, "")
+    for name in found[0]:
+        if name == "time_s":
+            continue
+        scale = max(abs(row[name]) for row in base)
+        if scale == 0:
+            continue
+        apart = max(abs(a[name] - b[name]) for a, b in zip(found, expected, strict=True))
+        worst = max(worst, (apart / scale, name))
+    return worst
+
+
+def by_parameter(
+    slopes: Sequence[Mapping[str, int | float | str]], key: str, rate: float
+) -> list[dict[str, float]]:
+    """Rows of the derivatives by one parameter, times ``rate``."""
+    count = 1 + max(int(row["row"]) for row in slopes)
+    found: list[dict[str, float]] = [{} for _ in range(count)]
+    for row in slopes:
+        if row["parameter"] == key:
+            found[int(row["row"])][str(row["column"])] = rate * float(row["derivative"])
+    return found
+
+
+def main() -> None:
+    """Write the table to the file that is named, ``benchmarks/sensitivities.csv`` by default."""
+    file = Path(sys.argv[1] if len(sys.argv) > 1 else "benchmarks/sensitivities.csv")
+    with file.open("w", encoding="utf-8", newline="") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(["case", "parameter", "largest_error", "column"])
+        for case in CASES:
+            experiment, config = settings(case)
+            parameters = chosen(config, None)
+            base, slopes = derivatives(experiment, config, parameters)
+            for parameter in parameters:
+                expected = difference(experiment, config, {parameter: parameter.scale})
+                found = by_parameter(slopes, parameter.key, parameter.scale)
+                worst, column = error(base, found, expected)
+                table.writerow([case, parameter.key, f"{worst:.1e}", column])
+                stream.flush()
+                print(case, parameter.key, f"{worst:.1e}", column, flush=True)
+
+
+if __name__ == "__main__":
+    main()
