@@ -11,12 +11,13 @@ MOST = 4
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """One worker a core; none for tests that are named one by one, and none under mpirun.
+    """One worker a core; none on a single core, for tests that are named, and under mpirun.
 
     Tests without workers print as they go, and take breakpoints. Under mpirun each rank is one
     pytest, and all must run the same tests in the same order.
     """
     by_name = all("::" in argument for argument in config.args)
-    if by_name or "OMPI_COMM_WORLD_SIZE" in os.environ:
+    cores = len(os.sched_getaffinity(0))
+    if by_name or cores == 1 or "OMPI_COMM_WORLD_SIZE" in os.environ:
         return 0
-    return min(len(os.sched_getaffinity(0)), MOST)
+    return min(cores, MOST)
