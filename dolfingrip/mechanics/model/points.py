@@ -6,10 +6,10 @@ import basix
 import basix.ufl
 import numpy as np
 from dolfinx import fem, mesh
-from ufl.algorithms import strip_variables
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.classes import Label
 from ufl.core.expr import Expr
+from ufl.corealg.map_dag import map_expr_dag
+from ufl.corealg.multifunction import MultiFunction
 
 from dolfingrip.mechanics.model import jit
 
@@ -38,10 +38,8 @@ class AtPoints:
         cells: np.ndarray | None = None,
     ) -> None:
         points = basix.make_quadrature(domain.basix_cell(), degree)[0]
-        # Where a variable marks what is differentiated by, its running number would be part of the
-        # compiled code's name, and each model of a process would be compiled anew.
-        plain = strip_variables(apply_derivatives(apply_algebra_lowering(expression)))
-        self._expression = fem.Expression(plain, points, jit_options=jit.options())
+        same = map_expr_dag(_Renumbered(), expression)
+        self._expression = fem.Expression(same, points, jit_options=jit.options())
         self._mesh = domain
         self._count = domain.topology.index_map(3).size_local
         self._part = cells is not None
@@ -60,3 +58,20 @@ class AtPoints:
             target.x.array.reshape(self._count, size)[self._cells] = values
         else:
             target.x.array[: values.size] = values.ravel()
+
+
+class _Renumbered(MultiFunction):
+    """Numbers the labels of variables from 0 on in each expression.
+
+    UFL counts them through the process, and FFCx makes the number part of the compiled code's name
+    (of an expression's, not of a form's): each model of a process would be compiled anew.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._labels: dict[Label, Label] = {}
+
+    def label(self, old: Label) -> Label:
+        return self._labels.setdefault(old, Label(len(self._labels)))
+
+    expr = MultiFunction.reuse_if_untouched

@@ -1,0 +1,23 @@
+"""Side by side or one after another: what `-n auto` in pyproject.toml means."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+MOST = 4
+"""Workers on machines of many cores: each takes 1 GB, and some tests start more processes."""
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """One worker a core; none on a single core, for tests that are named, and under mpirun.
+
+    Tests without workers print as they go, and take breakpoints. Under mpirun each rank is one
+    pytest, and all must run the same tests in the same order.
+    """
+    by_name = all("::" in argument for argument in config.args)
+    cores = len(os.sched_getaffinity(0))
+    if by_name or cores == 1 or "OMPI_COMM_WORLD_SIZE" in os.environ:
+        return 0
+    return min(cores, MOST)

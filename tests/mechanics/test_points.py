@@ -1,0 +1,20 @@
+"""Expressions at the integration points, and how often they are compiled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import ffcx.codegeneration.jit
+import pytest
+from mechanics import bodies
+
+
+def test_a_second_model_compiles_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What UFL counts through the process is no part of what a model is compiled as."""
+    bodies.body(bodies.hollow_cube(), 1)
+
+    def compiled(*args: Any, **kwargs: Any) -> None:
+        raise AssertionError("compiled anew")
+
+    monkeypatch.setattr(ffcx.codegeneration.jit, "_compile_objects", compiled)
+    bodies.body(bodies.hollow_cube(), 1)
