@@ -15,7 +15,6 @@ from dolfingrip.experiments.schedule import Stop
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
-from dolfingrip.mechanics.readings.reaction import Reaction
 from dolfingrip.mechanics.readings.reading import Reading
 
 
@@ -36,7 +35,7 @@ class BarRig(Rig):
         self.readings: list[Reading] = [
             Time(model),
             travel,
-            Reaction(model, "force_N", bar.moved, axis=2),
+            bar.force(),
         ]
 
     @classmethod
