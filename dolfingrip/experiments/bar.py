@@ -18,6 +18,7 @@ from dolfingrip.mechanics.model.element import displacement_element, integration
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.readings.reaction import Reaction
 
 CLAMPED_CELLS = 2
 """Elements across the thinner side of a bar that is held fast."""
@@ -77,10 +78,9 @@ class CouponModel:
     moved: np.ndarray
     parameters: dict[str, fem.Constant]
 
-    def force_N(self) -> float:
+    def force(self) -> Reaction:
         """Tensile force: the moved end's reaction."""
-        local = float(self.model.reactions()[self.moved, 2].sum())
-        return float(self.model.comm.allreduce(local, MPI.SUM))
+        return Reaction(self.model, "force_N", self.moved, axis=2)
 
 
 def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:

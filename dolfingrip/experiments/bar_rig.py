@@ -16,7 +16,6 @@ from dolfingrip.experiments.schedule import Stop
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
-from dolfingrip.mechanics.readings.reaction import Reaction
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.parameter import Parameter
 
@@ -38,7 +37,7 @@ class BarRig(Rig):
         found: list[Reading] = [
             Time(model),
             travel,
-            Reaction(model, "force_N", bar.moved, axis=2),
+            bar.force(),
         ]
         self.readings = {reading.column: reading for reading in found}
         self._bar = bar

@@ -10,7 +10,9 @@ from dolfingrip.sections.section import Section, Vector, outside
 class Plate(Section):
     """The force sensor: a rigid plane facing the base layer's back near the tip."""
 
-    gap_mm: float = Field(0.0, ge=0, description="skin to plate, unpressurised")
+    gap_mm: float = Field(
+        0.0, ge=0, description="skin to plate, from the finger at rest: unpressurised, hanging"
+    )
     tilt_deg: float = Field(0.0, gt=-80, lt=80, description="rotation of the plate about y")
     normal: Vector = Field((1.0, 0.0, 0.0), description="of the untilted plate, towards the finger")
     contact_length_mm: float = Field(10.0, gt=0, description="length of finger facing it, from tip")

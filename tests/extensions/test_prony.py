@@ -143,6 +143,6 @@ def test_a_restored_state_goes_the_same_way_again() -> None:
     forces = []
     for _ in range(2):
         path.advance({"displacement_mm": 1.0, "time_s": 3.0})
-        forces.append(bar.force_N())
+        forces.append(bar.force().value())
         bar.model.restore(kept)
     assert forces[0] == pytest.approx(forces[1], rel=1e-10)

@@ -60,8 +60,12 @@ def test_blocked_finger_with_bellows_in_contact() -> None:
     _compare(alone, run("blocked_force", BLOCKED, comm=WORLD))
 
 
-def test_gradient_of_the_blocked_force() -> None:
-    tilted = config.from_dict({**BLOCKED.model_dump(mode="json"), "plate": {"tilt_deg": 10.0}})
+@pytest.mark.parametrize("acceleration", [0.0, 9.81])
+def test_gradient_of_the_blocked_force(acceleration: float) -> None:
+    weight = {"acceleration_m_s2": acceleration, "direction": [-1.0, 0.0, 0.0]}
+    tilted = config.from_dict(
+        {**BLOCKED.model_dump(mode="json"), "plate": {"tilt_deg": 10.0}, "gravity": weight}
+    )
     found: list[dict[str, float]] = [{}, {}]
     for comm, slopes in zip((MPI.COMM_SELF, WORLD), found, strict=True):
         run("blocked_force", tilted, comm=comm, visit=gradients.at_highest(slopes))
@@ -91,6 +95,17 @@ def test_whole_finger_of_linear_elements_with_a_tilted_plate() -> None:
         "experiment.max_pressure_kPa=30", "experiment.step_kPa=30",
     )  # fmt: skip
     _compare(run("blocked_force", settings, comm=MPI.COMM_SELF), run("blocked_force", settings))
+
+
+def test_stiffness_at_the_tip_of_a_hanging_finger() -> None:
+    settings = small.short(
+        *STRICT, "gravity.acceleration_m_s2=9.81", "gravity.direction=[0.6, 0.8, 0]",
+        "mesh.half=false", "experiment.step_kPa=50",
+    )  # fmt: skip
+    alone, together = (run("push", settings, comm=comm) for comm in (MPI.COMM_SELF, WORLD))
+    _compare(alone, together)
+    for name in ("stiffness_x_N_per_mm", "stiffness_y_N_per_mm"):
+        np.testing.assert_allclose(together.column(name), alone.column(name), rtol=1e-7)
 
 
 def test_mixed_element_with_contact_led_by_volume() -> None:
