@@ -17,7 +17,6 @@ from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.contact.barrier import BarrierContact
-from dolfingrip.mechanics.contact.friction import FrictionalContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.domain import Domain
@@ -25,7 +24,6 @@ from dolfingrip.mechanics.model.element import CELL, displacement_element, integ
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Number
 from dolfingrip.mechanics.newton.volume_control import led_by_volume
 
@@ -84,10 +82,21 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
         terms.append(gravity.energy(u, weight) * dx)
     sensor = _plate(config, domain, u) if plate else None
+    contact = _contact(config, domain, u) if config.contact.self_contact else None
     history = History(u, integration_degree(space))
     known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda, "gravity.weight_N_mm3": weight}
     site = Site(
-        config, domain, u, mu, lmbda, history, sensor, _held(domain), known, pressure=pressure
+        config,
+        domain,
+        u,
+        mu,
+        lmbda,
+        history,
+        sensor,
+        _held(domain),
+        known,
+        pressure=pressure,
+        contact=contact,
     )
     density = config.extensions.strain_energy(
         lambda strain: strain_energy(strain, p, mu, lmbda), site
@@ -96,13 +105,9 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     if sensor is not None:
         terms.append(sensor.energy)
     numbers = [Number(name, constant) for name, constant in site.unknowns.items()]
-    further: list[Term] = []
     if sensor is not None:
         sensor.number = next((n for n in numbers if n.constant is sensor.offset), None)
-        further.append(sensor)
-    contact = _contact(config, domain, u, site) if config.contact.self_contact else None
-    if contact is not None:
-        further.append(contact)
+    further = [term for term in (sensor, contact, *site.further) if term is not None]
     by_pressure = Control(pressure, KPA)
     supply = _supply(config, by_pressure)
     model = Model(
@@ -129,15 +134,12 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
     return FingerModel(config, model, sensor, by_pressure, enclosed, contact, site.parameters)
 
 
-def _contact(config: Config, domain: Domain, u: fem.Function, site: Site) -> BarrierContact:
-    """Contact of the skin with itself, with friction where an extension asks for it."""
-    space = u.function_space
-    surface = Surface(space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm)
-    barrier = config.contact.barrier_mm, config.contact.stiffness_MPa
-    coefficient, slip_mm = site.rubbing
-    if not coefficient:
-        return BarrierContact(surface, *barrier)
-    return FrictionalContact(surface, *barrier, u=u, coefficient=coefficient, slip_mm=slip_mm)
+def _contact(config: Config, domain: Domain, u: fem.Function) -> BarrierContact:
+    """Contact of the skin with itself."""
+    surface = Surface(
+        u.function_space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm
+    )
+    return BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
 
 
 def _element(config: Config, domain: Domain) -> str:

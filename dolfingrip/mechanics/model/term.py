@@ -66,6 +66,9 @@ class Term:
             rate: N for each unit of the parameter.
         """
 
+    def add_gradient_by(self, constant: fem.Constant, dofs: np.ndarray, rate: Gradient) -> None:
+        """Add the gradient's derivative by ``constant``, one of this term's, to ``rate``."""
+
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """Second derivatives that elements integrate, by blocks of fields; () where none."""
         return ()
@@ -88,6 +91,22 @@ class Term:
     def rejects(self, dofs: np.ndarray) -> str:
         """Why a converged state is not accepted; "" where it is."""
         return ""
+
+    # -- what is held while a potential is minimised ----------------------------------------------
+
+    def refresh(self, dofs: np.ndarray) -> bool:
+        """Take anew, at the displacement ``dofs``, what the potential holds though it depends on u.
+
+        Newton's method asks for it in its first iterations.
+
+        Returns:
+            Whether the potential has changed, the same on all ranks.
+        """
+        return False
+
+    def drift(self, dofs: np.ndarray) -> float:
+        """Relative change of what is held since it was taken, the same on all ranks."""
+        return 0.0
 
     # -- memory ----------------------------------------------------------------------------------
 
