@@ -18,7 +18,6 @@ from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.contact.barrier import BarrierContact
-from dolfingrip.mechanics.contact.friction import FrictionalContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.domain import Domain
@@ -29,7 +28,6 @@ from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
-from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.newton.volume_control import led_by_volume
 
 KG_M3_M_S2 = 1e-9
@@ -116,6 +114,7 @@ def build(
     if np.any(dead_weight.value):
         terms.append(gravity.energy(u, dead_weight) * domain.volume(quadrature_degree=degree))
     sensor = _plate(config, domain, u) if plate else None
+    contact = _contact(config, domain, u) if config.contact.self_contact else None
     history = History(u, integration_degree(space))
     known = {
         "material.mu_MPa": mu,
@@ -123,7 +122,17 @@ def build(
         "gravity.weight_N_mm3": dead_weight,
     }
     site = Site(
-        config, domain, u, mu, lmbda, history, sensor, _held(domain), known, pressure=pressure
+        config,
+        domain,
+        u,
+        mu,
+        lmbda,
+        history,
+        sensor,
+        _held(domain),
+        known,
+        pressure=pressure,
+        contact=contact,
     )
     density = config.extensions.strain_energy(
         lambda strain: strain_energy(strain, p, mu, lmbda), site
@@ -132,13 +141,9 @@ def build(
     if sensor is not None:
         terms.append(sensor.energy)
     numbers = list(site.unknowns.values())
-    further: list[Term] = []
     if sensor is not None:
         sensor.number = next((n for n in numbers if n.constant is sensor.offset), None)
-        further.append(sensor)
-    contact = _contact(config, domain, u, site) if config.contact.self_contact else None
-    if contact is not None:
-        further.append(contact)
+    further = [term for term in (sensor, contact, *site.further) if term is not None]
     by_pressure = Control(pressure, KPA)
     supply = _supply(config, by_pressure)
     supports = at_rest(space, domain, site.held)
@@ -180,15 +185,12 @@ def build(
     )
 
 
-def _contact(config: Config, domain: Domain, u: fem.Function, site: Site) -> BarrierContact:
-    """Contact of the skin with itself, with friction where an extension asks for it."""
-    space = u.function_space
-    surface = Surface(space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm)
-    barrier = config.contact.barrier_mm, config.contact.stiffness_MPa
-    coefficient, slip_mm = site.rubbing
-    if not coefficient:
-        return BarrierContact(surface, *barrier)
-    return FrictionalContact(surface, *barrier, u=u, coefficient=coefficient, slip_mm=slip_mm)
+def _contact(config: Config, domain: Domain, u: fem.Function) -> BarrierContact:
+    """Contact of the skin with itself."""
+    surface = Surface(
+        u.function_space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm
+    )
+    return BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
 
 
 def _element(config: Config, domain: Domain) -> str:

@@ -102,7 +102,8 @@ class Effect(Section):
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         """More energies of a finger (mJ of the meshed part), as forms in ``site.u``.
 
-        May also change the set-up at hand: ``site.held``, ``site.plate``, ``site.rubbing``.
+        May also change the set-up at hand (``site.held``, ``site.plate``), and add to
+        ``site.further`` terms that are no forms, as ``site.rub`` does.
         """
         return ()
 

@@ -13,10 +13,14 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.forms.kinematics import green_lagrange
+from dolfingrip.mechanics.contact.barrier import BarrierContact
+from dolfingrip.mechanics.contact.friction import Friction, SLIP_mm
 from dolfingrip.mechanics.contact.plate import RigidPlate
+from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.moving_support import Motion
+from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Number
 from dolfingrip.sections.setup import Setup
 
@@ -39,7 +43,7 @@ class Site:
         domain: reference configuration.
         u: displacement (mm).
         mu, lmbda: the base material's moduli (MPa).
-        history: internal variables; the time and step as constants; the displacement before.
+        history: internal variables; the time and step as constants.
         plate: where one faces the finger.
         held: regions whose displacement is held at 0, by axis; an effect may take some out
             and put a term of its own in their place.
@@ -47,8 +51,8 @@ class Site:
         unknowns: what is solved for besides the fields, by name.
         motions: of the clamp, with numbers among these.
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
-        rubbing: coefficient of friction where the skin touches itself, and the slip (mm) at which
-            it is full; no part of the potential's forms.
+        contact: of the skin with itself, where there is any.
+        further: terms of Π that are no forms, beside plate and contact.
     """
 
     config: Setup
@@ -63,7 +67,8 @@ class Site:
     unknowns: dict[str, Number] = field(default_factory=dict)
     motions: list[Motion] = field(default_factory=list)
     pressure: fem.Constant | None = None
-    rubbing: tuple[float, float] = (0.0, 1.0)
+    contact: BarrierContact | None = None
+    further: list[Term] = field(default_factory=list)
 
     @property
     def strain(self) -> Expr:
@@ -80,7 +85,7 @@ class Site:
         """Time at the load step's end (s)."""
         return self.history.time_s
 
-    def constant(self, effect: Named, key: str) -> Expr:
+    def constant(self, effect: Named, key: str) -> fem.Constant:
         """A parameter of ``effect`` as a constant of the potential; a list as a vector."""
         value = np.asarray(getattr(effect, key), dtype=PETSc.ScalarType)
         made = fem.Constant(self.domain.mesh, value)
@@ -148,6 +153,11 @@ class Site:
         """Area of a region at rest, of the whole solid."""
         part = self.domain.surface(region, quadrature_degree=2)
         return self.domain.copies * self._integral(self.fixed(1.0) * part)
+
+    def rub(self, effect: Named, key: str, contact: Touching, slip_mm: float = SLIP_mm) -> None:
+        """Add friction to ``contact``, its coefficient the parameter ``key`` of ``effect``."""
+        mu = self.constant(effect, key)
+        self.further.append(Friction(contact, self.u, mu, slip_mm, effect.name()))
 
     def centre(self, region: str) -> fem.Constant:
         """Centroid of a region at rest (mm), (3,)."""

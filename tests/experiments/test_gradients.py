@@ -119,7 +119,7 @@ def test_centroid_follows_a_translation() -> None:
     ("kind", "column"), [("bending", "angle_deg"), ("blocked_force", "force_N")]
 )
 def test_under_gravity_the_zero_and_the_plate_follow_the_sag(kind: str, column: str) -> None:
-    """Heavy enough for the sag's part to be seen: without it the derivatives are a fifth off, or more."""
+    """Heavy enough for the sag to be seen: without it the derivatives are a fifth off, or more."""
     heavy = (
         "gravity.acceleration_m_s2=98.1", "gravity.direction=[-0.8, 0, 0.6]",
         "plate.gap_mm=0.1", "experiment.max_pressure_kPa=25", "experiment.step_kPa=25",

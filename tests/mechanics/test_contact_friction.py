@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from dolfinx import fem
 from mechanics import bodies, taylor
-from mechanics.stacks import PUSH, STIFFNESS, TOP, WIDTH, is_upper, stacked
+from mechanics.stacks import PUSH, is_upper, stacked
+from petsc4py import PETSc
 
-from dolfingrip.config import Solver
-from dolfingrip.mechanics.contact.barrier import BarrierContact
-from dolfingrip.mechanics.contact.friction import FrictionalContact
-from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.contact.friction import Friction
+from dolfingrip.mechanics.model.unknowns import Gradient
 
 SEED = 23
 MU = 0.5
@@ -18,15 +18,13 @@ SLIP = 1e-3
 """mm; a twentieth of the gap between the cubes."""
 
 
-def rubbing(blocks: bodies.Body, coefficient: float = MU) -> FrictionalContact:
+def rubbing(blocks: bodies.Body, coefficient: float = MU) -> Friction:
     """Give ``blocks`` friction, from where they stand."""
-    contact = blocks.contact
-    assert contact is not None
-    made = FrictionalContact(
-        contact.surface, WIDTH, STIFFNESS, u=blocks.u, coefficient=coefficient, slip_mm=SLIP
-    )
-    blocks.touch(made)
-    return made
+    assert blocks.contact is not None
+    mu = fem.Constant(blocks.model.domain.mesh, PETSc.ScalarType(coefficient))
+    friction = Friction(blocks.contact, blocks.u, mu, SLIP)
+    blocks.model.terms = [blocks.plate, blocks.contact, friction]
+    return friction
 
 
 def pressed(lower: int, upper: int, turn_rad: float = 0.0) -> bodies.Body:
@@ -47,6 +45,12 @@ def on_upper(blocks: bodies.Body, forces: np.ndarray) -> np.ndarray:
     return np.asarray(forces[is_upper(surface.rest)].sum(axis=0))
 
 
+def normal_N(blocks: bodies.Body) -> float:
+    """Force between the cubes that the barrier takes."""
+    assert blocks.contact is not None
+    return -float(on_upper(blocks, blocks.contact.gradient(blocks.u.x.array))[2])
+
+
 def slid(blocks: bodies.Body, by: np.ndarray) -> np.ndarray:
     """Dofs with the upper cube moved on by (3,) ``by``."""
     return (blocks.displacement() + is_upper(blocks.nodes)[:, None] * by).ravel()
@@ -61,12 +65,47 @@ def slips(blocks: bodies.Body) -> list[np.ndarray]:
     return [(start + SLIP * rng.uniform(-1, 1, shape)).ravel() for _ in range(6)]
 
 
+def go(blocks: bodies.Body, dofs: np.ndarray, *, refresh: bool = True) -> None:
+    """Accept ``dofs`` as the end of a load step."""
+    blocks.u.x.array[:] = dofs
+    if refresh:
+        blocks.model.refresh()
+    blocks.model.accept_step()
+
+
+STACKS = pytest.mark.parametrize(
+    ("lower", "upper", "turn_rad"),
+    [(3, 3, 0.0), (3, 4, 0.0), (3, 4, 0.3)],
+    ids=["matching", "not matching", "turned"],
+)
+
+
+@STACKS
+def test_normal_forces_are_the_barriers(lower: int, upper: int, turn_rad: float) -> None:
+    """Their sum on a body, that of nearly parallel edges included, is the barrier's force."""
+    blocks = pressed(lower, upper, turn_rad)
+    contact = blocks.contact
+    assert contact is not None
+    found = contact.tangential(blocks.u.x.array)
+    assert (found.normal_N > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1, rtol=1e-12)
+    np.testing.assert_allclose(
+        -on_upper(blocks, found.pressing_N()),
+        on_upper(blocks, contact.gradient(blocks.u.x.array)),
+        atol=1e-12 * found.normal_N.sum(),
+    )
+    assert len(np.unique(found.keys, axis=0)) == len(found.keys)
+    # a rigid motion of all is no relative displacement
+    still = found.slip(np.tile([0.3, -0.2, 0.1], (len(contact.surface.nodes), 1)))
+    np.testing.assert_allclose(still, 0, atol=1e-13)
+
+
 @pytest.mark.parametrize(
     ("lower", "upper", "turn_rad", "within"),
     [
         (3, 3, 0.0, 1e-6),
         (3, 4, 0.0, 1e-6),
-        # edges that are nearly parallel repel less than their friction knows (ipctk's mollifier)
+        # at corners that hang over the normals are askew
         (3, 4, 0.3, 0.01),
     ],
     ids=["matching", "not matching", "turned"],
@@ -75,137 +114,142 @@ def test_sliding_takes_the_coefficient_times_the_normal_force(
     lower: int, upper: int, turn_rad: float, within: float
 ) -> None:
     blocks = pressed(lower, upper, turn_rad)
-    contact = rubbing(blocks)
-    normal = on_upper(blocks, BarrierContact.gradient(contact, blocks.u.x.array))[2]
-    assert normal < 0
+    friction, normal = rubbing(blocks), normal_N(blocks)
+    assert normal > 0
     way = np.array([0.6, -0.8, 0.0])
     for slip in (2 * SLIP, 20 * SLIP):
-        forces = contact.friction_N(slid(blocks, slip * way))
+        dofs = slid(blocks, slip * way)
+        forces = friction.forces_N(dofs)
         np.testing.assert_allclose(forces.sum(axis=0), 0, atol=1e-12)
         np.testing.assert_allclose(
-            on_upper(blocks, forces), MU * abs(normal) * way, atol=within * MU * abs(normal)
+            on_upper(blocks, forces), MU * normal * way, atol=within * MU * normal
         )
+        loss = friction.dissipated_mJ(dofs)
+        assert loss == pytest.approx(MU * normal * (slip - SLIP), rel=2 * within)
 
 
-def test_below_the_slip_it_is_a_spring() -> None:
-    """μN (2t − t²), t = s/ε: Li et al. 2020, eq. 13."""
+def test_below_the_slip_it_is_a_spring_that_remembers() -> None:
+    """μN (2t − t²), t = s/ε, s summed over the steps that stuck: Li et al. 2020, eq. 13."""
     blocks = pressed(3, 4)
-    contact = rubbing(blocks)
-    full = on_upper(blocks, contact.friction_N(slid(blocks, np.array([2 * SLIP, 0, 0]))))[0]
-    assert full > 0
-    for t in (0.1, 0.5, 0.9):
-        force = on_upper(blocks, contact.friction_N(slid(blocks, np.array([t * SLIP, 0, 0]))))[0]
-        assert force == pytest.approx(full * (2 * t - t**2), rel=1e-9)
+    friction, full = rubbing(blocks), MU * normal_N(blocks)
+    way = np.array([1.0, 0.0, 0.0])
+    t = 0.0
+    for step in (0.3, 0.2, 0.4, -0.5, -0.9, -0.4):
+        t += step
+        dofs = slid(blocks, step * SLIP * way)
+        force = on_upper(blocks, friction.forces_N(dofs))[0]
+        stretch = min(abs(t), 1.0)
+        assert force == pytest.approx(np.sign(t) * full * (2 * stretch - stretch**2), rel=1e-6)
+        assert friction.dissipated_mJ(dofs) == pytest.approx(0.0, abs=1e-9 * full * SLIP)
+        go(blocks, dofs, refresh=False)
+    assert t == pytest.approx(-0.9)
+    # it slides as far as it likes, and springs back from there
+    go(blocks, slid(blocks, -7.3 * SLIP * way), refresh=False)
+    dofs = slid(blocks, 0.6 * SLIP * way)
+    force = on_upper(blocks, friction.forces_N(dofs))[0]
+    assert force == pytest.approx(-full * (2 * 0.4 - 0.4**2), rel=1e-6)
 
 
-def test_derivatives() -> None:
+def test_a_pair_that_replaces_another_remembers_for_it() -> None:
+    """The upper cube slides over the lower one's triangles: other pairs, the same force."""
+    blocks = pressed(3, 4, 0.3)
+    friction = rubbing(blocks)
+    way = np.array([0.6, -0.8, 0.0])
+    keys = []
+    for _ in range(8):
+        go(blocks, slid(blocks, 0.01 * way))
+        keys.append({tuple(key) for key in friction._held.keys})
+        force, full = on_upper(blocks, friction.forces_N(blocks.u.x.array)), MU * normal_N(blocks)
+        np.testing.assert_allclose(force, full * way, rtol=0, atol=0.02 * full)
+    assert len(keys[-1] - keys[0]) > 0.1 * len(keys[-1])
+
+
+@pytest.mark.parametrize("before", [False, True], ids=["first step", "with memory"])
+def test_derivatives(before: bool) -> None:
     """Value to gradient to Hessian, in the middle of a slip that differs from point to point."""
     blocks = pressed(3, 4, 0.3)
-    contact = rubbing(blocks)
-    start = slips(blocks)[0]
+    friction = rubbing(blocks)
+    there = slips(blocks)
+    if before:
+        go(blocks, there[1])
+    start = there[0]
     w = np.random.default_rng(SEED + 1).uniform(-1, 1, start.shape)
-    w_nodes = contact.surface.at_nodes(w)
-    slope = float(np.vdot(contact.gradient(start), w_nodes))
+    surface = friction.contact.touching
+    w_nodes = surface.at_nodes(w)
+    slope = float(np.vdot(friction.forces_N(start), w_nodes))
     steps = 0.05 * SLIP
-    assert taylor.rates(lambda e: contact.value(start + e * w), slope, steps).min() > 1.9
-    hessian = contact.hessian(start)
-    assert hessian is not None
+    assert taylor.rates(lambda e: friction.value(start + e * w), slope, steps).min() > 1.9
+    hessian = friction.hessian(start)
     slopes = (hessian @ w_nodes.ravel()).reshape(-1, 3)
-    assert taylor.rates(lambda e: contact.gradient(start + e * w), slopes, steps).min() > 1.9
-    assert abs(hessian - hessian.T).max() < 1e-12 * abs(hessian).max()
-    # or the barrier alone would have been tested
-    assert np.linalg.norm(contact.friction_N(start)) > 0.1 * np.linalg.norm(
-        BarrierContact.gradient(contact, start)
-    )
+    assert taylor.rates(lambda e: friction.forces_N(start + e * w), slopes, steps).min() > 1.9
+    dense = hessian.toarray()
+    np.testing.assert_allclose(dense, dense.T, atol=1e-12 * abs(dense).max())
+    assert np.linalg.eigvalsh(dense).min() > -1e-12 * abs(dense).max()
 
 
-def test_without_a_coefficient_it_is_the_barrier() -> None:
+def test_the_derivative_by_the_coefficient() -> None:
+    """The gradient is linear in μ, so that a difference is exact."""
     blocks = pressed(3, 4, 0.3)
-    plain = blocks.contact
-    assert plain is not None
-    contact = rubbing(blocks, coefficient=0.0)
+    friction = rubbing(blocks)
     dofs = slips(blocks)[0]
-    np.testing.assert_allclose(contact.gradient(dofs), plain.gradient(dofs), rtol=0, atol=1e-15)
-    found, expected = contact.hessian(dofs), plain.hessian(dofs)
-    assert found is not None
-    assert expected is not None
-    assert abs(found - expected).max() < 1e-13 * abs(expected).max()
-    assert contact.value(dofs) == pytest.approx(plain.value(dofs), rel=1e-13)
+
+    def gradient(mu: float) -> np.ndarray:
+        friction.coefficient.value = mu
+        found = Gradient(blocks.model.unknowns)
+        friction.add_gradient(dofs, found)
+        return found.array
+
+    change = (gradient(0.8) - gradient(0.2)) / 0.6
+    rate, none = Gradient(blocks.model.unknowns), Gradient(blocks.model.unknowns)
+    friction.add_gradient_by(friction.coefficient, dofs, rate)
+    friction.add_gradient_by(blocks.mu, dofs, none)
+    np.testing.assert_allclose(rate.array, change, atol=1e-12 * abs(change).max())
+    assert rate.array.any()
+    assert not none.array.any()
+
+
+def test_without_a_coefficient_it_does_nothing() -> None:
+    blocks = pressed(3, 4, 0.3)
+    friction = rubbing(blocks, coefficient=0.0)
+    dofs = slips(blocks)[0]
+    assert not friction.forces_N(dofs).any()
+    assert friction.hessian(dofs).nnz == 0
+    assert friction.value(dofs) == 0.0
 
 
 @pytest.mark.parametrize("turn_rad", [0.0, 0.3])
 def test_no_step_gives_work_back(turn_rad: float) -> None:
-    """Force times slip of each accepted step, however irregular, there and back."""
+    """Work done in each accepted step, however irregular, is stored or taken, never given."""
     blocks = pressed(3, 4, turn_rad)
-    contact = rubbing(blocks)
-    there = slips(blocks)
+    friction = rubbing(blocks)
+    there, taken = slips(blocks), 0.0
     for dofs in [*there, *there[::-1]]:
-        moved = contact.surface.at_nodes(dofs - blocks.u.x.array)
-        work = float(np.vdot(contact.friction_N(dofs), moved))
-        assert work >= 0.0
+        before = blocks.u.x.array.copy()
         blocks.u.x.array[:] = dofs
+        blocks.model.refresh()
+        stored, loss = friction.value(before), friction.dissipated_mJ(dofs)
+        work = friction.value(dofs) - stored
+        assert loss >= 0
+        moved = friction.contact.touching.at_nodes(dofs - before)
+        assert np.vdot(friction.forces_N(dofs), moved) >= work
         blocks.model.accept_step()
-    assert contact.friction_N(there[1]).any()
+        assert work - (friction.value(dofs) - stored) == pytest.approx(loss, rel=1e-9, abs=1e-12)
+        taken += loss
+    assert taken > 0.1 * MU * normal_N(blocks) * SLIP
 
 
 def test_a_restored_model_rubs_as_before() -> None:
     blocks = pressed(3, 3)
-    contact = rubbing(blocks)
-    good = blocks.model.state()
+    friction = rubbing(blocks)
+    go(blocks, slid(blocks, np.array([0, SLIP / 3, 0])))
+    good = blocks.model.state().copy()
     dofs, expected = slid(blocks, np.array([SLIP / 2, 0, 0])), None
     for restored in (False, True):
         if restored:
             blocks.model.restore(good)
-        found = contact.friction_N(dofs)
+        found = friction.forces_N(dofs)
         expected = found if expected is None else expected
         np.testing.assert_array_equal(found, expected)
         assert found.any()
-        blocks.u.x.array[:] = dofs  # accept there, where the same dofs are no slip
-        blocks.model.accept_step()
-        assert not contact.friction_N(dofs).any()
-
-
-def test_cubes_stick_then_slide() -> None:
-    """Cubes on one another, the top moved sideways and back: stuck below μN, at ±μN beyond.
-
-    N is the normal force at the step's start. Sheared by s in all, two cubes bear at most G s / 2.
-    """
-    blocks = stacked(3, 4)
-    for level in (0.0, TOP):
-        blocks.hold(bodies.plane(2, level))
-    newton = Newton(blocks.model, Solver(rtol=1e-9, atol_N=1e-12, max_iterations=60))
-    z = blocks.nodes[:, 2]
-    top, below, above = (np.isclose(z, level) for level in (TOP, 1.0, 1 + WIDTH))
-    blocks.displace(is_upper(blocks.nodes)[:, None] * [0, 0, -PUSH])
-    assert newton.solve().converged
-    contact = rubbing(blocks)
-
-    def limit() -> float:
-        return MU * abs(on_upper(blocks, BarrierContact.gradient(contact, blocks.u.x.array))[2])
-
-    def step(by: float) -> tuple[float, float, float]:
-        """Friction, force at the top (N) and slip of the faces (mm) in a step along x."""
-        before = blocks.displacement()
-        blocks.u.x.array[:] = slid(blocks, np.array([by, 0, 0]))
-        assert newton.solve(careful=True).converged  # sticking, a plain one loses its way
-        friction = on_upper(blocks, contact.friction_N(blocks.u.x.array))[0]
-        force = blocks.gradient()[top, 0].sum()
-        moved = (blocks.displacement() - before)[:, 0]
-        blocks.model.accept_step()
-        return float(friction), float(force), float(moved[above].mean() - moved[below].mean())
-
-    full = limit()
-    short = 0.4 * full / float(blocks.mu.value)
-    friction, force, slip = step(short)
-    print("stuck", friction, force, slip, "of", full)
-    assert 0 < force < 0.2 * full
-    assert 0 < friction < 0.2 * full
-    assert 0 < slip < 0.1 * SLIP
-    for way in (1, -1):
-        full = limit()
-        friction, force, slip = step(way * 0.3)
-        print("slid", friction, force, slip, "of", full)
-        assert slip * way > 10 * SLIP
-        assert friction == pytest.approx(way * full, rel=1e-3)
-        # sheared cubes' faces are not quite level: the barrier's force has a part along x, too
-        assert force == pytest.approx(friction, rel=0.03)
+        go(blocks, slid(blocks, np.array([0, 0, -PUSH / 3])))  # other pairs, another memory
+        assert not np.array_equal(friction.forces_N(dofs), expected)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
 import ipctk
@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from dolfingrip.mechanics.contact.surface import Surface
+from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import Gradient
 
@@ -129,6 +130,51 @@ class BarrierContact(Term):
         )
         return (there - back) / (2 * step)
 
+    # -- for friction --------------------------------------------------------------------------
+
+    @property
+    def touching(self) -> Surface:
+        """The surface, with whose nodes all pairs move."""
+        return self.surface
+
+    def tangential(self, dofs: np.ndarray) -> Tangential:
+        """Pairs within the barrier's width, with closest points, normals and normal forces.
+
+        ipctk's own for friction leave out edges that are nearly parallel; a barrier that it
+        mollifies for such a pair has a normal force, too, and this is the whole of it.
+        """
+        now = self.positions(dofs)
+        pairs = self._felt(now)
+        if pairs.empty():
+            return Tangential.none(len(self.surface.nodes), width=3)
+        known = list(_known(pairs))
+        found = [self._pressed(pair, now) for _, pair in known]
+        vertices, shares, distances, forces = zip(*found, strict=True)
+        rows = np.repeat(np.arange(len(found)), [len(each) for each in vertices])
+        places = (rows, np.concatenate(vertices))
+        shape = (len(found), len(now))
+        at_vertices = sp.csr_matrix((np.concatenate(shares), places), shape=shape)
+        apart = np.array(distances)
+        return Tangential(
+            sp.csr_matrix(at_vertices @ self.surface.weights),
+            apart / np.linalg.norm(apart, axis=1)[:, None],
+            np.array(forces),
+            np.array([key for key, _ in known]),
+        )
+
+    def _pressed(
+        self, pair: ipctk.NormalCollision, now: np.ndarray
+    ) -> tuple[list[int], np.ndarray, np.ndarray, float]:
+        """Vertices of a pair, their shares in its distance vector (mm), and its normal force."""
+        edges, faces = self._mesh.edges, self._mesh.faces
+        vertices = [v for v in pair.vertex_ids(edges, faces) if v >= 0]
+        positions = pair.dof(now, edges, faces)
+        apart, shares = pair.compute_distance_vector_with_coefficients(positions)
+        force = pair.weight * self._potential.force_magnitude(float(apart @ apart), pair.dmin)
+        if pair.is_mollified():
+            force *= pair.mollifier(positions)
+        return vertices, shares, apart, float(force)
+
     # -- as a term -----------------------------------------------------------------------------
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
@@ -195,6 +241,16 @@ def _collision_mesh(surface: Surface, aside: np.ndarray) -> ipctk.CollisionMesh:
         np.asfortranarray(surface.edges),
         np.asfortranarray(surface.triangles),
     )
+
+
+def _known(
+    pairs: ipctk.NormalCollisions,
+) -> Iterator[tuple[tuple[int, int, int], ipctk.NormalCollision]]:
+    """Pairs with what identifies them: their kind, and the numbers of their two parts."""
+    yield from (((0, c.vertex0_id, c.vertex1_id), c) for c in pairs.vv_collisions)
+    yield from (((1, c.edge_id, c.vertex_id), c) for c in pairs.ev_collisions)
+    yield from (((2, c.edge0_id, c.edge1_id), c) for c in pairs.ee_collisions)
+    yield from (((3, c.face_id, c.vertex_id), c) for c in pairs.fv_collisions)
 
 
 def _aside(surface: Surface) -> np.ndarray:

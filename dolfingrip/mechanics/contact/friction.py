@@ -1,101 +1,225 @@
-"""Coulomb friction where barrier contact holds surfaces apart."""
+"""Coulomb friction on any normal contact, with a memory of where its points stick."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
-import ipctk
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
-from dolfingrip.mechanics.contact.barrier import BarrierContact
-from dolfingrip.mechanics.contact.surface import Surface
+from dolfingrip.mechanics.contact.stick import handed_on
+from dolfingrip.mechanics.contact.tangential import Tangential, Touching
+from dolfingrip.mechanics.model.term import Coupling, Term
+from dolfingrip.mechanics.model.unknowns import Gradient
+
+SLIP_mm = 0.02
+"""ε: a point that sticks is displaced elastically by less. A numerical choice, no property of a
+material: small against the motion of fingers (mm), large enough for Newton's method."""
 
 
-class FrictionalContact(BarrierContact):
-    """Barrier contact whose surfaces rub: a memory of a model, as a load step starts somewhere.
+SAME = 1e-6
+"""Relative change of the nodes' normal forces that counts as none: far above that of a load step
+in which nothing happens but Newton's method ending elsewhere within its tolerance."""
 
-    Π += Σ μ N f(|s|) over the pairs that were felt as the load step began, s the slip in it: the
-    part of the pair's relative displacement in the tangent plane. Normal forces N, tangent planes
-    and closest points are those of the step's start (lagged: Li, Ferguson, Schneider et al.,
-    Incremental Potential Contact, ACM Trans. Graph. 39, 2020, sec. 5), so that friction has a
-    potential and the tangent stays symmetric; the error is of the order of the load step, and a
-    touch rubs from the step after it on. f' rises smoothly from 0 to 1, which it reaches at
-    |s| = ε: below it friction is a spring's. The spring is at rest as a step begins, whatever
-    friction there was before, so that surfaces that stick creep by up to ε in each step, also
-    where the load rests.
+
+class Friction(Term):
+    """Coulomb friction where a normal contact presses points together.
+
+    The incremental potential of a load step, summed over the contact's pairs:
+
+        Π += Σ μ N f0(|s|),    s = P [x − x_n + e]
+
+    x is a pair's relative displacement, x_n the one at the step's start, P the projection on its
+    tangent plane, N its normal force, e its memory. f0' rises as 2t − t² with t = |s|/ε to 1 at
+    t = 1, and stays there (Li et al., Incremental Potential Contact, ACM Trans. Graph. 39, 2020,
+    eq. 13). An accepted step leaves
+
+        e ← P s min(1, ε/|s|)
+
+    the elastic displacement of a point that sticks, and that of one that slides. So friction is a
+    spring up to ε and a slider in series with it: the return mapping of elastoplasticity (Wriggers,
+    Computational Contact Mechanics, 2006, ch. 5) with a spring that stiffens smoothly. A load that
+    rests moves nothing, however long and in however many steps; without the memory points would
+    creep by a part of ε in each.
+
+    N and P are held while a potential is minimised, as N is no function of it; so the tangent is
+    symmetric and friction's part of it convex. :meth:`refresh` takes them anew, and :meth:`drift`
+    tells how far they are off. Newton's method does both; a pair that first touches in a load step
+    rubs in it.
+
+    Memory follows the identity of a pair. A new pair takes the mean of what its nodes remember, as
+    a vertex that slides on to the next triangle.
 
     Args:
-        surface: vertices and triangles of all bodies.
-        width_mm: distance at which contact is first felt.
-        stiffness_MPa: of the barrier.
+        contact: where points are pressed together.
         u: displacement (mm), whose present value is a load step's start.
         coefficient: μ.
         slip_mm: ε.
+        title: of what a state remembers for it.
     """
+
+    name: ClassVar[str] = "friction"
 
     def __init__(
         self,
-        surface: Surface,
-        width_mm: float,
-        stiffness_MPa: float,
-        *,
+        contact: Touching,
         u: fem.Function,
-        coefficient: float,
-        slip_mm: float,
+        coefficient: fem.Constant,
+        slip_mm: float = SLIP_mm,
+        title: str = "friction",
     ) -> None:
-        super().__init__(surface, width_mm, stiffness_MPa)
+        self.contact = contact
+        self.coefficient = coefficient
+        self.slip_mm = slip_mm
         self._u = u
-        self._coefficient = coefficient
-        self._friction = ipctk.FrictionPotential(slip_mm)
-        self.accept()
+        self._title = title
+        self._nodes = contact.touching
+        self._before = self._nodes.at_nodes(u.x.array)
+        self._start = self._held = contact.tangential(u.x.array)
+        self._memory = self._stuck = np.zeros((len(self._held.keys), 3))
+        self._seen_N = self._held.pressing_N()  # at the start of the last step that took them
+        self._anew = False
 
-    def _slip(self, dofs: np.ndarray) -> np.ndarray:
-        """(v, 3) displacement of the vertices since the load step's start (mm)."""
-        return np.asfortranarray(self.positions(dofs) - self._before)
+    # -- slip --------------------------------------------------------------------------------------
 
-    # -- energy --------------------------------------------------------------------------------
+    def _slip(self, dofs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(m, 3) s (mm) of the held pairs and (m,) |s|."""
+        moved = self._nodes.at_nodes(dofs) - self._before
+        slip = self._held.slip(moved) + self._held.flat(self._memory)
+        return slip, np.linalg.norm(slip, axis=1)
 
-    def value(self, dofs: np.ndarray) -> float:
-        """Potential (mJ), the same on all ranks; that of friction up to a constant of the step."""
-        rubbed = self._friction(self._rubbing, self._mesh, self._slip(dofs))
-        return super().value(dofs) + float(rubbed)
+    def _per_slip(self, size: np.ndarray) -> np.ndarray:
+        """f0'(|s|)/|s| (1/mm)."""
+        within = (2 - size / self.slip_mm) / self.slip_mm
+        return np.where(size < self.slip_mm, within, 1 / np.maximum(size, self.slip_mm))
 
-    def friction_N(self, dofs: np.ndarray) -> np.ndarray:
-        """(n, 3) gradient (N) of the friction's part at the surface's nodes."""
-        if self._rubbing.empty():
-            return np.zeros((len(self.surface.nodes), 3))
-        at_vertices = self._friction.gradient(self._rubbing, self._mesh, self._slip(dofs))
-        return np.asarray(self.surface.weights.T @ at_vertices.reshape(-1, 3))
+    def _limit_N(self) -> np.ndarray:
+        """(m,) forces μN at which pairs slide."""
+        return float(self.coefficient.value) * self._held.normal_N
 
-    def gradient(self, dofs: np.ndarray) -> np.ndarray:
-        """(n, 3) gradient (N) at the surface's nodes."""
-        return super().gradient(dofs) + self.friction_N(dofs)
-
-    def hessian(self, dofs: np.ndarray, *, convex: bool = False) -> sp.coo_matrix | None:
-        """(3n, 3n) Hessian (N/mm) at the nodes; None without contact. Friction's is convex."""
-        normal = super().hessian(dofs, convex=convex)
-        if self._rubbing.empty():
-            return normal
-        at_vertices = self._friction.hessian(self._rubbing, self._mesh, self._slip(dofs))
-        rubbed = self._spread.T @ at_vertices @ self._spread
-        return sp.coo_matrix(rubbed if normal is None else normal + rubbed)
-
-    # -- as a memory ---------------------------------------------------------------------------
-
-    def accept(self) -> None:
-        """Take the present positions and normal forces for those of a load step's start."""
-        self._before = self.positions(self._u.x.array)
-        self._rubbing = ipctk.TangentialCollisions()
-        self._rubbing.build(
-            self._mesh, self._before, self._felt(self._before), self._potential, self._coefficient
+    def _at_nodes(self, normal_N: np.ndarray, dofs: np.ndarray) -> np.ndarray:
+        """(k, 3) gradient (N) at the nodes for given limits of the pairs."""
+        slip, size = self._slip(dofs)
+        return np.asarray(
+            self._held.weights.T @ ((normal_N * self._per_slip(size))[:, None] * slip)
         )
 
+    # -- energy ------------------------------------------------------------------------------------
+
+    def value(self, dofs: np.ndarray) -> float:
+        """Incremental potential (mJ) of the load step, the same on all ranks."""
+        size = self._slip(dofs)[1]
+        t = np.minimum(size / self.slip_mm, 1.0)
+        inside = self.slip_mm * (t**2 - t**3 / 3)
+        return float(self._limit_N() @ (inside + np.maximum(size - self.slip_mm, 0.0)))
+
+    def forces_N(self, dofs: np.ndarray) -> np.ndarray:
+        """(k, 3) gradient at the contact's nodes: the forces that hold against friction."""
+        return self._at_nodes(self._limit_N(), dofs)
+
+    def dissipated_mJ(self, dofs: np.ndarray) -> float:
+        """Work that sliding has taken since the step's start: Σ μ N max(|s| − ε, 0)."""
+        size = self._slip(dofs)[1]
+        return float(self._limit_N() @ np.maximum(size - self.slip_mm, 0.0))
+
+    def hessian(self, dofs: np.ndarray) -> sp.coo_matrix:
+        """(3k, 3k) second derivatives (N/mm) at the nodes with N and P held; convex.
+
+        D = μ N [a P + (f0'' − a) ŝ ŝᵀ] for each pair, a = f0'/|s| and f0'' = 2 (1 − |s|/ε)/ε.
+        """
+        slip, size = self._slip(dofs)
+        per_slip = self._per_slip(size)
+        curvature = 2 * np.maximum(1 - size / self.slip_mm, 0.0) / self.slip_mm
+        along = slip / np.maximum(size, np.finfo(float).tiny)[:, None]
+        n = self._held.normals
+        plane = np.eye(3) - n[:, :, None] * n[:, None, :]
+        blocks = per_slip[:, None, None] * plane
+        blocks += (curvature - per_slip)[:, None, None] * along[:, :, None] * along[:, None, :]
+        blocks *= self._limit_N()[:, None, None]
+        count = np.arange(len(size) + 1)
+        within = sp.bsr_matrix((blocks, count[:-1], count), shape=(3 * len(size),) * 2)
+        spread = sp.kron(self._held.weights, sp.eye_array(3), format="csr")
+        found = (spread.T @ within @ spread).tocsr()
+        found.eliminate_zeros()  # pairs without friction need no place in the tangent
+        return sp.coo_matrix(found)
+
+    # -- as a term ---------------------------------------------------------------------------------
+
+    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
+        """Add the derivatives (N) by the nodes that this rank owns."""
+        self._nodes.add_owned(self.forces_N(dofs), gradient.at_nodes)
+
+    def add_gradient_by(self, constant: fem.Constant, dofs: np.ndarray, rate: Gradient) -> None:
+        """Add the gradient's derivative by μ, of which it is a multiple."""
+        if constant is self.coefficient:
+            forces = self._at_nodes(self._held.normal_N, dofs)
+            self._nodes.add_owned(forces, rate.at_nodes)
+
+    def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
+        """The Hessian, the same whole on all ranks."""
+        return [Coupling(self._nodes.nodes, self.hessian(dofs))] if len(self._held.keys) else ()
+
+    # -- what is held ------------------------------------------------------------------------------
+
+    def refresh(self, dofs: np.ndarray) -> bool:
+        """Take pairs, normal forces and tangent planes from the displacement ``dofs``.
+
+        Not where they are those from which they were last taken: what is held may be off by what
+        :meth:`drift` allows, and a load that rests would move points by that.
+        """
+        now = self.contact.tangential(dofs)
+        if not self._anew and _change(self._seen_N, now.pressing_N()) <= SAME:
+            return False
+        self._held, self._anew = now, True
+        self._memory = handed_on(self._start, self._stuck, now)
+        return True
+
+    def drift(self, dofs: np.ndarray) -> float:
+        """Relative change of the nodes' normal forces since they were taken.
+
+        That of their sum where all grow alike.
+        """
+        return _change(self._held.pressing_N(), self.contact.tangential(dofs).pressing_N())
+
+    def held(self) -> tuple[Tangential, np.ndarray, bool]:
+        """Pairs with normal forces, their memory, and whether they were taken in this step."""
+        return self._held, self._memory, self._anew
+
+    def hold(self, held: tuple[Tangential, np.ndarray, bool]) -> None:
+        """Hold again what :meth:`held` gave."""
+        self._held, self._memory, self._anew = held
+
+    # -- memory ------------------------------------------------------------------------------------
+
+    def accept(self) -> None:
+        """Remember the elastic displacement of each pair, and where the next step starts."""
+        slip, size = self._slip(self._u.x.array)
+        self._stuck = slip * np.minimum(1.0, self.slip_mm / np.maximum(size, self.slip_mm))[:, None]
+        self._memory = self._stuck
+        self._start = self._held
+        self._before = self._nodes.at_nodes(self._u.x.array)
+        if self._anew:
+            self._seen_N = self.contact.tangential(self._u.x.array).pressing_N()
+            self._anew = False
+
     def values(self) -> dict[str, np.ndarray]:
-        """Nothing: all of it follows from the displacement, which is the state's own."""
-        return {}
+        """Pairs of the step's start with their memory (mm)."""
+        found = {**self._start.arrays(), "stuck_mm": self._stuck, "seen_N": self._seen_N}
+        return {f"{self._title}.{name}": values.copy() for name, values in found.items()}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Remember what a restored displacement implies."""
-        self.accept()
+        """Start a step from the restored displacement with pairs and memory of then."""
+        names = [*self._start.arrays(), "stuck_mm", "seen_N"]
+        found = {name: values[f"{self._title}.{name}"].copy() for name in names}
+        self._stuck = self._memory = found.pop("stuck_mm")
+        self._seen_N, self._anew = found.pop("seen_N"), False
+        self._start = self._held = Tangential.of_arrays(found, len(self._nodes.nodes))
+        self._before = self._nodes.at_nodes(self._u.x.array)
+
+
+def _change(before: np.ndarray, now: np.ndarray) -> float:
+    """Difference of (k, 3) forces by the larger of both; 0 where there are none."""
+    most = max(np.abs(before).sum(), np.abs(now).sum())
+    return float(np.abs(now - before).sum() / most) if most > 0 else 0.0

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+import scipy.sparse as sp
 import ufl
-from dolfinx import fem
+from dolfinx import fem, la
 from mpi4py import MPI
 from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import plate as form
+from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.term import Term
@@ -39,7 +44,6 @@ class RigidPlate(Term):
 
     Attributes:
         energy: the UFL form of its potential.
-        measure: of the part of the skin that may touch it.
         reaction: that of the normal force on the meshed part, dΠ/d(offset).
         offset: the plane's position along n (mm), a constant of the form.
         unloaded: constant: the position at which a plate that gives way stands without force (mm).
@@ -76,30 +80,55 @@ class RigidPlate(Term):
         place = PETSc.ScalarType(self.place_mm())
         self.offset, self.unloaded = fem.Constant(mesh, place), fem.Constant(mesh, place)
 
-        n = fem.Constant(mesh, self.normal)
+        self._facing = n = fem.Constant(mesh, self.normal)
         facet = mesh.ufl_cell().facet_types()[0].cellname()
         ds = domain.surface(region, **form.nodal_rule(facet, space.ufl_element().degree))
         width = fem.Constant(mesh, PETSc.ScalarType(width_mm))
         stiffness = fem.Constant(mesh, PETSc.ScalarType(stiffness_MPa))
-        self._facing = n
 
-        def density(u: Expr, offset: Expr) -> Expr:
+        def density(offset: Expr) -> Expr:
             return form.energy(form.distance(u, mesh, n, offset), width, stiffness)
 
-        self._density = density
-        self.measure = ds
-        self.energy = density(u, self.offset) * ds
-        self.reaction = self.pressure(u, self.offset) * ds
+        position = ufl.variable(self.offset)
+        self.energy = density(self.offset) * ds
+        pressure = ufl.diff(density(position), position)
+        self.reaction = pressure * ds
         self._reaction = fem.form(self.reaction, jit_options=jit.options())
+        self._share: Callable[[Expr], ufl.Form] = lambda test: pressure * ufl.inner(n, test) * ds
 
-    def pressure(self, u: Expr, offset: Expr) -> Expr:
-        """Contact pressure (MPa) on the skin displaced by ``u`` from a plane at ``offset``."""
-        position = ufl.variable(offset)
-        return ufl.diff(self._density(u, position), position)
+    # -- for friction ----------------------------------------------------------------------------
 
-    def along(self, vector: Expr) -> Expr:
-        """The part of ``vector`` that is tangential to the plane."""
-        return vector - ufl.inner(vector, self._facing) * self._facing
+    @cached_property
+    def touching(self) -> NodeSet:
+        """Nodes of the skin that may touch the plane."""
+        space = self._u.function_space
+        own = space.dofmap.index_map.local_to_global(self._nodes.astype(np.int32))
+        return NodeSet(space, np.unique(np.concatenate(space.mesh.comm.allgather(own))))
+
+    @cached_property
+    def _shares(self) -> fem.Form:
+        """The reaction's shares of the nodes, along the normal."""
+        test = ufl.TestFunction(self._u.function_space)
+        return fem.form(self._share(test), jit_options=jit.options())
+
+    def tangential(self, dofs: np.ndarray) -> Tangential:
+        """Nodes that touch the plane, with their shares of the reaction.
+
+        The reaction is integrated at the nodes, so that a share is the pressure there by the
+        node's area, and they sum to the reaction. The plane moves along its normal alone.
+        """
+        shares = fem.assemble_vector(self._shares)
+        shares.scatter_reverse(la.InsertMode.add)
+        normal_N = self.touching.at_nodes(shares.array) @ self.normal
+        pressed = np.flatnonzero(normal_N > 0)
+        return Tangential(
+            sp.eye_array(len(normal_N), format="csr")[pressed],
+            np.tile(self.normal, (len(pressed), 1)),
+            normal_N[pressed],
+            self.touching.nodes[pressed, None],
+        )
+
+    # -- as a sensor -----------------------------------------------------------------------------
 
     def force_N(self) -> float:
         """Normal force on the whole finger's plate."""

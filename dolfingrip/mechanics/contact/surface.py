@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
+from dolfingrip.mechanics.contact.node_set import NodeSet
 from dolfingrip.mechanics.contact.resampled import resample
 from dolfingrip.mechanics.model.domain import Domain
 
@@ -24,7 +25,7 @@ IN_TURN = {4: [0, 1, 3, 2], 8: [0, 1, 3, 2, 4, 6, 7, 5]}
 """From a tensor product's order, with edges 01, 02, 13 and 23, to that of going round."""
 
 
-class Surface:
+class Surface(NodeSet):
     """Triangulated surface of a body, whose vertices move with the displacement nodes.
 
     On tetrahedra the vertices are the nodes, and each quadratic facet becomes four triangles; on
@@ -49,17 +50,14 @@ class Surface:
     def __init__(
         self, space: fem.FunctionSpace, domain: Domain, facets: np.ndarray, spacing_mm: float = 2.5
     ) -> None:
-        self._comm = space.mesh.comm
-        index_map = space.dofmap.index_map
-        self._first, self._end = index_map.local_range
         local = _facet_nodes(space, domain, facets)
-        global_nodes = index_map.local_to_global(local.ravel().astype(np.int32))
-        gathered = self._comm.allgather(global_nodes.reshape(local.shape))
+        global_nodes = space.dofmap.index_map.local_to_global(local.ravel().astype(np.int32))
+        gathered = space.mesh.comm.allgather(global_nodes.reshape(local.shape))
         width = max(block.shape[1] for block in gathered)
         nodes, faces = np.unique(
             np.concatenate([b.reshape(-1, width) for b in gathered]), return_inverse=True
         )
-        self._number(nodes)
+        super().__init__(space, nodes)
         rest = self.at_nodes(space.tabulate_dof_coordinates()[: self._end - self._first])
         # ipctk's collision sets depend on the order of vertices and triangles, which must not
         # depend on the ranks': sort by position, not by owner
@@ -77,24 +75,6 @@ class Surface:
             self.weights = spread[0]
             self.triangles = spread[1].astype(np.int32)
         self.rest = self.weights @ rest
-
-    def _number(self, nodes: np.ndarray) -> None:
-        """Take global displacement nodes as those of the surface."""
-        self.nodes = nodes
-        self.owned = np.flatnonzero((nodes >= self._first) & (nodes < self._end))
-        self._owned_local = (nodes[self.owned] - self._first).astype(np.int32)
-
-    def at_nodes(self, local_values: np.ndarray) -> np.ndarray:
-        """(n, 3) values at the nodes from a local array of three at each."""
-        whole = np.zeros((len(self.nodes), 3))
-        owned = local_values.reshape(-1, 3)[self._owned_local]
-        for places, values in self._comm.allgather((self.owned, owned)):
-            whole[places] = values
-        return whole
-
-    def add_owned(self, values: np.ndarray, target: np.ndarray) -> None:
-        """Add those of (n, 3) values at the nodes that this rank owns to its nodes' (m, 3)."""
-        target[self._owned_local] += values[self.owned]
 
     def moved(self, change_mm: np.ndarray) -> Surface:
         """The same surface at other reference positions; ``change_mm`` is (v, 3)."""

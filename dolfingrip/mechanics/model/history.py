@@ -26,7 +26,6 @@ class History:
     Attributes:
         time_s: constant: time at the load step's end.
         step_s: constant: length of the load step; 0 where no time passes.
-        u_before: displacement at the load step's start (mm).
     """
 
     def __init__(self, u: fem.Function, degree: int) -> None:
@@ -35,9 +34,7 @@ class History:
         mesh = u.function_space.mesh
         self.time_s = fem.Constant(mesh, PETSc.ScalarType(0.0))
         self.step_s = fem.Constant(mesh, PETSc.ScalarType(0.0))
-        self.u_before = fem.Function(u.function_space, name="displacement_before_mm")
         self._variables: dict[str, fem.Function] = {}
-        self._numbers: dict[str, tuple[fem.Constant, fem.Constant]] = {}
         self._updates: list[tuple[fem.Function, AtPoints]] = []
 
     def variable(self, name: str, initial: np.ndarray | float) -> fem.Function:
@@ -47,13 +44,6 @@ class History:
         made = points.field(self._u.function_space.mesh, value.shape, self._degree, name)
         made.x.array[:] = np.tile(value.ravel(), made.x.array.size // value.size)
         self._variables[name] = made
-        return made
-
-    def before(self, name: str, number: fem.Constant) -> fem.Constant:
-        """The value that ``number``, which may be an unknown, has at the load step's start."""
-        assert name not in self._numbers
-        made = fem.Constant(self._u.function_space.mesh, PETSc.ScalarType(number.value))
-        self._numbers[name] = (made, number)
         return made
 
     def evolve(self, variable: fem.Function, end: Expr) -> None:
@@ -72,20 +62,12 @@ class History:
         found = [(variable, end.values().ravel()) for variable, end in self._updates]
         for variable, values in found:
             variable.x.array[: values.size] = values
-        for made, number in self._numbers.values():
-            made.value = number.value
-        self.u_before.x.array[:] = self._u.x.array
 
     def values(self) -> dict[str, np.ndarray]:
         """Internal variables by name; the displacement is the state's own."""
-        fields = {name: made.x.array.copy() for name, made in self._variables.items()}
-        numbers = {name: np.array([made.value]) for name, (made, _) in self._numbers.items()}
-        return fields | numbers
+        return {name: made.x.array.copy() for name, made in self._variables.items()}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Set the variables, and the displacement at the step's start to the present one."""
+        """Set the variables."""
         for name, made in self._variables.items():
             made.x.array[:] = values[name]
-        for name, (number, _) in self._numbers.items():
-            number.value = float(values[name][0])
-        self.u_before.x.array[:] = self._u.x.array

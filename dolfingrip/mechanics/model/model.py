@@ -228,6 +228,15 @@ class Model:
         """Why the present, converged state is not accepted; "" where it is."""
         return next(filter(None, (term.rejects(self.u.x.array) for term in self.terms)), "")
 
+    def refresh(self) -> bool:
+        """Let all terms take anew what they hold, at the present state; whether any did."""
+        found = [term.refresh(self.u.x.array) for term in self.all_terms]  # all, not up to a first
+        return any(found)
+
+    def drift(self) -> float:
+        """Largest relative change of what a term holds since it was taken."""
+        return max(term.drift(self.u.x.array) for term in self.all_terms)
+
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
         """Largest fraction of ``step`` that no term forbids, and the term that set it.
 

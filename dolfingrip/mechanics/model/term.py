@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -69,6 +69,9 @@ class Term:
     def move_reference(self, change: np.ndarray | None) -> None:
         """Take the reference nodes to be moved by ``change`` (local array, mm); None: put back."""
 
+    def add_gradient_by(self, constant: fem.Constant, dofs: np.ndarray, rate: Gradient) -> None:
+        """Add the gradient's derivative by ``constant``, one of this term's, to ``rate``."""
+
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """Second derivatives that elements integrate, by blocks of fields; () where none."""
         return ()
@@ -91,6 +94,29 @@ class Term:
     def rejects(self, dofs: np.ndarray) -> str:
         """Why a converged state is not accepted; "" where it is."""
         return ""
+
+    # -- what is held while a potential is minimised ----------------------------------------------
+
+    def refresh(self, dofs: np.ndarray) -> bool:
+        """Take anew, at the displacement ``dofs``, what the potential holds though it depends on u.
+
+        Newton's method asks for it in its first iterations.
+
+        Returns:
+            Whether the potential has changed, the same on all ranks.
+        """
+        return False
+
+    def drift(self, dofs: np.ndarray) -> float:
+        """Relative change of what is held since it was taken, the same on all ranks."""
+        return 0.0
+
+    def held(self) -> Any:
+        """What was taken by :meth:`refresh` and is not part of a state; None where nothing is."""
+        return None
+
+    def hold(self, held: Any) -> None:
+        """Hold again what :meth:`held` gave."""
 
     # -- memory ----------------------------------------------------------------------------------
 

@@ -188,7 +188,12 @@ class Newton:
     def _converged(
         self, _snes: Any, iteration: int, norms: tuple[float, float, float], *_: Any
     ) -> int:
-        return REASON[self._globalisation.judge(iteration, norms[2], self.model.scale_N())]
+        rules, scale = self._globalisation, self.model.scale_N()
+        verdict = rules.judge(iteration, norms[2], scale)
+        if rules.refreshes(verdict) and self.model.refresh():
+            self.model.assemble_equations(self._residual)  # which SNES goes on with
+            verdict = rules.judge_anew(iteration, float(self._residual.norm()), scale)
+        return REASON[verdict]
 
     # -- solve ---------------------------------------------------------------------------------
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Final, Protocol
 
@@ -16,6 +16,13 @@ from dolfingrip.mechanics.model.state import State
 SMALL: Final = 1e-7
 """Part of a parameter's scale by which a model is perturbed. The residual of a solution is 0 to
 Newton's tolerance, so that a one-sided difference is good to this part, and rounding to 1e-6."""
+
+CORRECTIONS: Final = 30
+"""Of derivatives where terms hold what the tangent does not know of, as friction its normal
+forces: each is a solve with the tangent at hand."""
+
+CLOSE: Final = 1e-6
+"""Part of the first residual's derivative that may be left then."""
 
 Readings = Mapping[str, float]
 
@@ -115,13 +122,16 @@ class ForwardSensitivity:
             self._advance(self._before or state)
         base = read()
         found = []
-        for perturbation, change in self._each():
-            amount = SMALL * perturbation.scale * perturbation.way
+        held = [term.held() for term in self._model.terms]
+        step = _Step(self._model, state, state, here)
+        for perturbation, change, amount in self._each():
             with perturbation.applied(amount):
-                self._led(state, state, change, amount)
+                step.lead(change, amount)
                 there = read()
             found.append({name: (there[name] - base[name]) / amount for name in base})
         self._model.restore(state)
+        for term, each in zip(self._model.terms, held, strict=True):
+            term.hold(each)
         return found
 
     def _is_derived(self, here: np.ndarray) -> bool:
@@ -134,59 +144,112 @@ class ForwardSensitivity:
     def _advance(self, before: State) -> None:
         """Derive the present, converged state from the derivatives at ``before``."""
         model = self._model
-        now = model.state()
-        here = model.unknowns.local()
+        now, here = model.state(), model.unknowns.local()
+        held = [term.held() for term in model.terms]
+        step = _Step(model, before, now, here)
         self._derived = here
         solve = self._linear()
-        start = model.gradient()
-        right = np.empty((len(start), len(self._perturbations)), order="F")
-        for i, (perturbation, change) in enumerate(self._each()):
-            amount = SMALL * perturbation.scale * perturbation.way
-            with perturbation.applied(amount):
-                self._led(before, now, change, amount)
-                model.unknowns.set_local(here)
-                right[:, i] = (model.gradient() - start) / amount
-        steps = -solve(right)
-        after = self._accepted(before, now, Change(here), 0.0, here) if before.history else {}
-        for i, (perturbation, change) in enumerate(self._each()):
-            amount = SMALL * perturbation.scale * perturbation.way
-            unknowns = model.unknowns.to_local(steps[:, i])
+        start = step.residual()
+        found = np.zeros((len(start), len(self._perturbations)), order="F")
+        first = np.inf
+        for _ in range(CORRECTIONS if any(each is not None for each in held) else 1):
+            right = np.column_stack(
+                [
+                    (step.residual(*each, model.unknowns.to_local(found[:, i])) - start) / each[2]
+                    for i, each in enumerate(self._each())
+                ]
+            )
+            size = np.sqrt(model.comm.allreduce(np.sum(right**2, axis=0), MPI.SUM))
+            first = size if first is np.inf else first
+            if (size <= CLOSE * np.maximum(first, np.finfo(float).tiny)).all():
+                break
+            found -= solve(np.asfortranarray(right))
+        after = step.accepted() if before.history else {}
+        for i, (perturbation, change, amount) in enumerate(self._each()):
+            unknowns = model.unknowns.to_local(found[:, i])
             if before.history:
-                with perturbation.applied(amount):
-                    there = self._accepted(before, now, change, amount, here + amount * unknowns)
-                change.history = {k: (there[k] - after[k]) / amount for k in after}
+                there = step.accepted(perturbation, change, amount, unknowns)
+                change.history = {k: _rate(there[k], after[k], amount) for k in after}
             change.unknowns = unknowns
-        model.restore(before)
-        model.prescribe(now.controls)
+        step.lead(None, 0.0)
         model.unknowns.set_local(here)
+        for term, each in zip(model.terms, held, strict=True):
+            term.hold(each)
 
-    def _each(self) -> Iterator[tuple[Perturbation, Change]]:
-        return zip(self._perturbations, self.changes, strict=True)
+    def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
+        """Perturbations with what is known of their changes, and by how much they are taken."""
+        for perturbation, change in zip(self._perturbations, self.changes, strict=True):
+            yield perturbation, change, SMALL * perturbation.scale * perturbation.way
 
-    def _led(self, before: State, now: State, change: Change, amount: float) -> None:
-        """Begin the step at a start perturbed by ``amount`` along ``change``."""
-        start = before.copy()
+
+class _Step:
+    """A converged load step that is taken again, perturbed.
+
+    Args:
+        model: in the state at its end.
+        before, now: states at its start and its end.
+        here: unknowns at its end, as a local array.
+    """
+
+    def __init__(self, model: Model, before: State, now: State, here: np.ndarray) -> None:
+        self._model = model
+        self._before = before
+        self._now = now
+        self._here = here
+
+    def lead(self, change: Change | None, amount: float) -> None:
+        """Begin the step at a start that is perturbed by ``amount`` along ``change``."""
         model = self._model
-        model.restore(start)
-        if amount:
-            perturbed = model.unknowns.local() + amount * change.unknowns
+        model.restore(self._before)
+        if change is not None:
+            model.unknowns.set_local(model.unknowns.local() + amount * change.unknowns)
+            start = model.state()
+            start.controls = self._before.controls
             start.history = {
-                name: values + amount * change.history.get(name, 0.0)
-                for name, values in before.history.items()
+                name: values + amount * change.history[name]
+                if name in change.history and values.dtype.kind == "f"
+                else values
+                for name, values in self._before.history.items()
             }
-            model.unknowns.set_local(perturbed)
-            at = model.state()
-            start.displacement, start.pressure, start.numbers = (
-                at.displacement, at.pressure, at.numbers
-            )  # fmt: skip
             model.restore(start)
-        model.prescribe(now.controls)
+        model.prescribe(self._now.controls)
 
-    def _accepted(
-        self, before: State, now: State, change: Change, amount: float, at: np.ndarray
+    def residual(
+        self,
+        perturbation: Perturbation | None = None,
+        change: Change | None = None,
+        amount: float = 0.0,
+        along: np.ndarray | float = 0.0,
+    ) -> np.ndarray:
+        """Residual (N) at its end moved by ``amount`` · ``along``, the parameter changed, too."""
+        with _applied(perturbation, amount):
+            self.lead(change, amount)
+            self._model.unknowns.set_local(self._here + amount * along)
+            self._model.refresh()
+            return self._model.gradient()
+
+    def accepted(
+        self,
+        perturbation: Perturbation | None = None,
+        change: Change | None = None,
+        amount: float = 0.0,
+        along: np.ndarray | float = 0.0,
     ) -> dict[str, np.ndarray]:
-        """Internal variables at the end of the step, perturbed, with the unknowns ``at``."""
-        self._led(before, now, change, amount)
-        self._model.unknowns.set_local(at)
-        self._model.accept_step()
-        return self._model.state().history
+        """Internal variables once that end is accepted."""
+        with _applied(perturbation, amount):
+            self.lead(change, amount)
+            self._model.unknowns.set_local(self._here + amount * along)
+            self._model.refresh()
+            self._model.accept_step()
+            return self._model.state().history
+
+
+def _applied(perturbation: Perturbation | None, amount: float) -> AbstractContextManager[None]:
+    return nullcontext() if perturbation is None else perturbation.applied(amount)
+
+
+def _rate(there: np.ndarray, here: np.ndarray, amount: float) -> np.ndarray:
+    """Difference quotient; 0 where a pair came or went, at which nothing can be derived."""
+    if there.shape != here.shape or here.dtype.kind != "f":
+        return np.zeros(here.shape)
+    return np.asarray((there - here) / amount)

@@ -1,0 +1,54 @@
+"""How pairs take over the elastic displacement of points that stick."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from dolfingrip.mechanics.contact.tangential import Tangential
+
+HARDER = 10.0
+"""Growth of a normal force in a load step up to which a point remembers all. What grows less, as
+fingers' forces do, must not fade, or shorter steps would lead elsewhere."""
+
+TINY = np.finfo(float).tiny
+"""Keeps quotients of nothing by nothing from being no numbers."""
+
+
+def handed_on(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarray:
+    """(m, 3) elastic displacement (mm) of the pairs ``now``.
+
+    A pair keeps its own. A new one takes the mean of what its nodes remember, as the pair does
+    that a vertex makes when it slides on to the next triangle. Where the normal force grows more
+    than :data:`HARDER` times, memory fades: such a point had all but left, and a finger that is
+    pressed on its plate anew would feel how it last slid off.
+
+    Args:
+        start: pairs at the load step's start.
+        stuck: (n, 3) elastic displacement of them.
+        now: pairs in contact now.
+    """
+    known = {tuple(key): i for i, key in enumerate(start.keys.tolist())}
+    before = np.array([known.get(tuple(key), -1) for key in now.keys.tolist()], dtype=np.int64)
+    old, new = np.flatnonzero(before >= 0), np.flatnonzero(before < 0)
+    found, share = np.zeros((len(before), 3)), np.ones(len(before))
+    found[old] = stuck[before[old]]
+    share[old] = start.normal_N[before[old]] / now.normal_N[old]
+    if len(stuck) and len(new):
+        weights = abs(now.weights[new])
+        found[new] = _of_nodes(start, stuck, now.weights[new])
+        share[new] = weights @ start.pressed_N() / np.maximum(weights @ now.pressed_N(), TINY)
+    return np.asarray(found * np.minimum(HARDER * share, 1.0)[:, None])
+
+
+def _of_nodes(start: Tangential, stuck: np.ndarray, weights: sp.csr_matrix) -> np.ndarray:
+    """(j, 3) mean memory of the nodes of new pairs.
+
+    A node remembers the mean over its pairs, by normal force and by its part in them; with the sign
+    of that part, so that both sides of a contact remember the opposite.
+    """
+    part = start.pressed_N()
+    at_nodes = np.asarray(start.weights.T @ (start.normal_N[:, None] * stuck))
+    at_nodes /= np.maximum(part, TINY)[:, None]
+    size = abs(weights) @ (part > 0).astype(float)
+    return np.asarray(weights @ at_nodes) / np.maximum(size, TINY)[:, None]

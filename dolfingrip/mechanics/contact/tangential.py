@@ -1,0 +1,90 @@
+"""What friction needs to know of a normal contact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+import scipy.sparse as sp
+
+from dolfingrip.mechanics.contact.node_set import NodeSet
+
+
+@dataclass(frozen=True, slots=True)
+class Tangential:
+    """Pairs in contact at one displacement: how they move apart, and how hard they are pressed.
+
+    The same on all ranks. The tangent plane of a pair is given by its normal, and tangential
+    vectors have three components: so they can be taken from one plane to another.
+
+    Attributes:
+        weights: (m, k) of the nodes' displacements in the relative displacement of each pair.
+        normals: (m, 3) unit normals of the pairs.
+        normal_N: (m,) normal forces, positive.
+        keys: (m, q) identity of each pair, equal from step to step.
+    """
+
+    weights: sp.csr_matrix
+    normals: np.ndarray
+    normal_N: np.ndarray
+    keys: np.ndarray
+
+    @classmethod
+    def none(cls, nodes: int, width: int) -> Self:
+        """No pair among so many nodes, with keys of ``width`` numbers."""
+        empty = np.zeros((0, 3))
+        keys = np.zeros((0, width), dtype=np.int64)
+        return cls(sp.csr_matrix((0, nodes)), empty, np.zeros(0), keys)
+
+    def pressed_N(self) -> np.ndarray:
+        """(k,) sizes of the normal forces that each node takes part in."""
+        return np.asarray(abs(self.weights).T @ self.normal_N)
+
+    def pressing_N(self) -> np.ndarray:
+        """(k, 3) normal forces on the nodes."""
+        return np.asarray(self.weights.T @ (self.normal_N[:, None] * self.normals))
+
+    def flat(self, vectors: np.ndarray) -> np.ndarray:
+        """(m, 3) vectors of the pairs without their parts along the normals."""
+        along = np.einsum("ij,ij->i", vectors, self.normals)
+        return np.asarray(vectors - along[:, None] * self.normals)
+
+    def slip(self, moved: np.ndarray) -> np.ndarray:
+        """(m, 3) tangential relative displacements for (k, 3) displacements of the nodes."""
+        return self.flat(self.weights @ moved)
+
+    # -- as arrays, by which a state remembers it --------------------------------------------------
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All of it, by name."""
+        return {
+            "weights": self.weights.data,
+            "columns": self.weights.indices,
+            "starts": self.weights.indptr,
+            "normals": self.normals,
+            "normal_N": self.normal_N,
+            "keys": self.keys,
+        }
+
+    @classmethod
+    def of_arrays(cls, arrays: Mapping[str, np.ndarray], nodes: int) -> Self:
+        """The one that :meth:`arrays` gave, among so many nodes."""
+        normal_N = arrays["normal_N"]
+        parts = (arrays["weights"], arrays["columns"], arrays["starts"])
+        weights = sp.csr_matrix(parts, shape=(len(normal_N), nodes))
+        return cls(weights, arrays["normals"], normal_N, arrays["keys"])
+
+
+class Touching(Protocol):
+    """A normal contact that friction can act on."""
+
+    @property
+    def touching(self) -> NodeSet:
+        """Nodes that any of its pairs may move with."""
+        ...
+
+    def tangential(self, dofs: np.ndarray) -> Tangential:
+        """Its pairs at the displacement ``dofs``."""
+        ...
