@@ -80,7 +80,7 @@ class MovingSupport:
         self._all_dofs = np.concatenate([dofs for dofs, _ in parts])
         self._all_ways = np.concatenate([ways for _, ways in parts], axis=1)
 
-    def _apart(self, dofs: np.ndarray) -> np.ndarray:
+    def apart(self, dofs: np.ndarray) -> np.ndarray:
         """u_S − W a (mm) at the owned dofs that move."""
         values = np.array([number.value for number in self.numbers])
         return np.asarray(dofs[self.dofs] - values @ self._ways)
@@ -93,7 +93,7 @@ class MovingSupport:
             reactions: derivatives by all owned unknowns, supported ones included.
             gradient: where the rows of supported displacements are 0.
         """
-        apart = self._apart(dofs)
+        apart = self.apart(dofs)
         local = self._ways @ (reactions[self.dofs] - apart)
         for number, slope in zip(self.numbers, self._comm.allreduce(local, MPI.SUM), strict=True):
             gradient.add(number, float(slope))
