@@ -223,7 +223,8 @@ class Model:
 
     def refresh(self) -> bool:
         """Let all terms take anew what they hold, at the present state; whether any did."""
-        return any([term.refresh(self.u.x.array) for term in self.all_terms])
+        changed = [term.refresh(self.u.x.array) for term in self.all_terms]
+        return any(changed)
 
     def drift(self) -> float:
         """Largest relative change of what a term holds since it was taken."""
