@@ -43,16 +43,6 @@ ENOUGH = 0.3
 """Part of the work at the start of a step that may be left where a search ends."""
 
 
-CLOSE = 1e-3
-"""Part of its peak to which the residual falls before terms hold what they have."""
-
-DRIFTS = 0.03
-"""Relative change of what a term holds above which a converged state is solved for again."""
-
-AGAIN = 5
-"""How often in one solve."""
-
-
 class Verdict(Enum):
     """What a residual norm means."""
 
@@ -113,10 +103,11 @@ class Globalisation:
         self._recent: deque[float] = deque(maxlen=3)
         self._settled = False
         self._stagnates = False
-        self._falls = False
-        self._highest = 0.0
-        self._close = self._holds = False
-        self._repeats = 0
+
+    @property
+    def first_N(self) -> float:
+        """Force that the relative tolerance refers to: the residual where the load step starts."""
+        return self._scale_N or 0.0
 
     @property
     def _folds(self) -> bool:
@@ -143,14 +134,8 @@ class Globalisation:
             self._scale_N = norm
         if iteration <= EARLY:
             self._peak = max(self._peak, norm)
-        self._highest = max(self._highest, norm, self._scale_N)
-        self._close = norm <= CLOSE * self._highest
-        before = self._recent[-1] if self._recent else self._scale_N
-        self._falls = norm <= FALLING * before
         if self._short > PATIENCE or self._folds:
             return Verdict.STUCK
-        if self._repeats > AGAIN:
-            return Verdict.HOPELESS
         tolerance = self._settings.rtol * max(self._scale_N, scale)
         if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
             return Verdict.CONVERGED
@@ -166,24 +151,8 @@ class Globalisation:
             return Verdict.HOPELESS
         return Verdict.GO_ON
 
-    def refreshes(self, verdict: Verdict) -> bool:
-        """Whether terms are to take anew what they hold, at an iterate with ``verdict``.
-
-        In the first iterations, where the residual has just fallen: one that rises is that of an
-        overshoot, whose contact forces are many times too large. Then they hold what they have,
-        and Newton's method converges; lastly where that turns out to be of a state too far away.
-        """
-        if verdict is Verdict.GO_ON:
-            wanted = self._falls and not self._holds
-            self._holds |= self._close
-            return wanted
-        if verdict is Verdict.CONVERGED and self._model.drift() > DRIFTS:
-            self._repeats += 1
-            return True
-        return False
-
     def judge_anew(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
-        """As :meth:`judge` at the same iterate, once terms have taken anew what they hold."""
+        """As :meth:`judge` at the same iterate, once the potential has changed."""
         self._recent.clear()
         return self.judge(iteration, norm, scale)
 

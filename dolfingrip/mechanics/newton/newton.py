@@ -19,6 +19,7 @@ from dolfingrip.mechanics.newton.damping import Damping
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
+from dolfingrip.mechanics.newton.refreshing import Refreshing
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.numerics import Solver
 
@@ -103,6 +104,7 @@ class Newton:
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
         self._globalisation = Globalisation(model, settings, self._residual_along)
+        self._refreshing = Refreshing(model)
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
         self._condensation = None if model.p is None else Condensation(model)
         self._careful = False
@@ -190,10 +192,20 @@ class Newton:
     ) -> int:
         rules, scale = self._globalisation, self.model.scale_N()
         verdict = rules.judge(iteration, norms[2], scale)
-        if rules.refreshes(verdict) and self.model.refresh():
+        if self._takes_anew(verdict, norms[2]):
             self.model.assemble_equations(self._residual)  # which SNES goes on with
-            verdict = rules.judge_anew(iteration, float(self._residual.norm()), scale)
-        return REASON[verdict]
+            norm = float(self._residual.norm())
+            self._refreshing.done(norm)
+            verdict = rules.judge_anew(iteration, norm, scale)
+        return REASON[Verdict.HOPELESS if self._refreshing.lost else verdict]
+
+    def _takes_anew(self, verdict: Verdict, norm: float) -> bool:
+        """Let terms take anew what they hold where that is due; whether the potential changed."""
+        if verdict is Verdict.GO_ON:
+            due = self._refreshing.follows(norm, self._globalisation.first_N)
+        else:
+            due = verdict is Verdict.CONVERGED and self._refreshing.drifts()
+        return due and self.model.refresh()
 
     # -- solve ---------------------------------------------------------------------------------
 
@@ -255,6 +267,7 @@ class Newton:
     def _lead(self, careful: bool) -> None:
         """Prepare SNES for a careful solve, or a plain one."""
         self._careful = careful
+        self._refreshing.start()
         self._damping.start()
         solver = self._damping if careful else self._factors
         self._snes.getKSP().getPC().setPythonContext(solver)
