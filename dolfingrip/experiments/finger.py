@@ -93,8 +93,6 @@ def build(config: Config, domain: Domain, *, plate: bool) -> FingerModel:
         lambda strain: strain_energy(strain, p, mu, lmbda), site
     )
     terms += config.extensions.terms(site)
-    if sensor is not None:
-        terms.append(sensor.energy)
     numbers = list(site.unknowns.values())
     further: list[Term] = []
     if sensor is not None:

@@ -12,13 +12,16 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import plate as form
-from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.contact.density import TwoStage
+from dolfingrip.mechanics.contact.distance import Plane
+from dolfingrip.mechanics.contact.load import Load
+from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.unknowns import Number
 
 
-class RigidPlate(Term):
+class RigidPlate(RigidContact):
     """Plane n · x = offset on whose side n points the skin stays.
 
     The plane lies one barrier width behind the position that first feels the skin, so that a
@@ -35,11 +38,9 @@ class RigidPlate(Term):
         stiffness_MPa: barrier stiffness κ.
 
     Attributes:
-        energy: the UFL form of its potential.
         measure: of the part of the skin that may touch it.
-        reaction: that of the normal force on the meshed part, dΠ/d(offset).
-        offset: the plane's position along n (mm), a constant of the form.
-        number: the plane's position as an unknown, where it is one.
+        offset: the plane's position along n (mm), its pose's only coordinate.
+        reaction: the normal force on the meshed part, dΠ/d(offset), with its derivatives.
     """
 
     name: ClassVar[str] = "plate"
@@ -55,73 +56,64 @@ class RigidPlate(Term):
         width_mm: float,
         stiffness_MPa: float,
     ) -> None:
-        self.number: Number | None = None
-        self._u = u
-        self._copies = domain.copies
-        space, mesh = u.function_space, domain.mesh
-        facets = domain.facets(region)
+        mesh = domain.mesh
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-        nodes = fem.locate_dofs_topological(space, 2, facets)
-        self._nodes = nodes[nodes < space.dofmap.index_map.size_local]
-        self._rest = space.tabulate_dof_coordinates()[self._nodes] @ self.normal
+        self.offset = fem.Constant(mesh, PETSc.ScalarType(0.0))
+        along = np.concatenate([self.normal, np.zeros(3)])
+        pose = Pose([self.offset], along[:, None], np.zeros(SIX))
+        density = TwoStage(width_mm, stiffness_MPa)
+        super().__init__(u, domain, [region], Plane(tuple(self.normal)), pose, density)
+        self._u = u
+        self._rest = self.points.rest @ self.normal
         nearest = mesh.comm.allreduce(self._rest.min(initial=np.inf), MPI.MIN)
+        where_nothing_faces_it = 0.0
+        nearest = nearest if np.isfinite(nearest) else where_nothing_faces_it
+        self.offset.value = nearest - gap_mm - width_mm
         self.width_mm = width_mm
-        self.offset = fem.Constant(mesh, PETSc.ScalarType(nearest - gap_mm - width_mm))
+        self.measure = self.points.measure
+        self.reaction = Load(self, along)
+        self._facing = fem.Constant(mesh, self.normal)
+        self._barrier = [
+            fem.Constant(mesh, PETSc.ScalarType(value)) for value in (width_mm, stiffness_MPa)
+        ]
 
-        n = fem.Constant(mesh, self.normal)
-        facet = mesh.ufl_cell().facet_types()[0].cellname()
-        ds = domain.surface(region, **form.nodal_rule(facet, space.ufl_element().degree))
-        width = fem.Constant(mesh, PETSc.ScalarType(width_mm))
-        stiffness = fem.Constant(mesh, PETSc.ScalarType(stiffness_MPa))
-        self._facing = n
+    @property
+    def number(self) -> Number | None:
+        """The plane's position as an unknown, where it is one."""
+        return self.pose.numbers[0]
 
-        def density(u: Expr, offset: Expr) -> Expr:
-            return form.energy(form.distance(u, mesh, n, offset), width, stiffness)
+    @number.setter
+    def number(self, number: Number | None) -> None:
+        self.pose.numbers[0] = number
 
-        self._density = density
-        self.measure = ds
-        self.energy = density(u, self.offset) * ds
-        self.reaction = self.pressure(u, self.offset) * ds
-        self._reaction = fem.form(self.reaction, jit_options=jit.options())
+    # -- in UFL ----------------------------------------------------------------------------------
 
     def pressure(self, u: Expr, offset: Expr) -> Expr:
         """Contact pressure (MPa) on the skin displaced by ``u`` from a plane at ``offset``."""
         position = ufl.variable(offset)
-        return ufl.diff(self._density(u, position), position)
+        gap = form.distance(u, self._u.function_space.mesh, self._facing, position)
+        return ufl.diff(form.energy(gap, *self._barrier), position)
 
     def along(self, vector: Expr) -> Expr:
         """The part of ``vector`` that is tangential to the plane."""
         return vector - ufl.inner(vector, self._facing) * self._facing
 
+    # -- readings --------------------------------------------------------------------------------
+
     def force_N(self) -> float:
         """Normal force on the whole finger's plate."""
-        local = fem.assemble_scalar(self._reaction)
-        return float(self._copies * self._u.function_space.mesh.comm.allreduce(local))
+        return -float(self.load_N(self._u.x.array)[:3] @ self.normal)
 
     def gap_mm(self) -> float:
         """Smallest distance of the skin's nodes from the plane."""
-        gaps = self._distance(self._u.x.array)
-        smallest = gaps.min(initial=np.inf)
+        smallest = self.gaps_mm(self._u.x.array).min(initial=np.inf)
         return float(self._u.function_space.mesh.comm.allreduce(smallest, MPI.MIN))
 
     def offset_rate(self, velocity: fem.Function) -> float:
         """How fast the plane follows the nearest point as the reference points move (mm)."""
         moving = fem.Function(self._u.function_space)
         moving.interpolate(velocity)
-        rates = moving.x.array.reshape(-1, 3)[self._nodes] @ self.normal
+        rates = moving.x.array.reshape(-1, 3)[self.points.nodes] @ self.normal
         first = int(self._rest.argmin()) if len(self._rest) else None
         own = (np.inf, 0.0) if first is None else (self._rest[first], rates[first])
         return float(min(self._u.function_space.mesh.comm.allgather(own))[1])
-
-    def _distance(self, dofs: np.ndarray) -> np.ndarray:
-        moved = dofs.reshape(-1, 3)[self._nodes] @ self.normal
-        return self._rest + moved - float(self.offset.value)
-
-    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction of ``step`` that leaves each node a tenth of its distance."""
-        now = self._distance(dofs)
-        moved = step[: len(dofs)].reshape(-1, 3)[self._nodes] @ self.normal
-        approach = (0.0 if self.number is None else self.number.change(step)) - moved
-        closing = approach > 0
-        allowed = (0.9 * now[closing] / approach[closing]).min(initial=1.0)
-        return float(self._u.function_space.mesh.comm.allreduce(allowed, MPI.MIN))

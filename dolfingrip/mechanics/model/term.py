@@ -66,6 +66,15 @@ class Term:
             rate: N for each unit of the parameter.
         """
 
+    def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
+        """Add the derivative of the gradient by a constant that this term, not the forms, has.
+
+        Args:
+            dofs: displacement.
+            constant: of any term.
+            rate: N for each unit of the constant.
+        """
+
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """Second derivatives that elements integrate, by blocks of fields; () where none."""
         return ()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
+import numpy as np
 import ufl
-from dolfinx import fem
-from dolfinx.fem import petsc as fem_petsc
+from dolfinx import fem, la
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -31,6 +32,22 @@ class Direction:
     rates: Sequence[tuple[fem.Constant, float]] = ()
 
 
+class Output(Protocol):
+    """What is read off a model and is no form; of all derivatives this rank's part."""
+
+    def by_displacement(self, dofs: np.ndarray) -> np.ndarray:
+        """By the owned displacements, in the order of a vector."""
+        ...
+
+    def by_shape(self, dofs: np.ndarray, velocity: np.ndarray) -> float:
+        """As reference points move with a velocity of the displacement's nodes."""
+        ...
+
+    def by_constant(self, dofs: np.ndarray, constant: fem.Constant) -> float:
+        """By a constant; 0 where it has none such."""
+        ...
+
+
 class Adjoint:
     """Derivatives of one output of a model at its present state, which must be a solution.
 
@@ -41,27 +58,36 @@ class Adjoint:
 
     Args:
         model: led by its constants (pressure rather than volume).
-        output: UFL form of the meshed part's share of g.
+        output: the meshed part's share of g, as a UFL form or with its own derivatives.
     """
 
-    def __init__(self, model: Model, output: ufl.Form) -> None:
+    def __init__(self, model: Model, output: ufl.Form | Output) -> None:
         self._model = model
         space = model.u.function_space
         self._adjoint = fem.Function(space)
-        self._lagrangian = output - ufl.action(model.potential.gradient, self._adjoint)
-        test = ufl.TestFunction(space)
-        self._solve(fem.form(ufl.derivative(output, model.u, test), jit_options=jit.options()))
+        self._lagrangian = -ufl.action(model.potential.gradient, self._adjoint)
+        self._output: Output | None = None
+        if isinstance(output, ufl.Form):
+            self._lagrangian = output + self._lagrangian
+            slope = ufl.derivative(output, model.u, ufl.TestFunction(space))
+            vector = fem.assemble_vector(fem.form(slope, jit_options=jit.options()))
+            vector.scatter_reverse(la.InsertMode.add)
+            right = vector.array[: space.dofmap.index_map.size_local * space.dofmap.index_map_bs]
+        else:
+            self._output = output
+            right = output.by_displacement(model.u.x.array)
+        self._solve(right)
         self._moving: tuple[fem.Function, fem.Form] | None = None
 
-    def _solve(self, right: fem.Form) -> None:
+    def _solve(self, right: np.ndarray) -> None:
+        """λ from ∂g/∂u, the owned dofs'."""
         model = self._model
         if model.potential.carried is not None:
             model.potential.carried.reset()
         tangent = Tangent(model)  # of its own: Newton's may not change under it
         tangent.assemble()
-        load = fem_petsc.create_vector(right)
-        fem_petsc.assemble_vector(load, right)
-        load.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        load = model.unknowns.create_vector()
+        load.array[:] = right
         for bc in model.supports:
             dofs, owned = bc.dof_indices()
             load.array[dofs[:owned]] = 0.0
@@ -83,12 +109,9 @@ class Adjoint:
         if direction.velocity is not None:
             local += self._to_shape(direction.velocity)
         for constant, rate in direction.rates:
-            local += self._to_constant(constant, rate)
-        model = self._model
-        found = model.comm.allreduce(local, MPI.SUM)
-        if direction.velocity is not None:
-            found -= self._through_terms(direction.velocity)
-        return float(model.domain.copies * found)
+            local += rate * self._to_constant(constant)
+        found = self._model.comm.allreduce(local, MPI.SUM)
+        return float(self._model.domain.copies * found)
 
     def _to_shape(self, velocity: fem.Function) -> float:
         if self._moving is None:
@@ -98,23 +121,33 @@ class Adjoint:
             self._moving = field, fem.form(form, jit_options=jit.options())
         field, compiled = self._moving
         field.x.array[:] = velocity.x.array
-        return float(fem.assemble_scalar(compiled))
-
-    def _to_constant(self, constant: fem.Constant, rate: float) -> float:
-        # UFL derives by functions only: a piecewise constant one takes the constant's place
-        space = fem.functionspace(self._model.domain.mesh, ("DG", 0))
-        value, change = fem.Function(space), fem.Function(space)
-        value.x.array[:], change.x.array[:] = constant.value, rate
-        form = ufl.derivative(ufl.replace(self._lagrangian, {constant: value}), value, change)
-        return float(fem.assemble_scalar(fem.form(form, jit_options=jit.options())))
-
-    def _through_terms(self, velocity: fem.Function) -> float:
-        """λ·∂R/∂m of the terms beside the potential, the same on all ranks."""
         model = self._model
-        moving = fem.Function(model.u.function_space)
+        dofs, moving = model.u.x.array, fem.Function(model.u.function_space)
         moving.interpolate(velocity)
         rates = Gradient(model.unknowns)
         for term in model.terms:
-            term.add_gradient_rate(model.u.x.array, moving.x.array, rates)
-        own = self._adjoint.x.array[: rates.fields[0].size] @ rates.fields[0]
-        return float(model.comm.allreduce(own, MPI.SUM))
+            term.add_gradient_rate(dofs, moving.x.array, rates)
+        found = float(fem.assemble_scalar(compiled)) - self._through(rates)
+        return found + (self._output.by_shape(dofs, moving.x.array) if self._output else 0.0)
+
+    def _to_constant(self, constant: fem.Constant) -> float:
+        dofs = self._model.u.x.array
+        rates = Gradient(self._model.unknowns)
+        for term in self._model.terms:
+            term.add_constant_rate(dofs, constant, rates)
+        found = self._form_to_constant(constant) - self._through(rates)
+        return found + (self._output.by_constant(dofs, constant) if self._output else 0.0)
+
+    def _form_to_constant(self, constant: fem.Constant) -> float:
+        if constant not in self._lagrangian.constants():
+            return 0.0
+        # UFL derives by functions only: a piecewise constant one takes the constant's place
+        space = fem.functionspace(self._model.domain.mesh, ("DG", 0))
+        value, change = fem.Function(space), fem.Function(space)
+        value.x.array[:], change.x.array[:] = constant.value, 1.0
+        form = ufl.derivative(ufl.replace(self._lagrangian, {constant: value}), value, change)
+        return float(fem.assemble_scalar(fem.form(form, jit_options=jit.options())))
+
+    def _through(self, rates: Gradient) -> float:
+        """λ·∂R/∂m of the terms beside the potential, this rank's part."""
+        return float(self._adjoint.x.array[: rates.fields[0].size] @ rates.fields[0])
