@@ -70,7 +70,7 @@ class FingerModel:
             rest: displacement at rest (local array, mm), from which the plate's gap counts.
         """
         if self.plate is not None:
-            self.plate.pose(normal_of(config.plate), config.plate.gap_mm, rest)
+            self.plate.turn(normal_of(config.plate), config.plate.gap_mm, rest)
         if self.supply is not None:
             self.supply.stages = config.extensions.active("outlet_kPa")
 
@@ -138,8 +138,6 @@ def build(
         lambda strain: strain_energy(strain, p, mu, lmbda), site
     )
     terms += [*config.extensions.terms(site), *loads(site)]
-    if sensor is not None:
-        terms.append(sensor.energy)
     numbers = list(site.unknowns.values())
     if sensor is not None:
         sensor.number = next((n for n in numbers if n.constant is sensor.offset), None)

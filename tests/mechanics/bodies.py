@@ -13,7 +13,6 @@ import basix.ufl
 import numpy as np
 import ufl
 from dolfinx import fem, mesh
-from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -24,6 +23,7 @@ from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.mechanics.newton.tangent import Tangent
 
 REGIONS = ("cavity", "clamp", "skin", "tip", "symmetry", "facing plate")
 FORCE_DEGREE = {1: 2, 2: 5}
@@ -144,12 +144,12 @@ class Body:
         return self.model.reactions()
 
     def tangent(self) -> PETSc.Mat:
-        """Hessian of the UFL energies (N/mm) without supports, fresh carried stress."""
+        """Hessian of all energies (N/mm), fresh carried stress; 1 where something supports."""
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
-        matrix = fem_petsc.assemble_matrix(self.model.potential.tangent)
-        matrix.assemble()
-        return matrix
+        tangent = Tangent(self.model)
+        tangent.assemble()
+        return tangent.matrix
 
 
 def body(
@@ -194,7 +194,6 @@ def body(
         [
             cavity_pressure.energy(u, solid.mesh, pressure) * cavity,
             gravity.energy(u, force) * dx,
-            plate.energy,
         ],
         carried=carried,
     )

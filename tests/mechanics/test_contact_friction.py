@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from dolfinx import fem
 from mechanics import bodies, taylor
-from mechanics.stacks import PUSH, is_upper, stacked
+from mechanics.stacks import PUSH, TOP, WIDTH, is_upper, stacked
 from petsc4py import PETSc
 
+from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.newton import Newton

@@ -151,7 +151,7 @@ class Friction(Term):
         """Add the derivatives (N) by the nodes that this rank owns."""
         self._nodes.add_owned(self.forces_N(dofs), gradient.at_nodes)
 
-    def add_gradient_by(self, constant: fem.Constant, dofs: np.ndarray, rate: Gradient) -> None:
+    def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
         """Add the gradient's derivative by μ, of which it is a multiple."""
         if constant is self.coefficient:
             forces = self._at_nodes(self._held.normal_N, dofs)

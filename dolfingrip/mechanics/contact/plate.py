@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
 import ufl
-from dolfinx import fem, la
+from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
-from ufl.core.expr import Expr
 
-from dolfingrip.forms import plate as form
+from dolfingrip.mechanics.contact.density import TwoStage
+from dolfingrip.mechanics.contact.distance import Plane
+from dolfingrip.mechanics.contact.load import Load
 from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Tangential
-from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.unknowns import Number
 
 AWAY_mm = 1e4
 """How far from a finger a plate is that is not there."""
 
 
-class RigidPlate(Term):
+class RigidPlate(RigidContact):
     """Plane n · x = offset on whose side n points the skin stays.
 
     The plane lies one barrier width behind the position that first feels the skin, so that a
@@ -43,11 +43,9 @@ class RigidPlate(Term):
         stiffness_MPa: barrier stiffness κ.
 
     Attributes:
-        energy: the UFL form of its potential.
-        reaction: that of the normal force on the meshed part, dΠ/d(offset).
-        offset: the plane's position along n (mm), a constant of the form.
+        normal: (3,) of length 1, towards the finger.
+        offset: the plane's position along n (mm), its pose's only coordinate.
         unloaded: constant: the position at which a plate that gives way stands without force (mm).
-        number: the plane's position as an unknown, where it is one.
     """
 
     name: ClassVar[str] = "plate"
@@ -63,63 +61,50 @@ class RigidPlate(Term):
         width_mm: float,
         stiffness_MPa: float,
     ) -> None:
-        self.number: Number | None = None
-        self._u = u
-        self._copies = domain.copies
-        space, mesh = u.function_space, domain.mesh
-        facets = domain.facets(region)
+        mesh = domain.mesh
+        self.offset, self.unloaded = (fem.Constant(mesh, PETSc.ScalarType(0.0)) for _ in range(2))
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-        nodes = fem.locate_dofs_topological(space, 2, facets)
-        self._nodes = nodes[nodes < space.dofmap.index_map.size_local]
-        self._coordinates = space.tabulate_dof_coordinates()[self._nodes].copy()
-        self._now = self._coordinates
-        self._rest = self._now @ self.normal
+        density = TwoStage(width_mm, stiffness_MPa)
+        shape, pose = Plane(tuple(self.normal)), Pose([self.offset], self._motion, np.zeros(SIX))
+        super().__init__(u, domain, [region], shape, pose, density)
         self.width_mm = width_mm
+        self._u = u
         self._gap_mm = gap_mm
         self._away = False
-        place = PETSc.ScalarType(self.place_mm())
-        self.offset, self.unloaded = fem.Constant(mesh, place), fem.Constant(mesh, place)
+        self.put()
 
-        self._facing = n = fem.Constant(mesh, self.normal)
-        facet = mesh.ufl_cell().facet_types()[0].cellname()
-        ds = domain.surface(region, **form.nodal_rule(facet, space.ufl_element().degree))
-        width = fem.Constant(mesh, PETSc.ScalarType(width_mm))
-        stiffness = fem.Constant(mesh, PETSc.ScalarType(stiffness_MPa))
+    @property
+    def _motion(self) -> np.ndarray:
+        """(6,) motion of the pose along the normal."""
+        return np.concatenate([self.normal, np.zeros(3)])
 
-        def density(offset: Expr) -> Expr:
-            return form.energy(form.distance(u, mesh, n, offset), width, stiffness)
+    @property
+    def number(self) -> Number | None:
+        """The plane's position as an unknown, where it is one."""
+        return self.pose.numbers[0]
 
-        position = ufl.variable(self.offset)
-        self.energy = density(self.offset) * ds
-        pressure = ufl.diff(density(position), position)
-        self.reaction = pressure * ds
-        self._reaction = fem.form(self.reaction, jit_options=jit.options())
-        self._share: Callable[[Expr], ufl.Form] = lambda test: pressure * ufl.inner(n, test) * ds
+    @number.setter
+    def number(self, number: Number | None) -> None:
+        self.pose.numbers[0] = number
 
     # -- for friction ----------------------------------------------------------------------------
 
     @cached_property
     def touching(self) -> NodeSet:
         """Nodes of the skin that may touch the plane."""
-        space = self._u.function_space
-        own = space.dofmap.index_map.local_to_global(self._nodes.astype(np.int32))
-        return NodeSet(space, np.unique(np.concatenate(space.mesh.comm.allgather(own))))
-
-    @cached_property
-    def _shares(self) -> fem.Form:
-        """The reaction's shares of the nodes, along the normal."""
-        test = ufl.TestFunction(self._u.function_space)
-        return fem.form(self._share(test), jit_options=jit.options())
+        own = self.points.first + self.points.nodes.astype(np.int64)
+        every = np.unique(np.concatenate(self._comm.allgather(own)))
+        return NodeSet(self._u.function_space, every)
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
-        """Nodes that touch the plane, with their shares of the reaction.
+        """Nodes that touch the plane, with their shares of its force.
 
-        The reaction is integrated at the nodes, so that a share is the pressure there by the
-        node's area, and they sum to the reaction. The plane moves along its normal alone.
+        The plane moves along its normal alone.
         """
-        shares = fem.assemble_vector(self._shares)
-        shares.scatter_reverse(la.InsertMode.add)
-        normal_N = self.touching.at_nodes(shares.array) @ self.normal
+        near = self._near(dofs)
+        shares = np.zeros((self.points.owned, 3))
+        shares[self.points.nodes[near.rows]] = -near.forces
+        normal_N = self.touching.at_nodes(shares.ravel()) @ self.normal
         pressed = np.flatnonzero(normal_N > 0)
         return Tangential(
             sp.eye_array(len(normal_N), format="csr")[pressed],
@@ -128,18 +113,26 @@ class RigidPlate(Term):
             self.touching.nodes[pressed, None],
         )
 
-    # -- as a sensor -----------------------------------------------------------------------------
+    @property
+    def measure(self) -> ufl.Measure:
+        """Of the part of the skin that may touch it, integrated at the nodes."""
+        return self.points.measure
+
+    # -- readings --------------------------------------------------------------------------------
+
+    @property
+    def reaction(self) -> Load:
+        """The normal force on the meshed part, dΠ/d(offset), with its derivatives."""
+        return Load(self, self._motion)
 
     def force_N(self) -> float:
         """Normal force on the whole finger's plate."""
-        local = fem.assemble_scalar(self._reaction)
-        return float(self._copies * self._u.function_space.mesh.comm.allreduce(local))
+        return -float(self.load_N(self._u.x.array)[:3] @ self.normal)
 
     def gap_mm(self) -> float:
         """Smallest distance of the skin's nodes from the plane."""
-        gaps = self._distance(self._u.x.array)
-        smallest = gaps.min(initial=np.inf)
-        return float(self._u.function_space.mesh.comm.allreduce(smallest, MPI.MIN))
+        smallest = self.gaps_mm(self._u.x.array).min(initial=np.inf)
+        return float(self._comm.allreduce(smallest, MPI.MIN))
 
     # -- where it is put -------------------------------------------------------------------------
 
@@ -153,18 +146,35 @@ class RigidPlate(Term):
         self.put(self.place_mm() - AWAY_mm)
         self._away = True
 
-    def place_mm(self) -> float:
-        """Position along n at the gap from the present pose."""
-        along = self._along().min(initial=np.inf)
-        nearest = float(self._u.function_space.mesh.comm.allreduce(along, MPI.MIN))
+    def turn(self, normal: np.ndarray, gap_mm: float, dofs: np.ndarray) -> None:
+        """Give the plate another normal, and a gap from the skin displaced by ``dofs``.
+
+        A place that is solved for stays: its spring's end moves. A plate that is away stays so.
+        """
+        self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
+        self.shape = Plane(tuple(self.normal))
+        self.pose = Pose([self.offset], self._motion, np.zeros(SIX), self.pose.numbers)
+        self._gap_mm = gap_mm
+        if self._away:
+            return
+        self.unloaded.value = self.place_mm(dofs)
+        if self.number is None:
+            self.offset.value = self.unloaded.value
+
+    def place_mm(self, dofs: np.ndarray | None = None) -> float:
+        """Position along n at the gap from the present pose, or that of a displacement."""
+        along = self._along(self._u.x.array if dofs is None else dofs).min(initial=np.inf)
+        nearest = float(self._comm.allreduce(along, MPI.MIN))
+        where_nothing_faces_it = 0.0
+        nearest = nearest if np.isfinite(nearest) else where_nothing_faces_it
         return nearest - self._gap_mm - self.width_mm
 
     def nearest_node(self) -> int | None:
         """This rank's node that is nearest to the plate; None where another rank has it."""
-        along = self._along()
-        own = float(along.min(initial=np.inf)), self._u.function_space.mesh.comm.rank
-        first = min(self._u.function_space.mesh.comm.allgather(own))
-        return int(self._nodes[along.argmin()]) if first == own else None
+        along = self._along(self._u.x.array)
+        own = float(along.min(initial=np.inf)), self._comm.rank
+        first = min(self._comm.allgather(own))
+        return int(self.points.nodes[along.argmin()]) if first == own else None
 
     def place_rate(self, velocity: fem.Function) -> float:
         """How fast :meth:`place_mm` follows as the reference points move (mm)."""
@@ -172,46 +182,8 @@ class RigidPlate(Term):
         moving.interpolate(velocity)
         node = self.nearest_node()
         own = 0.0 if node is None else float(moving.x.array.reshape(-1, 3)[node] @ self.normal)
-        return float(self._u.function_space.mesh.comm.allreduce(own, MPI.SUM))
+        return float(self._comm.allreduce(own, MPI.SUM))
 
-    def _along(self) -> np.ndarray:
+    def _along(self, dofs: np.ndarray) -> np.ndarray:
         """Positions of the nodes that may touch, along n (mm)."""
-        return self._rest + self._u.x.array.reshape(-1, 3)[self._nodes] @ self.normal
-
-    def move_reference(self, change: np.ndarray | None) -> None:
-        """Take the facing nodes to be moved by ``change`` (local array, mm); None: put back."""
-        self._now = self._coordinates
-        if change is not None:
-            self._now = self._now + change.reshape(-1, 3)[self._nodes]
-        self._rest = self._now @ self.normal
-
-    def pose(self, normal: np.ndarray, gap_mm: float, dofs: np.ndarray) -> None:
-        """Turn the plate and put it at a gap from the skin displaced by ``dofs``.
-
-        A place that is solved for stays: its spring's end moves. A plate that is away stays so.
-        """
-        self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
-        self._facing.value[:] = self.normal
-        self._rest = self._now @ self.normal
-        self._gap_mm = gap_mm
-        if self._away:
-            return
-        along = self._rest + dofs.reshape(-1, 3)[self._nodes] @ self.normal
-        comm = self._u.function_space.mesh.comm
-        nearest = comm.allreduce(along.min(initial=np.inf), MPI.MIN)
-        self.unloaded.value = nearest - gap_mm - self.width_mm
-        if self.number is None:
-            self.offset.value = self.unloaded.value
-
-    def _distance(self, dofs: np.ndarray) -> np.ndarray:
-        moved = dofs.reshape(-1, 3)[self._nodes] @ self.normal
-        return self._rest + moved - float(self.offset.value)
-
-    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction of ``step`` that leaves each node a tenth of its distance."""
-        now = self._distance(dofs)
-        moved = step[: len(dofs)].reshape(-1, 3)[self._nodes] @ self.normal
-        approach = (0.0 if self.number is None else self.number.change(step)) - moved
-        closing = approach > 0
-        allowed = (0.9 * now[closing] / approach[closing]).min(initial=1.0)
-        return float(self._u.function_space.mesh.comm.allreduce(allowed, MPI.MIN))
+        return np.asarray(self.points.positions(dofs) @ self.normal)

@@ -90,6 +90,7 @@ class RigidContact(Term):
         self.density = density
         self._comm = u.function_space.mesh.comm
         self._copies = domain.copies
+        self._unmoved: SkinPoints | None = None
 
     # -- geometry --------------------------------------------------------------------------------
 
@@ -182,19 +183,56 @@ class RigidContact(Term):
             found += self.pose.coupling(self.points.first, flat, self._sum(within))
         return found
 
+    # -- derivatives by what is given ------------------------------------------------------------
+
     def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
         """Add what moving reference points change, their areas included."""
+        at_nodes, by_pose = self.shape_rates(dofs, velocity)
+        rate.at_nodes[:] += at_nodes
+        if self.pose.free:
+            self.pose.add_slopes(self._sum(by_pose), rate)
+
+    def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
+        """Add the derivative of the gradient by one of the pose's coordinates."""
+        along = self.pose.rate(constant)
+        if along.any():
+            rate.at_nodes[:] += self.pose_rate(dofs, along)
+            self.pose.add_slopes(self._sum(self.pose_curvature(dofs)) @ along, rate)
+
+    def shape_rates(self, dofs: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Change of the gradient at owned nodes (n, 3) and this rank's by the pose (6,).
+
+        Args:
+            dofs: displacement.
+            velocity: of the displacement's reference nodes (mm for each unit of a parameter).
+        """
         near = self._near(dofs)
         at_points, with_pose, _ = self._curvatures(near, convex=False)
         moving = velocity.reshape(-1, NODE)[self.points.nodes[near.rows]]
-        stretch = self.points.area_rates(velocity)[near.rows] / near.areas
-        grown = near._replace(areas=near.areas * stretch)  # all is linear in the areas
-        slopes, by_pose = self._slopes(grown)
-        slopes = slopes + np.einsum("nij,nj->ni", at_points, moving)
-        rate.at_nodes[self.points.nodes[near.rows]] += slopes
-        if self.pose.free:
-            by_pose = by_pose + np.einsum("nik,ni->k", with_pose, moving)
-            self.pose.add_slopes(self._sum(by_pose), rate)
+        grown = near._replace(areas=self.points.area_rates(velocity)[near.rows])
+        slopes, by_pose = self._slopes(grown)  # linear in the areas
+        at_nodes = np.zeros((self.points.owned, NODE))
+        at_nodes[self.points.nodes[near.rows]] = slopes + np.einsum("nij,nj->ni", at_points, moving)
+        return at_nodes, by_pose + np.einsum("nik,ni->k", with_pose, moving)
+
+    def pose_rate(self, dofs: np.ndarray, motion: np.ndarray) -> np.ndarray:
+        """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
+        near = self._near(dofs)
+        found = np.zeros((self.points.owned, NODE))
+        found[self.points.nodes[near.rows]] = self._curvatures(near, convex=False)[1] @ motion
+        return found
+
+    def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
+        """(6, 6) this rank's part of the second derivatives by the pose."""
+        return self._curvatures(self._near(dofs), convex=False)[2]
+
+    def move_reference(self, change: np.ndarray | None) -> None:
+        """Take the points to be moved by ``change`` (local array, mm); None: put back."""
+        if self._unmoved is None:
+            self._unmoved = self.points
+        self.points = self._unmoved if change is None else self._unmoved.moved(change)
+        if change is None:
+            self._unmoved = None
 
     # -- bounds ----------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 import ufl
@@ -68,6 +69,13 @@ class SkinPoints:
         field, rate = self._rate
         field.x.array[:] = velocity
         return self._assembled(rate)[self.nodes]
+
+    def moved(self, change: np.ndarray) -> SkinPoints:
+        """The same points where the reference nodes are moved a little by ``change`` (mm)."""
+        other = copy(self)
+        other.rest = self.rest + change.reshape(-1, NODE)[self.nodes]
+        other.areas = self.areas + self.area_rates(change)
+        return other
 
     def _assembled(self, integral: fem.Form) -> np.ndarray:
         """First components at the owned nodes."""

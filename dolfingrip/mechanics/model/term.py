@@ -69,8 +69,14 @@ class Term:
     def move_reference(self, change: np.ndarray | None) -> None:
         """Take the reference nodes to be moved by ``change`` (local array, mm); None: put back."""
 
-    def add_gradient_by(self, constant: fem.Constant, dofs: np.ndarray, rate: Gradient) -> None:
-        """Add the gradient's derivative by ``constant``, one of this term's, to ``rate``."""
+    def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
+        """Add the derivative of the gradient by a constant that this term, not the forms, has.
+
+        Args:
+            dofs: displacement.
+            constant: of any term.
+            rate: N for each unit of the constant.
+        """
 
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """Second derivatives that elements integrate, by blocks of fields; () where none."""

@@ -141,7 +141,8 @@ class Tangent:
             pairs = np.unique((hessian.row // 3).astype(np.int64) * count + hessian.col // 3)
             row, column = np.divmod(pairs, count)
             row, column = nodes[row], nodes[column]
-            owned = (row >= self._first) & (row < self._first + self._rows)
+            # every node is coupled with itself by its elements
+            owned = (row >= self._first) & (row < self._first + self._rows) & (row != column)
             found.append(self._keys(row[owned], column[owned]))
         known = np.unique(np.concatenate(found))
         new = known.size > self._known.size

@@ -3,20 +3,45 @@
 from __future__ import annotations
 
 import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
 
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
-from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.reading import Reading
 
 
-class PlateForce(Integral):
+class PlateForce(Reading):
     """Normal force on the whole finger's plate (N)."""
 
     def __init__(self, model: Model, plate: RigidPlate) -> None:
-        super().__init__(model, "force_N", plate.reaction)
+        super().__init__(model, "force_N")
+        self._plate = plate
+
+    def value(self) -> float:
+        return self._plate.force_N()
+
+    def gradient(self) -> np.ndarray:
+        found, load = Gradient(self.model.unknowns), self._plate.reaction
+        dofs, copies = self.model.u.x.array, self.model.domain.copies
+        found.fields[0][:] = copies * load.by_displacement(dofs)
+        for number in self.model.unknowns.numbers:
+            found.add(number, copies * self._sum(load.by_constant(dofs, number.constant)))
+        return found.array
+
+    def by_direction(self, direction: Direction) -> float:
+        load, dofs = self._plate.reaction, self.model.u.x.array
+        own = sum(rate * load.by_constant(dofs, constant) for constant, rate in direction.rates)
+        if direction.velocity is not None:
+            moving = fem.Function(self.model.u.function_space)
+            moving.interpolate(direction.velocity)
+            own += load.by_shape(dofs, moving.x.array)
+        return self.model.domain.copies * self._sum(own)
+
+    def _sum(self, own: float) -> float:
+        return float(self.model.comm.allreduce(own, MPI.SUM))
 
 
 class PlateGap(Reading):

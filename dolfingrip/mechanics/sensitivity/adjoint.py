@@ -63,18 +63,25 @@ class Adjoint:
 
     def derivative(self, direction: Direction) -> float:
         """dg/dm along a direction, in the reading's unit for each unit of the parameter."""
-        local = 0.0
+        model = self._model
+        local, rates = 0.0, Gradient(model.unknowns)
         if direction.velocity is not None:
             local += self._to_shape(direction.velocity)
+            moving = fem.Function(model.u.function_space)
+            moving.interpolate(direction.velocity)
+            for term in model.terms:
+                term.add_gradient_rate(model.u.x.array, moving.x.array, rates)
         for constant, rate in direction.rates:
-            local += self._to_constant(constant, rate)
-        model = self._model
-        found = model.comm.allreduce(local, MPI.SUM)
-        if direction.velocity is not None:
-            found += self._through_terms(direction.velocity)
-        return self._reading.by_direction(direction) - float(found)
+            local += rate * self._to_constant(constant)
+            by_constant = Gradient(model.unknowns)
+            for term in model.terms:
+                term.add_constant_rate(model.u.x.array, constant, by_constant)
+            rates.array += rate * by_constant.array
+        local += float(self._adjoint.x.array[: rates.fields[0].size] @ rates.fields[0])
+        return self._reading.by_direction(direction) - float(model.comm.allreduce(local, MPI.SUM))
 
     def _to_shape(self, velocity: fem.Function) -> float:
+        """This rank's part of λ·∂R/∂m of the forms, as the mesh moves."""
         if self._moving is None:
             field = fem.Function(velocity.function_space)
             x = ufl.SpatialCoordinate(self._model.domain.mesh)
@@ -84,21 +91,13 @@ class Adjoint:
         field.x.array[:] = velocity.x.array
         return float(fem.assemble_scalar(compiled))
 
-    def _to_constant(self, constant: fem.Constant, rate: float) -> float:
+    def _to_constant(self, constant: fem.Constant) -> float:
+        """This rank's part of λ·∂R/∂m of the forms; 0 of a constant that they do not contain."""
+        if constant not in self._work.constants():
+            return 0.0
         # UFL derives by functions only: a piecewise constant one takes the constant's place
         space = fem.functionspace(self._model.domain.mesh, ("DG", 0))
         value, change = fem.Function(space), fem.Function(space)
-        value.x.array[:], change.x.array[:] = constant.value, rate
+        value.x.array[:], change.x.array[:] = constant.value, 1.0
         form = ufl.derivative(ufl.replace(self._work, {constant: value}), value, change)
         return float(fem.assemble_scalar(fem.form(form, jit_options=jit.options())))
-
-    def _through_terms(self, velocity: fem.Function) -> float:
-        """λ·∂R/∂m of the terms beside the potential, the same on all ranks."""
-        model = self._model
-        moving = fem.Function(model.u.function_space)
-        moving.interpolate(velocity)
-        rates = Gradient(model.unknowns)
-        for term in model.terms:
-            term.add_gradient_rate(model.u.x.array, moving.x.array, rates)
-        own = self._adjoint.x.array[: rates.fields[0].size] @ rates.fields[0]
-        return float(model.comm.allreduce(own, MPI.SUM))

@@ -1,0 +1,44 @@
+"""A force between a surface and a rigid body as an output: its value and its derivatives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from dolfinx import fem
+
+if TYPE_CHECKING:
+    from dolfingrip.mechanics.contact.rigid import RigidContact
+
+
+class Load:
+    """g = e · ∂Π/∂q: what it takes to hold the rigid body along a motion e of its pose q.
+
+    The meshed part's share; of each derivative this rank's.
+
+    Args:
+        contact: with the body.
+        motion: (6,) e: the force along n for (n, 0).
+    """
+
+    def __init__(self, contact: RigidContact, motion: np.ndarray) -> None:
+        self._contact = contact
+        self._motion = np.asarray(motion, dtype=float)
+
+    def by_displacement(self, dofs: np.ndarray) -> np.ndarray:
+        """Derivatives by the owned displacements, in the order of a vector."""
+        return self._contact.pose_rate(dofs, self._motion).ravel()
+
+    def by_shape(self, dofs: np.ndarray, velocity: np.ndarray) -> float:
+        """Change as reference points move, displacements held fast.
+
+        Args:
+            dofs: displacement.
+            velocity: of the displacement's nodes.
+        """
+        return float(self._contact.shape_rates(dofs, velocity)[1] @ self._motion)
+
+    def by_constant(self, dofs: np.ndarray, constant: fem.Constant) -> float:
+        """Derivative by one of the pose's coordinates; 0 by any other constant."""
+        rate = self._contact.pose.rate(constant)
+        return float(self._motion @ self._contact.pose_curvature(dofs) @ rate)
