@@ -21,6 +21,8 @@ SHORT = (
 )
 """A quarter of the bellows and of the cost."""
 
+SELF = MPI.COMM_SELF
+
 
 def coarse(*overrides: str) -> config.Config:
     """The reference finger, coarsely meshed."""

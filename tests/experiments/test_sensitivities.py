@@ -1,0 +1,170 @@
+"""Forward sensitivities against differences of whole runs.
+
+A random direction in the space of all parameters of a case is as good as each by itself: a wrong
+derivative by any of them shows. ``benchmarks/sensitivities.csv`` has the errors one by one, of more
+effects. The runs that are subtracted move the mesh as the derivative does and take the same steps.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from experiments import small
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))
+
+from benchmarks import sensitivities
+from dolfingrip import config
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments import run
+from dolfingrip.experiments.sensitivities import chosen
+from dolfingrip.parameter import Entry, Parameter, every, find
+
+SEED = 17
+ELASTIC, LASTING = 1e-5, 1e-3
+"""Errors allowed, as parts of the readings' scales."""
+
+
+def settings(*overrides: str) -> Config:
+    """A short finger, solved to rounding."""
+    return config.load(None, [*sensitivities.SHORT, *overrides])
+
+
+def direction(parameters: list[Parameter], *, forwards: bool = False) -> dict[Parameter, float]:
+    """A random change of all parameters, of a third of their scales at most."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    low = 0.1 if forwards else -1.0
+    return {each: 0.3 * each.scale * float(rng.uniform(low, 1.0)) for each in parameters}
+
+
+def along(
+    slopes: list[dict[str, int | float | str]], way: Mapping[Parameter, float]
+) -> list[dict[str, float]]:
+    """Rows of the derivatives in a direction."""
+    parts = [sensitivities.by_parameter(slopes, p.key, rate) for p, rate in way.items()]
+    return [
+        {name: sum(part[i][name] for part in parts) for name in row}
+        for i, row in enumerate(parts[0])
+    ]
+
+
+@pytest.mark.parametrize(
+    ("experiment", "overrides", "allowed"),
+    [
+        ("bending", ("gravity.acceleration_m_s2=9.81", "gravity.direction=[-0.6, 0, 0.8]",
+                     "experiment.max_pressure_kPa=50", *sensitivities.INSTRUMENTS[:3]), ELASTIC),
+        ("blocked_force", (*sensitivities.BLOCKED, *sensitivities.COMPLIANT), ELASTIC),
+        ("bending", ("extensions.prony={}", "extensions.line_lag={}", *sensitivities.CYCLES),
+         LASTING),
+        ("blocked_force", ("extensions.plate_friction={}", "plate.tilt_deg=5",
+                           *sensitivities.CYCLES), LASTING),
+    ],
+    ids=["hanging", "bellows touch", "viscous cycles", "frictional cycles"],
+)  # fmt: skip
+def test_all_parameters(experiment: str, overrides: tuple[str, ...], allowed: float) -> None:
+    at = settings(*overrides)
+    parameters = chosen(at, None)
+    base, slopes = sensitivities.derivatives(experiment, at, parameters)
+    way = direction(parameters)
+    found = along(slopes, way)
+    # the scale of a direction of so many parameters is that of their number's root
+    scale = 0.3 * np.sqrt(len(parameters) / 3)
+    worst, column = sensitivities.error(base, found, sensitivities.difference(experiment, at, way))
+    print("largest error", worst / scale, column, "of", len(parameters), "parameters")
+    assert worst / scale < allowed
+
+
+def test_derivatives_where_effects_do_nothing_are_those_of_starting_them() -> None:
+    """At neutral values the derivative is finite and not 0; one-sided differences of second order.
+
+    The steps are a hundredth of the priors' spreads, whose curvature leaves 1e-4.
+    """
+    neutral = (
+        "extensions.gent.inverse_J_m=0", "extensions.mooney_rivlin.C01_MPa=0",
+        "extensions.line_lag.tau_s=0", "extensions.prony.g=[0]",
+        "extensions.pressure_offset.offset_kPa=0", "extensions.angle_gain.gain=1",
+        "experiment.max_pressure_kPa=50", "experiment.unload=true",
+    )  # fmt: skip
+    at = settings(*neutral)
+    keys = [text.partition("=")[0] for text in neutral[:6]]
+    parameters = find(at, keys)
+    base, slopes = sensitivities.derivatives("bending", at, parameters)
+    for parameter in parameters:
+        step = 0.01 * parameter.scale
+        runs = [
+            sensitivities.rows("bending", at, parameter.at(at, parameter.value(at) + k * step))
+            for k in (1, 2)
+        ]
+        found = sensitivities.by_parameter(slopes, parameter.key, 1.0)
+        expected = [
+            (-1.5 * row["angle_deg"] + 2 * a["angle_deg"] - 0.5 * b["angle_deg"]) / step
+            for row, a, b in zip(base, *runs, strict=True)
+        ]
+        angles = np.array([row["angle_deg"] for row in found])
+        print(parameter.key, angles, expected)
+        largest = np.abs(expected).max()
+        assert largest * parameter.scale > 1e-5  # degrees
+        np.testing.assert_allclose(angles, expected, atol=2e-3 * largest)
+
+
+def test_every_effect_registers_its_numbers() -> None:
+    """All real numbers of all effects, with units, bounds and priors; choices are told apart."""
+    from dolfingrip.extensions.index import EFFECTS
+
+    on = [f"extensions.{effect.name()}={{}}" for effect in EFFECTS]
+    found = every(config.load(None, on))
+    keys = [parameter.key for parameter in found]
+    assert len(keys) == len(set(keys))
+    for effect in EFFECTS:
+        own = [p for p in found if p.key.startswith(f"extensions.{effect.name()}.")]
+        if effect.kind == "numerical":
+            assert all(parameter.entry is Entry.CHOICE for parameter in own)
+            continue
+        assert own, effect.name()
+        for parameter in own:
+            assert parameter.scale > 0
+            assert parameter.low < parameter.high
+            if parameter.key.partition("[")[0].rpartition(".")[2] in effect.priors():
+                assert parameter.prior is not None
+
+
+@pytest.mark.parametrize(
+    ("keys", "overrides", "said"),
+    [
+        (["finger.wal_mm"], (), "--parameters finger.wal_mm: no parameter of this configuration"),
+        (
+            ["extensions.coarse_mesh.factor"],
+            ("extensions.coarse_mesh={}",),
+            "a choice of the model",
+        ),
+        ([], ("experiment.control=volume",), "experiment.control"),
+    ],
+)
+def test_what_has_no_derivative_says_so(
+    keys: list[str], overrides: tuple[str, ...], said: str
+) -> None:
+    with pytest.raises(ConfigError, match=said):
+        chosen(config.load(None, overrides), keys)
+
+
+def test_a_run_with_derivatives_is_the_same_run() -> None:
+    """Readings and iterations are those of a run without; one factorisation more a reading."""
+    at = small.short("experiment.step_kPa=25")
+    plain, derived = (
+        run("bending", at, comm=small.SELF, gradients=keys)
+        for keys in (None, ["material.mu_MPa", "finger.wall_mm"])
+    )
+    for name in ("angle_deg", "tip_x_mm", "cavity_volume_mm3"):
+        np.testing.assert_array_equal(plain.column(name), derived.column(name))
+    newton = [result.facts["newton"] for result in (plain, derived)]
+    assert newton[0]["iterations"] == newton[1]["iterations"]
+    more = newton[1]["factorisations"] - newton[0]["factorisations"]
+    assert more == len(derived.rows) - 1  # the first is at rest, where nothing has been solved
+    assert {row["parameter"] for row in derived.sensitivities} == {
+        "material.mu_MPa", "finger.wall_mm",
+    }  # fmt: skip
