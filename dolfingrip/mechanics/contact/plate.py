@@ -66,8 +66,7 @@ class RigidPlate(RigidContact):
         self._u = u
         self._rest = self.points.rest @ self.normal
         nearest = mesh.comm.allreduce(self._rest.min(initial=np.inf), MPI.MIN)
-        where_nothing_faces_it = 0.0
-        nearest = nearest if np.isfinite(nearest) else where_nothing_faces_it
+        nearest = nearest if np.isfinite(nearest) else 0.0  # nothing faces it
         self.offset.value = nearest - gap_mm - width_mm
         self.width_mm = width_mm
         self.measure = self.points.measure
