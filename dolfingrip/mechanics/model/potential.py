@@ -116,8 +116,7 @@ class Potential(Term):
             self.constraint = _compiled(constraint)
             self.coupling = tuple(map(_compiled, blocks))
             self._blocks.append(blocks[1])
-        determinant = ufl.det(deformation_gradient(u))
-        self._jacobian = AtPoints(determinant, space.mesh, degree)
+        self._jacobian = AtPoints(ufl.det(deformation_gradient(u)), space.mesh, degree)
         self._numbers = _NumberForms(u, rest, numbers) if numbers and rest is not None else None
         self._along: tuple[fem.Function, list[fem.Form]] | None = None
 
