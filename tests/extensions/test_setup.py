@@ -1,10 +1,9 @@
-"""Set-up: a clamp on springs, friction on the plate, sag, what is only displaced in the table."""
+"""Set-up: a clamp on springs, sag, what is only displaced in the table."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-import ufl
 from experiments import small
 from extensions import trial
 from mechanics import bodies
@@ -14,8 +13,6 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.finger import build
 from dolfingrip.extensions.clamp_compliance import ClampCompliance
-from dolfingrip.extensions.plate_friction import PlateFriction
-from dolfingrip.forms import friction
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 
@@ -72,34 +69,6 @@ def test_a_base_turns_by_the_moment() -> None:
     force, length = finger.plate.force_N(), settings.finger.length_mm
     # the plate pushes towards +x, which turns the base from z to x
     assert compliance * force * (length - 11) < turn < compliance * force * (length + 1)
-
-
-def test_friction_is_coulombs_where_the_slip_is_long() -> None:
-    slip, width, pressure, mu = np.array([0.3, -0.4, 0.0]), 1e-3, 0.7, 0.6
-
-    def energy(s: np.ndarray) -> float:
-        return float(friction.energy(ufl.as_vector(s.tolist()), pressure, mu, width))
-
-    traction = [(energy(slip + d) - energy(slip - d)) / 2e-5 for d in 1e-5 * np.eye(3)]
-    np.testing.assert_allclose(traction, mu * pressure * slip / 0.5, rtol=1e-5, atol=1e-9)
-    assert energy(np.zeros(3)) == 0
-
-
-def test_derivatives_of_friction_in_contact() -> None:
-    """The step begins on the plate, so that there is friction, and ends off it."""
-    settings = trial.configured({PlateFriction: {}}, *ONE_STEP)
-    finger = small.model(settings, plate=True)
-    print("seed", trial.SEED)
-    rng = np.random.default_rng(trial.SEED)
-    plate, nodes = finger.plate, finger.model.u.function_space.tabulate_dof_coordinates()
-    finger.model.u.x.array[:] = (0.01 * np.sin(nodes @ rng.uniform(-1, 1, (3, 3)))).ravel()
-    plate.offset.value = float(plate.offset.value) + plate.gap_mm() - 0.2 * plate.width_mm
-    assert plate.force_N() > 0.1
-    finger.model.accept_step()
-    plate.offset.value = float(plate.offset.value) - 30
-    strain = 0.1 * rng.uniform(-1, 1, (3, 3))
-    finger.model.u.x.array[:] += (nodes @ strain).ravel()
-    assert min(trial.orders(finger)) > 1.9
 
 
 def test_sag_of_a_cantilever() -> None:
