@@ -31,8 +31,9 @@ SECTIONS: Final = ("material", "finger", "morph", "plate", "gravity", "extension
 """Those whose numbers are properties of a finger, its set-up or its instruments."""
 
 NUMERICAL: Final = ("plate.normal", "plate.contact_length_mm", "plate.barrier_mm",
-                    "plate.stiffness_MPa")  # fmt: skip
-"""Keys in these sections that are choices of the model."""
+                    "plate.stiffness_MPa", "gravity.direction")  # fmt: skip
+"""Keys in these sections that are choices of the model, or have an effect of their own: gravity's
+direction has gravity_pitch."""
 
 PRIORS: Final = {
     "material.mu_MPa": Prior(2.93, 0.6, "printed NinjaFlex; spread 20 %, engineering guess", True),

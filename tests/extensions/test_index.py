@@ -11,6 +11,7 @@ from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS, NAMES
 from dolfingrip.extensions.no_self_contact import NoSelfContact
+from dolfingrip.extensions.plate_friction import PlateFriction
 from dolfingrip.sections import units
 
 ORDINARY = {
@@ -21,6 +22,9 @@ ORDINARY = {
 
 OF_CONTACT = (BellowsFriction, NoSelfContact)
 """Tested where bellows touch: ``test_bellows_friction.py``, ``test_setup.py``."""
+
+NO_FORMS = (BellowsFriction, PlateFriction)
+"""With a term of their own: ``test_contact_friction.py``, ``test_plate_friction.py``."""
 
 SMOOTH = {"permanent_set": {"yield_strain": 0.005}}
 """All points yield: remainders across the kink where one begins to are of second order, but not
@@ -43,7 +47,7 @@ every = pytest.mark.parametrize("effect", EFFECTS, ids=NAMES)
 ENERGIES = [
     effect
     for effect in EFFECTS
-    if (effect.has("strain_energy") or effect.has("terms")) and effect not in OF_CONTACT
+    if (effect.has("strain_energy") or effect.has("terms")) and effect not in NO_FORMS
 ]
 
 

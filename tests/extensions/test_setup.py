@@ -1,4 +1,4 @@
-"""Set-up: a clamp on springs, friction on the plate, sag, what is only displaced in the table."""
+"""Set-up: a clamp on springs, sag, what is only displaced in the table."""
 
 from __future__ import annotations
 

@@ -6,77 +6,22 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from dolfinx import fem
-from mechanics import bodies, taylor
-from mechanics.stacks import PUSH, TOP, WIDTH, is_upper, stacked
-from petsc4py import PETSc
+from mechanics import taylor
+from mechanics.rubbing import (
+    MU,
+    SEED,
+    SLIP,
+    go,
+    normal_N,
+    on_upper,
+    pressed,
+    rubbing,
+    slid,
+    slips,
+)
+from mechanics.stacks import PUSH
 
-from dolfingrip.config import Solver
-from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.model.unknowns import Gradient
-from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.refreshing import DRIFTS
-
-SEED = 23
-MU = 0.5
-SLIP = 1e-3
-"""mm; a twentieth of the gap between the cubes."""
-
-
-def rubbing(blocks: bodies.Body, coefficient: float = MU, slip_mm: float = SLIP) -> Friction:
-    """Give ``blocks`` friction, from where they stand."""
-    assert blocks.contact is not None
-    mu = fem.Constant(blocks.model.domain.mesh, PETSc.ScalarType(coefficient))
-    friction = Friction(blocks.contact, blocks.u, mu, slip_mm)
-    blocks.model.terms = [blocks.plate, blocks.contact, friction]
-    return friction
-
-
-def pressed(lower: int, upper: int, turn_rad: float = 0.0) -> bodies.Body:
-    """Rigid cubes half a barrier apart, the upper one turned about the middle."""
-    blocks = stacked(lower, upper)
-    above = is_upper(blocks.nodes)
-    c, s = np.cos(turn_rad), np.sin(turn_rad)
-    arm = blocks.nodes[:, :2] - 0.5
-    move = np.column_stack([arm @ [[c, s], [-s, c]] - arm, np.full(len(above), -PUSH)])
-    blocks.displace(np.where(above[:, None], move, 0.0))
-    return blocks
-
-
-def on_upper(blocks: bodies.Body, forces: np.ndarray) -> np.ndarray:
-    """(3,) sum over the upper cube of (n, 3) forces at the surface's nodes."""
-    assert blocks.contact is not None
-    surface = blocks.contact.surface
-    return np.asarray(forces[is_upper(surface.rest)].sum(axis=0))
-
-
-def normal_N(blocks: bodies.Body) -> float:
-    """Force between the cubes that the barrier takes."""
-    assert blocks.contact is not None
-    return -float(on_upper(blocks, blocks.contact.gradient(blocks.u.x.array))[2])
-
-
-def slid(blocks: bodies.Body, by: np.ndarray) -> np.ndarray:
-    """Dofs with the upper cube moved on by (3,) ``by``."""
-    return (blocks.displacement() + is_upper(blocks.nodes)[:, None] * by).ravel()
-
-
-def slips(blocks: bodies.Body) -> list[np.ndarray]:
-    """Irregular displacements of both cubes, of about the slip at which friction is full."""
-    print("seed", SEED)
-    rng = np.random.default_rng(SEED)
-    shape = blocks.nodes.shape
-    start = blocks.displacement()
-    return [(start + SLIP * rng.uniform(-1, 1, shape)).ravel() for _ in range(6)]
-
-
-def go(blocks: bodies.Body, dofs: np.ndarray, *, refresh: bool = True) -> None:
-    """Accept ``dofs`` as the end of a load step."""
-    blocks.u.x.array[:] = dofs
-    if refresh:
-        blocks.model.refresh()
-    blocks.model.accept_step()
-
 
 STACKS = pytest.mark.parametrize(
     ("lower", "upper", "turn_rad"),
@@ -263,91 +208,3 @@ def test_a_restored_model_rubs_as_before() -> None:
         assert found.any()
         go(blocks, slid(blocks, np.array([0, 0, -PUSH / 3])))  # other pairs, another memory
         assert not np.array_equal(friction.forces_N(dofs), expected)
-
-
-# -- solved ----------------------------------------------------------------------------------------
-
-
-class Shear:
-    """Elastic cubes on one another, held at the bottom and at the top, which is moved."""
-
-    def __init__(self) -> None:
-        self.blocks = blocks = stacked(3, 4)
-        for level in (0.0, TOP):
-            blocks.hold(bodies.plane(2, level))
-        self.newton = Newton(blocks.model, Solver(rtol=1e-9, atol_N=1e-12, max_iterations=60))
-        blocks.displace(is_upper(blocks.nodes)[:, None] * [0, 0, -PUSH])
-        assert self.newton.solve().converged
-        self.friction = rubbing(blocks)
-        z = blocks.nodes[:, 2]
-        self.top, self.below, self.above = (np.isclose(z, at) for at in (TOP, 1.0, 1 + WIDTH))
-
-    def full_N(self) -> float:
-        """μN at present."""
-        return MU * normal_N(self.blocks)
-
-    def step(self, by: float) -> float:
-        """Slip (mm) of the faces as the top moves by ``by`` along x in a step."""
-        before = self.blocks.displacement()
-        self.blocks.displace(before + self.top[:, None] * [by, 0, 0])
-        solve = self.newton.solve()
-        assert solve.converged, solve
-        moved = (self.blocks.displacement() - before)[:, 0]
-        self.force = float(self.blocks.gradient()[self.top, 0].sum())
-        forces = self.friction.forces_N(self.blocks.u.x.array)
-        self.rubs = float(on_upper(self.blocks, forces)[0])
-        self.blocks.model.accept_step()
-        return float(moved[self.above].mean() - moved[self.below].mean())
-
-
-def test_cubes_stick_then_slide() -> None:
-    """Stuck below μN, at ±μN beyond, N the present normal force, with plain Newton iterations.
-
-    Sheared by s in all, two cubes bear at most G s / 2.
-    """
-    cubes = Shear()
-    full = cubes.full_N()
-    slip = cubes.step(0.4 * full / float(cubes.blocks.mu.value))
-    assert 0 < cubes.force < 0.2 * full
-    assert 0 < cubes.rubs < 0.2 * full
-    assert 0 < slip < 0.1 * SLIP
-    for way in (1, -1):
-        slips_mm = [cubes.step(way * 0.075) for _ in range(4)]
-        full = cubes.full_N()
-        print("slid", slips_mm, cubes.rubs, cubes.force, "of", full)
-        assert slips_mm[-1] * way > 10 * SLIP
-        # normal forces are held where they drift by less, and the faces' rims rub askew
-        assert cubes.rubs == pytest.approx(way * full, rel=1.5 * DRIFTS)
-        assert cubes.force == pytest.approx(cubes.rubs, rel=0.03)
-
-
-def test_a_load_that_rests_moves_nothing() -> None:
-    """Sheared to 0.9 of what they bear at most, then at rest in 50 steps of different length."""
-    cubes = Shear()
-    cubes.step(0.5 * cubes.full_N() / float(cubes.blocks.mu.value))
-    while cubes.rubs < 0.9 * cubes.full_N():
-        cubes.step(0.1 * cubes.full_N() / float(cubes.blocks.mu.value))
-    assert cubes.rubs < cubes.full_N()
-    start, time_s = cubes.blocks.displacement(), 0.0
-    for length_s in np.random.default_rng(SEED).uniform(1e-3, 10, 50):
-        time_s += float(length_s)
-        cubes.blocks.model.prescribe({"time_s": time_s})
-        cubes.step(0.0)
-    assert np.abs(cubes.blocks.displacement() - start).max() < 1e-9
-
-
-def test_half_the_step_leads_to_the_same() -> None:
-    """Through sticking, sliding of the rim, of all, and back."""
-    found = []
-    for parts in (1, 2, 4):
-        cubes = Shear()
-        unit = cubes.full_N() / float(cubes.blocks.mu.value)
-        forces = []
-        for by in (0.5, 1.0, 1.5, 2.0, -1.0, -1.5):
-            for _ in range(parts):
-                cubes.step(by * unit / parts)
-            forces.append(cubes.force)
-        found.append(np.array(forces) / cubes.full_N())
-        print(found[-1], cubes.newton.iterations)
-    for coarse in found[:-1]:
-        np.testing.assert_allclose(coarse, found[-1], rtol=0, atol=1e-3)

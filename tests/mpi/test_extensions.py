@@ -12,6 +12,7 @@ from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.extensions.mooney_rivlin import MooneyRivlin
+from dolfingrip.extensions.plate_friction import PlateFriction
 
 WORLD = MPI.COMM_WORLD
 CYCLES = (
@@ -55,11 +56,11 @@ def test_a_finger_with_all_elastic_effects_at_once() -> None:
     _compare(alone, together, "angle_deg", "force_N", "tip_x_mm")
 
 
-def test_bellows_that_rub() -> None:
-    settings = trial.configured({BellowsFriction: {}}, *trial.STRICT, *TOUCHING)
+def test_bellows_and_a_plate_that_rub() -> None:
+    settings = trial.configured({BellowsFriction: {}, PlateFriction: {}}, *trial.STRICT, *TOUCHING)
     alone, together = (run("blocked_force", settings, comm=comm) for comm in (trial.SELF, WORLD))
     gap = alone.column("contact_gap_mm")
-    assert (gap < settings.contact.barrier_mm).sum() > 2  # they rub from the second of these on
+    assert (gap < settings.contact.barrier_mm).sum() > 2
     _compare(alone, together, "angle_deg", "force_N", "tip_x_mm", "contact_gap_mm")
 
 

@@ -18,7 +18,6 @@ SLIP_mm = 0.02
 """ε: a point that sticks is displaced elastically by less. A numerical choice, no property of a
 material: small against the motion of fingers (mm), large enough for Newton's method."""
 
-
 SAME = 1e-6
 """Relative change of the nodes' normal forces that counts as none: far above that of a load step
 in which nothing happens but Newton's method ending elsewhere within its tolerance."""
@@ -40,17 +39,17 @@ class Friction(Term):
 
     the elastic displacement of a point that sticks, and that of one that slides. So friction is a
     spring up to ε and a slider in series with it: the return mapping of elastoplasticity (Wriggers,
-    Computational Contact Mechanics, 2006, ch. 5) with a spring that stiffens smoothly. A load that
+    Computational Contact Mechanics, 2006, ch. 5) with a spring that gives way smoothly. A load that
     rests moves nothing, however long and in however many steps; without the memory points would
     creep by a part of ε in each.
 
-    N and P are held while a potential is minimised, as N is no function of it; so the tangent is
-    symmetric and friction's part of it convex. :meth:`refresh` takes them anew, and :meth:`drift`
-    tells how far they are off. Newton's method does both; a pair that first touches in a load step
-    rubs in it.
+    With N and P of the solution friction has no potential. So both are held while Π is minimised;
+    the tangent is symmetric and friction's part of it convex. :meth:`refresh` takes them anew, and
+    :meth:`drift` tells how far they are off. Newton's method asks for both; a pair that first
+    touches in a load step rubs in it.
 
     Memory follows the identity of a pair. A new pair takes the mean of what its nodes remember, as
-    a vertex that slides on to the next triangle.
+    a vertex that slides on to the next triangle; see :mod:`.stick`.
 
     Args:
         contact: where points are pressed together.
@@ -166,8 +165,9 @@ class Friction(Term):
     def refresh(self, dofs: np.ndarray) -> bool:
         """Take pairs, normal forces and tangent planes from the displacement ``dofs``.
 
-        Not where they are those from which they were last taken: what is held may be off by what
-        :meth:`drift` allows, and a load that rests would move points by that.
+        Not where normal forces are still those at the end of the last step that took them. What is
+        held may be off by a drift that Newton's method has borne, and a load that rests would move
+        points by that.
         """
         now = self.contact.tangential(dofs)
         if not self._anew and _change(self._seen_N, now.pressing_N()) <= SAME:

@@ -1,0 +1,160 @@
+"""Friction on the plate, in cycles of a short finger that presses against it."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from experiments import small
+from extensions import trial
+from mechanics import taylor
+
+from dolfingrip.experiments import Result, run
+from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.extensions.bellows_friction import BellowsFriction
+from dolfingrip.extensions.plate_friction import PlateFriction
+from dolfingrip.mechanics.contact.friction import Friction, SLIP_mm
+from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.path import LoadPath
+
+APART = ("contact.self_contact=false", "experiment.max_pressure_kPa=50")
+READINGS = ("force_N", "angle_deg", "cavity_volume_mm3")
+
+
+@cache
+def blocked(mu: float | None, step_kPa: float, cycles: int = 1, *overrides: str) -> Result:
+    on = {} if mu is None else {PlateFriction: {"mu": mu}}
+    found = run(
+        "blocked_force",
+        trial.configured(
+            on,
+            *APART,
+            f"experiment.step_kPa={step_kPa}",
+            f"experiment.cycles={cycles}",
+            "experiment.unload=true",
+            *overrides,
+        ),
+        comm=trial.SELF,
+    )
+    assert found.failure is None
+    assert found.column("load_steps").max() == 1
+    return found
+
+
+def pressing(*overrides: str) -> tuple[FingerModel, Friction, LoadPath]:
+    """A finger with friction on its plate, its friction, and a path."""
+    settings = trial.configured({PlateFriction: {}}, *APART, *overrides)
+    finger = small.model(settings, plate=True)
+    (friction,) = (term for term in finger.model.terms if isinstance(term, Friction))
+    return finger, friction, LoadPath(Newton(finger.model, settings.solver))
+
+
+def test_both_frictions_are_of_one_law() -> None:
+    finger = small.model(trial.configured({PlateFriction: {}, BellowsFriction: {}}), plate=True)
+    found = [term for term in finger.model.terms if isinstance(term, Friction)]
+    assert [term.slip_mm for term in found] == [SLIP_mm, SLIP_mm]
+    assert [term.contact for term in found] == [finger.plate, finger.contact]
+    assert found[0].coefficient is finger.parameters["extensions.plate_friction.mu"]
+    assert found[1].coefficient is finger.parameters["extensions.bellows_friction.coefficient"]
+
+
+def test_without_a_coefficient_it_is_the_base_model() -> None:
+    base, found = (blocked(mu, 10.0, 1, *trial.STRICT) for mu in (None, 0.0))
+    for name in READINGS:
+        scale = np.abs(base.column(name)).max()
+        np.testing.assert_allclose(found.column(name), base.column(name), atol=1e-9 * scale)
+
+
+def test_two_cycles_close_their_loop() -> None:
+    """The second cycle is the first; between loading and unloading there is a loop."""
+    found, smooth = (blocked(mu, 10.0, 2) for mu in (0.6, None))
+    force = found.column("force_N")
+    top = int(np.argmax(found.column("pressure_kPa")))
+    for name in READINGS:
+        values = found.column(name)
+        scale = np.ptp(values)
+        np.testing.assert_allclose(
+            values[2 * top :], values[: 2 * top + 1], atol=1e-5 * scale, rtol=0
+        )
+    loading, unloading = force[: top + 1], force[top : 2 * top + 1][::-1]
+    assert (loading[1:-1] > smooth.column("force_N")[1:top]).all()
+    assert (loading - unloading)[1:-1].min() > 0.01 * force.max()
+
+
+def test_half_the_step_leads_to_the_same() -> None:
+    coarse, fine = (blocked(0.6, step) for step in (10.0, 5.0))
+    for name in READINGS:
+        scale = np.ptp(coarse.column(name))
+        np.testing.assert_allclose(
+            fine.column(name)[::2], coarse.column(name), rtol=0, atol=1e-3 * scale
+        )
+
+
+def test_the_first_touch_rubs() -> None:
+    """A plate at a distance, reached in the only step: as where it is reached in many."""
+    forces = []
+    for steps in (1, 8):
+        finger, friction, path = pressing("plate.gap_mm=0.05", "solver.max_step_kPa=50")
+        assert not friction.forces_N(finger.model.u.x.array).any()
+        for pressure in np.linspace(0, 50, steps + 1)[1:]:
+            arrival = path.advance({"pressure_kPa": pressure})
+            assert arrival.failure is None
+            assert arrival.steps == 1
+        along = friction.forces_N(finger.model.u.x.array).sum(axis=0)
+        limit = 0.6 * finger.plate.force_N() / finger.model.domain.copies
+        assert np.linalg.norm(along[[0, 2]]) > 0.5 * limit
+        forces.append(finger.plate.force_N())
+    assert forces[0] == pytest.approx(forces[1], rel=0.01)
+
+
+def test_a_finger_at_rest_stays() -> None:
+    """Led to and fro on its plate, then held for a minute in steps of any length."""
+    finger, _, path = pressing("solver.rtol=1e-9")
+    for pressure in (10.0, 20.0, 35.0, 30.0):
+        assert path.advance({"pressure_kPa": pressure}).failure is None
+    start, force = finger.model.u.x.array.copy(), finger.plate.force_N()
+    for time_s in np.cumsum([0.01, 0.3, 2, 10, 0.1, 1e-3, 30, 15, 1, 1.6]):
+        assert path.advance({"time_s": float(time_s)}).failure is None
+    assert np.abs(finger.model.u.x.array - start).max() < 1e-9
+    assert finger.plate.force_N() == pytest.approx(force, rel=1e-9)
+
+
+def test_derivatives() -> None:
+    """Value to gradient to Hessian on the plate, after a step on it; and by μ."""
+    finger, friction, path = pressing()
+    for pressure in (10.0, 20.0, 15.0):
+        assert path.advance({"pressure_kPa": pressure}).failure is None
+    start = finger.model.u.x.array.copy()
+    print("seed", trial.SEED)
+    rng = np.random.default_rng(trial.SEED)
+    start += 0.1 * SLIP_mm * rng.uniform(-1, 1, start.shape)
+    along = rng.uniform(-1, 1, start.shape)
+    nodes = friction.contact.touching.at_nodes(along)
+    slope = float(np.vdot(friction.forces_N(start), nodes))
+    longest = 0.02 * SLIP_mm
+    assert taylor.rates(lambda e: friction.value(start + e * along), slope, longest).min() > 1.9
+    slopes = (friction.hessian(start) @ nodes.ravel()).reshape(-1, 3)
+    found = taylor.rates(lambda e: friction.forces_N(start + e * along), slopes, longest)
+    assert found.min() > 1.9
+    rate, whole = Gradient(finger.model.unknowns), Gradient(finger.model.unknowns)
+    friction.add_gradient_by(friction.coefficient, start, rate)
+    friction.add_gradient(start, whole)
+    assert rate.array.any()
+    np.testing.assert_allclose(0.6 * rate.array, whole.array, rtol=1e-12, atol=1e-16)
+
+
+def test_a_restored_finger_goes_on_alike() -> None:
+    finger, _, path = pressing(*trial.STRICT)
+    for pressure in (10.0, 20.0, 30.0, 25.0):
+        assert path.advance({"pressure_kPa": pressure}).failure is None
+    good = finger.model.state().copy()
+    found = []
+    for _ in range(2):
+        finger.model.restore(good)
+        finger.model.prescribe({"pressure_kPa": 20.0})
+        assert path.newton.solve().converged
+        finger.model.accept_step()
+        found.append(finger.model.u.x.array.copy())
+    np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-12)
