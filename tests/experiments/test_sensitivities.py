@@ -56,7 +56,8 @@ def along(
 @pytest.mark.parametrize(
     ("experiment", "overrides", "allowed"),
     [
-        ("bending", ("extensions.gravity_pitch.pitch_deg=-40", "experiment.max_pressure_kPa=50", *sensitivities.INSTRUMENTS[:3]), ELASTIC),
+        ("bending", ("extensions.gravity_pitch.pitch_deg=-40",
+                     "experiment.max_pressure_kPa=50", *sensitivities.INSTRUMENTS[:3]), ELASTIC),
         ("blocked_force", (*sensitivities.BLOCKED, *sensitivities.COMPLIANT), ELASTIC),
         ("bending", ("extensions.prony={}", "extensions.line_lag={}", *sensitivities.CYCLES),
          LASTING),
