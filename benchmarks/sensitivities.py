@@ -176,12 +176,12 @@ def by_parameter(
 
 
 def main() -> None:
-    """Write the table to the file that is named, ``benchmarks/sensitivities.csv`` by default."""
+    """Write the table of the cases that are named, or of all, to the file that comes first."""
     file = Path(sys.argv[1] if len(sys.argv) > 1 else "benchmarks/sensitivities.csv")
     with file.open("w", encoding="utf-8", newline="") as stream:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(["case", "parameter", "largest_error", "column"])
-        for case in CASES:
+        for case in sys.argv[2:] or CASES:
             experiment, config = settings(case)
             parameters = chosen(config, None)
             base, slopes = derivatives(experiment, config, parameters)

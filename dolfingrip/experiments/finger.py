@@ -49,6 +49,7 @@ class FingerModel:
         contact: of the skin with itself, where there is any.
         supply: what stands between regulator and cavity, where anything does.
         parameters: constants of the potential by name, that sensitivities are taken to.
+        geometric: to be called whenever the mesh has moved.
     """
 
     config: Config
@@ -61,6 +62,7 @@ class FingerModel:
     contact: BarrierContact | None = None
     supply: Supply | None = None
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
+    geometric: Sequence[Callable[[], None]] = ()
 
     def take_over(self, config: Config, rest: np.ndarray) -> None:
         """Put the plate and set the supply's stages as ``config``, adapted, asks for.
@@ -180,6 +182,7 @@ def build(
         contact,
         supply,
         site.parameters,
+        site.geometric,
     )
 
 

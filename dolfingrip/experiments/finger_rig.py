@@ -23,7 +23,7 @@ from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL
 from dolfingrip.mechanics.path.failure import Failure
-from dolfingrip.mechanics.path.limit_point import Summit
+from dolfingrip.mechanics.path.limit_point import LimitPointSearch
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.parameter import Parameter
 
@@ -137,5 +137,5 @@ class FingerRig(Rig):
         if not self._by_pressure:
             return False  # its volume is led already: nothing else would pass
         finger, settings = self._finger, self._config.solver
-        summit = Summit(finger.model, finger.cavity, finger.enclosed, settings)
+        summit = LimitPointSearch(finger.model, finger.cavity, finger.enclosed, settings)
         return summit.is_near(attempted["pressure_kPa"])

@@ -137,7 +137,8 @@ def perturbations(
     def movement(parameter: Parameter) -> Movement | None:
         if parameter.entry is not Entry.SHAPE:
             return None
-        return Movement(finger.model, velocity(parameter, config, finger.model.domain))
+        moving = velocity(parameter, config, finger.model.domain)
+        return Movement(finger.model, moving, finger.geometric)
 
     return of_constants(parameters, config, finger.model, finger.parameters, movement, set_up)
 

@@ -77,7 +77,7 @@ def facts(
             "iterations": newton.iterations,
             "factorisations": newton.factorisations,
             "load_steps": sum(row["load_steps"] for row in result.rows),
-            "damped_steps": newton.careful,
+            "damped_steps": newton.damped,
             "matrix_patterns": newton.tangent.patterns + 1,
         },
         "failure": None

@@ -25,8 +25,8 @@ class BellowsFriction(Effect):
     Prior: μ = 0.6 ± 0.2, engineering handbooks' 0.3 to 1.0 for thermoplastic polyurethane, a guess
     for printed layers on one another; slip 0.02 ± 0.01 mm, a numerical choice.
     Fingerprint: none in free bending, where bellows part. Against the plate none before bellows
-    touch (140 kPa); then the force is higher by up to 0.4 % while loading and falls off faster from
-    the turn on, some 1.6 mN lower just before bellows part: a loop at any rate, in every cycle.
+    touch (140 kPa); then the force is higher by up to 0.6 % at 250 kPa, and while loading by some
+    1 mN more than while unloading: a small loop at any rate, in every cycle.
     Confused with: friction on the plate (a loop from the first pressure on, none in free bending),
     Mullins softening, viscoelasticity (a loop below that pressure, too).
     """

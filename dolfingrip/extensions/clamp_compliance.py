@@ -13,6 +13,8 @@ from pydantic import Field
 from dolfingrip.extensions.effect import Effect, Prior
 
 if TYPE_CHECKING:
+    from dolfinx import fem
+
     from dolfingrip.extensions.site import Site
 
 
@@ -42,7 +44,7 @@ class ClampCompliance(Effect):
     ] = Field(2e-5, ge=0, le=0.1, description="turn of the base by moment")
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:
-        centre = site.centre("clamp").value
+        centre = site.centre("clamp")
         size = site.size("clamp")
         shift = site.constant(self, "compliance_mm_per_N")
         turn = site.constant(self, "compliance_rad_per_Nmm")
@@ -65,6 +67,7 @@ def _shifted(axis: int, x: np.ndarray) -> np.ndarray:
     return found
 
 
-def _turned(centre: np.ndarray, x: np.ndarray) -> np.ndarray:
+def _turned(centre: fem.Constant, x: np.ndarray) -> np.ndarray:
     """Displacement of the base by a small turn, for each radian: e_y × (X − X_c)."""
-    return np.array([x[2] - centre[2], np.zeros_like(x[0]), centre[0] - x[0]])
+    at = centre.value
+    return np.array([x[2] - at[2], np.zeros_like(x[0]), at[0] - x[0]])

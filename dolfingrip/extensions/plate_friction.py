@@ -23,9 +23,9 @@ class PlateFriction(Effect):
     plate has no mass and does not move along.
 
     Prior: μ = 0.6 ± 0.2, thermoplastic polyurethane 0.3 to 1.0.
-    Fingerprint: the tip slides less: a loop at any rate, in every cycle; the force 0.5 % higher
-    while loading up to 50 kPa, then lower, by 5.4 % at 250 kPa; unloading, 2 to 4 % higher between
-    60 and 160 kPa. Free bending is untouched.
+    Fingerprint: the tip slides less: a loop at any rate, in every cycle; the force 3 % higher while
+    loading up to 60 kPa, then lower from 115 kPa on, by 6.9 % at 250 kPa; unloading, 2 to 3.5 %
+    higher between 20 and 100 kPa. Free bending is untouched.
     Confused with: permanent set (a loop in free bending, too), friction between bellows (a loop
     where they touch), the plate's tilt.
     """

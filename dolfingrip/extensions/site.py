@@ -53,6 +53,7 @@ class Site:
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
         contact: of the skin with itself, where there is any.
         further: terms of Π that are no forms, beside plate and contact.
+        geometric: to be called whenever the mesh has moved.
     """
 
     config: Setup
@@ -69,6 +70,7 @@ class Site:
     pressure: fem.Constant | None = None
     contact: BarrierContact | None = None
     further: list[Term] = field(default_factory=list)
+    geometric: list[Callable[[], None]] = field(default_factory=list)
 
     @property
     def strain(self) -> Expr:
@@ -164,8 +166,12 @@ class Site:
         x = ufl.SpatialCoordinate(self.domain.mesh)
         part = self.domain.surface(region, quadrature_degree=2)
         one = self.fixed(1.0)
-        moments = np.array([self._integral(one * x[i] * part) for i in range(3)])
-        return fem.Constant(self.domain.mesh, moments / self._integral(one * part))
+
+        def centroid() -> np.ndarray:
+            moments = np.array([self._integral(one * x[i] * part) for i in range(3)])
+            return moments / self._integral(one * part)
+
+        return self._measured(centroid)
 
     def size(self, region: str) -> float:
         """Root of a region's area (mm), of the meshed part."""
@@ -179,8 +185,19 @@ class Site:
     def lumped(self, energy: Expr) -> ufl.Form:
         """An energy (mJ) of the whole finger that is no integral, as a term of the meshed part."""
         clamp = self.domain.surface("clamp", quadrature_degree=1)
-        area = self.domain.copies * self._integral(self.fixed(1.0) * clamp)
-        return energy * self.fixed(1 / area) * clamp
+        whole = self.fixed(1.0) * clamp
+        share = self._measured(lambda: np.array(1 / (self.domain.copies * self._integral(whole))))
+        return energy * share * clamp
+
+    def _measured(self, measure: Callable[[], np.ndarray]) -> fem.Constant:
+        """A constant that is measured on the mesh, anew whenever that moves."""
+        made = fem.Constant(self.domain.mesh, measure())
+
+        def update() -> None:
+            made.value = measure()
+
+        self.geometric.append(update)
+        return made
 
     def remember(self, effect: Named, name: str, initial: np.ndarray | float) -> fem.Function:
         """A new internal variable at the integration points, ``initial`` at first."""

@@ -21,7 +21,7 @@ class Solver(Section):
     rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(
-        30, ge=1, le=1000, description="Newton iterations a step, thrice as many with care"
+        30, ge=1, le=1000, description="Newton iterations a step, three times as many where damped"
     )
     max_step_kPa: float = Field(25.0, gt=0, description="largest pressure step")
     max_step_s: float | None = Field(

@@ -135,7 +135,7 @@ def test_what_is_there_is_readable_while_the_run_goes_on(tmp_path: Path) -> None
 
 
 def test_a_path_that_ends_early_keeps_its_rows_and_says_why(tmp_path: Path) -> None:
-    """One iteration, three with care, do for 2 kPa but not for 80; no smaller step is allowed."""
+    """One iteration, three damped, do for 2 kPa but not for 80; no smaller step is allowed."""
     settings = small.short(
         "solver.max_iterations=1",
         "solver.max_step_kPa=60",

@@ -139,7 +139,7 @@ def test_derivatives() -> None:
     found = taylor.rates(lambda e: friction.forces_N(start + e * along), slopes, longest)
     assert found.min() > 1.9
     rate, whole = Gradient(finger.model.unknowns), Gradient(finger.model.unknowns)
-    friction.add_gradient_by(friction.coefficient, start, rate)
+    friction.add_constant_rate(start, friction.coefficient, rate)
     friction.add_gradient(start, whole)
     assert rate.array.any()
     np.testing.assert_allclose(0.6 * rate.array, whole.array, rtol=1e-12, atol=1e-16)

@@ -156,8 +156,8 @@ def test_the_derivative_by_the_coefficient() -> None:
 
     change = (gradient(0.8) - gradient(0.2)) / 0.6
     rate, none = Gradient(blocks.model.unknowns), Gradient(blocks.model.unknowns)
-    friction.add_gradient_by(friction.coefficient, dofs, rate)
-    friction.add_gradient_by(blocks.mu, dofs, none)
+    friction.add_constant_rate(dofs, friction.coefficient, rate)
+    friction.add_constant_rate(dofs, blocks.mu, none)
     np.testing.assert_allclose(rate.array, change, atol=1e-12 * abs(change).max())
     assert rate.array.any()
     assert not none.array.any()

@@ -1,4 +1,4 @@
-"""Careful solves: over a snap to the stable state beyond it, and nowhere else than plain ones."""
+"""Damped solves: over a snap to the stable state beyond it, and nowhere else than plain ones."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ def test_snaps_to_the_far_side(arch: bodies.Body) -> None:
     assert 0.1 * RISE_MM < down < 0.5 * RISE_MM
 
     load(arch, force)
-    solve = newton.solve(careful=True)
+    solve = newton.solve(damped=True)
     print("snapped", solve, f"{crown_mm(arch):.3f} mm down")
     assert solve.converged
-    assert newton.careful == 1
+    assert newton.damped == 1
     assert crown_mm(arch) > 1.5 * RISE_MM
     # and Π rises along any small change
     energy, state = arch.energy(), arch.displacement()
@@ -73,9 +73,9 @@ def test_snaps_to_the_far_side(arch: bodies.Body) -> None:
 def test_arrives_where_a_plain_solve_does(arch: bodies.Body) -> None:
     """Below the snap the state is the same."""
     found = []
-    for careful in (False, True):
+    for damped in (False, True):
         load(arch, 3 * STEP)
-        assert Newton(arch.model, SETTINGS).solve(careful=careful).converged
+        assert Newton(arch.model, SETTINGS).solve(damped=damped).converged
         found.append(arch.displacement())
     assert abs(found[0]).max() > 0.01
     np.testing.assert_allclose(found[1], found[0], atol=1e-8)

@@ -72,15 +72,15 @@ def test_balloon_stops_at_its_limit_point(
 def test_care_is_left_out_where_it_did_not_help(
     sphere: bodies.Body, greatest_kPa: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Beyond the limit point the first step that fails is tried with care, and the last one."""
+    """Beyond the limit point the first step that fails is tried damped, and the last one."""
     settings = Solver(rtol=1e-11, max_iterations=10, max_step_kPa=100, min_step_kPa=SMALLEST_KPA)
     newton = Newton(sphere.model, settings)
     tried: list[tuple[bool, bool]] = []
     solve = newton.solve
 
-    def record(*guess: Any, careful: bool = False) -> Solve:
-        found = solve(*guess, careful=careful)
-        tried.append((careful, found.converged))
+    def record(*guess: Any, damped: bool = False) -> Solve:
+        found = solve(*guess, damped=damped)
+        tried.append((damped, found.converged))
         return found
 
     monkeypatch.setattr(newton, "solve", record)
@@ -91,7 +91,7 @@ def test_care_is_left_out_where_it_did_not_help(
     sphere.displace(np.zeros_like(sphere.nodes))
     sphere.model.prescribe({"pressure_kPa": 0.0, "time_s": 0.0})
     assert arrival.failure is not None
-    failed = [careful for careful, converged in tried if not converged]
+    failed = [damped for damped, converged in tried if not converged]
     assert failed[:2] == [False, True]
     assert failed[-2:] == [False, True]
     assert failed.count(True) == 2

@@ -19,6 +19,7 @@ from dolfingrip.experiments.observation import Observation
 from dolfingrip.experiments.schedule import Stop
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.mechanics.readings.plate import PlatePlace
@@ -81,13 +82,12 @@ def shape(model: Model, size: float) -> tuple[Direction, np.ndarray]:
 
 
 def at_shape(model: Model, velocity: np.ndarray, value: Callable[[], float]) -> Callable:
-    x = model.domain.mesh.geometry.x
-    start = x.copy()
+    movement = Movement(model, velocity)
 
     def at(step: float) -> float:
-        x[:] = start + step * velocity
+        movement.move(step)
         found = value()
-        x[:] = start
+        movement.move(0.0)
         return found
 
     return at
@@ -201,7 +201,7 @@ def test_tension() -> None:
     stop = Stop(1.5, 0.6, "loading")
     assert path.advance(rig.controls(stop)).failure is None
     model = rig.newton.model
-    time, travel, force = rig.readings
+    time, travel, force = rig.readings.values()
     assert (time.value(), travel.value()) == (0.6, 1.5)
     assert not time.gradient().any()
     assert not travel.gradient().any()

@@ -28,13 +28,13 @@ class Following(Term):
         gradient.at_nodes[self._top, 0] -= (self.force + 0.01) / len(self._top)
 
     def refresh(self, dofs: np.ndarray) -> bool:
-        self.force = self._now(dofs)
         self.times += 1
+        self.force = self._now(dofs) + self._restless * (-1) ** self.times
         return True
 
     def drift(self, dofs: np.ndarray) -> float:
         now = self._now(dofs)
-        return self._restless or abs(self.force - now) / max(abs(now), 1e-9)
+        return abs(self.force - now) / max(abs(now), 1e-9)
 
 
 def pulled(share: float, restless: float = 0.0) -> tuple[bodies.Body, Following, Newton]:
@@ -62,9 +62,9 @@ def test_what_is_held_ends_as_that_of_the_solution() -> None:
 
 
 def test_what_never_settles_is_no_solution() -> None:
-    _, term, newton = pulled(0.1, restless=1.0)
+    _, term, newton = pulled(0.1, restless=1e-3)
     solve = newton.solve()
-    assert solve.ending is Ending.DIVERGED
+    assert solve.ending in (Ending.DIVERGED, Ending.ITERATIONS)
     assert term.times > AGAIN
 
 

@@ -61,11 +61,11 @@ def test_a_whole_step_where_there_is_still_work() -> None:
 def test_care_searches_every_step_and_bears_a_rising_residual() -> None:
     """What ends another solve, or is taken whole in it, is searched."""
     model: Any = Line(0.2)
-    for careful, expected in ((False, 1.0), (True, 0.4)):
+    for damped, expected in ((False, 1.0), (True, 0.4)):
         rules = Globalisation(model, Solver(), model.work)
-        rules.start(careful=careful)
+        rules.start(damped=damped)
         rules.judge(0, 1.0)
         fraction = rules.fraction(np.array([2.0]))
         assert fraction == pytest.approx(expected, abs=0.0 if expected == 1 else 0.1)
         verdicts = [rules.judge(iteration, 10.0**iteration) for iteration in range(1, 8)]
-        assert (Verdict.HOPELESS in verdicts) is not careful
+        assert (Verdict.HOPELESS in verdicts) is not damped

@@ -121,10 +121,10 @@ def test_mixed_element_with_contact_led_by_volume() -> None:
 
 
 @pytest.mark.parametrize("element", ["P2", "P2-P1"])
-def test_a_careful_solve(element: str) -> None:
+def test_a_damped_solve(element: str) -> None:
     """Damped and searched, the finger is the same as plain solves find it."""
     found = []
-    for comm, careful in ((MPI.COMM_SELF, False), (WORLD, True)):
+    for comm, damped in ((MPI.COMM_SELF, False), (WORLD, True)):
         settings = config.from_dict(
             {**FREE.model_dump(mode="json"), "solver": {"element": element, "rtol": 1e-12}}
         )
@@ -132,7 +132,7 @@ def test_a_careful_solve(element: str) -> None:
         newton = Newton(finger.model, settings.solver)
         for pressure_kPa in (10.0, 20.0):
             finger.model.prescribe({"pressure_kPa": pressure_kPa})
-            assert newton.solve(careful=careful).converged
+            assert newton.solve(damped=damped).converged
         observation = Observation(finger).read()
         found.append([observation[name] for name in ("angle_deg", "cavity_volume_mm3")])
     np.testing.assert_allclose(found[1], found[0], rtol=1e-7)

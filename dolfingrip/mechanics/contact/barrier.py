@@ -47,8 +47,8 @@ class BarrierContact(Term):
         self.surface = surface
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
-        self._aside = _aside(surface)
-        self._mesh = _collision_mesh(surface, self._aside)
+        self._jitter = _jitter(surface)
+        self._mesh = _collision_mesh(surface, self._jitter)
         self._unmoved: tuple[Surface, ipctk.CollisionMesh, Any] | None = None
         self._apart = False
         self._potential = ipctk.BarrierPotential(width_mm, stiffness_MPa, True)
@@ -58,7 +58,7 @@ class BarrierContact(Term):
 
     def positions(self, dofs: np.ndarray) -> np.ndarray:
         """(v, 3) deformed positions (mm) that distances are taken between, no edges on one line."""
-        return np.asfortranarray(self.surface.positions(dofs) + self._aside)
+        return np.asfortranarray(self.surface.positions(dofs) + self._jitter)
 
     # -- pairs ---------------------------------------------------------------------------------
 
@@ -205,7 +205,7 @@ class BarrierContact(Term):
             return
         self.surface = self.surface.moved(self.surface.displacement(change))
         if not self._apart:
-            self._mesh = _collision_mesh(self.surface, self._aside)
+            self._mesh = _collision_mesh(self.surface, self._jitter)
             self._found = None
 
     def rejects(self, dofs: np.ndarray) -> str:
@@ -235,9 +235,9 @@ class BarrierContact(Term):
         return bool(ipctk.has_intersections(self._mesh, self.positions(dofs)))
 
 
-def _collision_mesh(surface: Surface, aside: np.ndarray) -> ipctk.CollisionMesh:
+def _collision_mesh(surface: Surface, jitter: np.ndarray) -> ipctk.CollisionMesh:
     return ipctk.CollisionMesh(
-        np.asfortranarray(surface.rest + aside),
+        np.asfortranarray(surface.rest + jitter),
         np.asfortranarray(surface.edges),
         np.asfortranarray(surface.triangles),
     )
@@ -253,7 +253,7 @@ def _known(
     yield from (((3, c.face_id, c.vertex_id), c) for c in pairs.fv_collisions)
 
 
-def _aside(surface: Surface) -> np.ndarray:
+def _jitter(surface: Surface) -> np.ndarray:
     """(v, 3) by how much (mm) vertices are moved, :data:`UNALIGNED` of an edge or less.
 
     ipctk 1.6 takes edges on one line that rounding turns by 1e-8 for edges that cross, at a

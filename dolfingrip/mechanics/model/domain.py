@@ -48,7 +48,7 @@ class Domain:
 
     @property
     def copies(self) -> int:
-        """How often the mesh stands for in the whole solid: 2 for a half."""
+        """How many copies of the meshed part make the whole solid: 2 for a half."""
         return 2 if self.half else 1
 
     def facets(self, *names: str) -> np.ndarray:

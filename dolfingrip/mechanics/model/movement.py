@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import basix.ufl
 import numpy as np
 from dolfinx import fem
@@ -15,9 +17,16 @@ class Movement:
     Args:
         model: whose mesh is moved, and whose terms are told.
         velocity: (n, 3) of this rank's mesh points (mm for each unit of a parameter).
+        measures: called whenever the mesh has moved.
     """
 
-    def __init__(self, model: Model, velocity: np.ndarray) -> None:
+    def __init__(
+        self,
+        model: Model,
+        velocity: np.ndarray,
+        measures: Sequence[Callable[[], None]] = (),
+    ) -> None:
+        self._measures = measures
         self._model = model
         self._geometry = model.domain.mesh.geometry
         self._velocity = velocity
@@ -40,5 +49,9 @@ class Movement:
     def move(self, amount: float) -> None:
         """Put the reference points where they are after ``amount`` of the parameter."""
         self._geometry.x[:] = self._rest + amount * self._velocity
+        for measure in self._measures:
+            measure()
+        if self._model.moving is not None:
+            self._model.moving.measure()
         for term in self._model.terms:
             term.move_reference(amount * self._nodal if amount else None)

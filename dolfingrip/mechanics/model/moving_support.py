@@ -62,23 +62,32 @@ class MovingSupport:
         self._first = index_map.local_range[0]
         self._owned_nodes = index_map.size_local
         self.numbers = [motion.number for motion in motions]
-        points = space.tabulate_dof_coordinates()[nodes].T
-        local = np.zeros((len(motions), len(u.x.array)))
-        for row, motion in zip(local, motions, strict=True):
-            row.reshape(-1, NODE)[nodes] = motion.way(points).T
-        held = np.zeros(local.shape[1], dtype=bool)
+        self.dofs: np.ndarray = np.empty(0, dtype=np.int64)
+        self._u, self._nodes, self._motions = u, nodes, motions
+        held = np.zeros(len(u.x.array), dtype=bool)
         for bc in supports:
             held[bc.dof_indices()[0]] = True
-        assert held[local.any(axis=0)].all(), "a support moves along an axis that it does not hold"
         self._functions = [fem.Function(space) for _ in motions]
-        for function, row in zip(self._functions, local, strict=True):
-            function.x.array[:] = row
-        owned = local[:, : NODE * self._owned_nodes]
-        self.dofs = np.flatnonzero(owned.any(axis=0))
+        self.dofs = np.flatnonzero(self.measure().any(axis=0))
+        moved = np.any([function.x.array != 0 for function in self._functions], axis=0)
+        assert held[moved].all(), "a support moves along an axis that it does not hold"
+        self.measure()
+
+    def measure(self) -> np.ndarray:
+        """Take the motions of the nodes where they now are at rest.
+
+        Returns:
+            (m, n) motions of this rank's owned displacements.
+        """
+        points = self._u.function_space.tabulate_dof_coordinates()[self._nodes].T
+        for function, motion in zip(self._functions, self._motions, strict=True):
+            function.x.array.reshape(-1, NODE)[self._nodes] = motion.way(points).T
+        owned = np.array([f.x.array[: NODE * self._owned_nodes] for f in self._functions])
         self._ways = owned[:, self.dofs]
         parts = self._comm.allgather((self.dofs + NODE * self._first, self._ways))
         self._all_dofs = np.concatenate([dofs for dofs, _ in parts])
         self._all_ways = np.concatenate([ways for _, ways in parts], axis=1)
+        return owned
 
     def apart(self, dofs: np.ndarray) -> np.ndarray:
         """u_S − W a (mm) at the owned dofs that move."""

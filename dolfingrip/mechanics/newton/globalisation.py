@@ -84,18 +84,18 @@ class Globalisation:
         self.start()
 
     def start(
-        self, scale_N: float | None = None, *, far: bool = False, careful: bool = False
+        self, scale_N: float | None = None, *, far: bool = False, damped: bool = False
     ) -> None:
         """Forget the last solve.
 
         Args:
             scale_N: force (N) that the relative tolerance refers to; default: the first residual.
             far: the start is not where the last solve ended.
-            careful: search along each step, and do not give up on a residual that rises.
+            damped: search along each step, and do not give up on a residual that rises.
         """
         self.bound = ""
         self.far = far
-        self._careful = careful
+        self._damped = damped
         self._short = 0
         self._inverted = 0
         self._scale_N = scale_N
@@ -143,11 +143,11 @@ class Globalisation:
             self.far = norm > FALLING * self._recent[-1]
         self._settled = iteration >= SETTLED
         # not against the last alone: pairs that touch and part in turn make it jump up and down
-        self._stagnates = self._careful or (
+        self._stagnates = self._damped or (
             iteration > EARLY and norm > STUBBORN * min(self._recent, default=np.inf)
         )
         self._recent.append(norm)
-        if iteration > EARLY and norm > HOPELESS * self._peak and not self._careful:
+        if iteration > EARLY and norm > HOPELESS * self._peak and not self._damped:
             return Verdict.HOPELESS
         return Verdict.GO_ON
 

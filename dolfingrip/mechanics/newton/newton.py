@@ -26,8 +26,8 @@ from dolfingrip.sections.numerics import Solver
 PREFIX = "dolfingrip_"
 """Of PETSc's options."""
 
-CAREFUL = 3
-"""How many times the iterations of a plain solve a careful one may take."""
+DAMPED = 3
+"""How many times the iterations of a plain solve a damped one may take."""
 
 REASON = {
     Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
@@ -57,7 +57,7 @@ class Solve:
         ending: converged, or why not.
         iterations: Newton iterations taken.
         residual_N: norm of the last residual.
-        unstable: a careful solve met states that are not stable.
+        unstable: a damped solve met states that are not stable.
     """
 
     ending: Ending
@@ -81,7 +81,7 @@ class Newton:
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
-        careful: careful solves since the start that converged.
+        damped: damped solves since the start that converged.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class Newton:
         self.profile = profile or Profile()
         self.tangent = Tangent(model) if model.p is None else MixedTangent(model)
         self.iterations = 0
-        self.careful = 0
+        self.damped = 0
         # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
         self._factors = Factors(PREFIX, self.tangent.graph if model.p is None else None)
         self._residual = model.unknowns.create_vector()
@@ -107,7 +107,7 @@ class Newton:
         self._refreshing = Refreshing(model)
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
         self._condensation = None if model.p is None else Condensation(model)
-        self._careful = False
+        self._damped = False
         self._snes = self._make_snes()
 
     def _make_snes(self) -> PETSc.SNES:
@@ -158,7 +158,7 @@ class Newton:
         with self.profile.phase("tangent"):
             self._take(x)
             carried = self.model.potential.carried
-            if self._careful and carried is not None:
+            if self._damped and carried is not None:
                 carried.reset()  # the energy's own tangent leads downhill
             before = self.tangent.matrix
             self.tangent.assemble()
@@ -174,12 +174,12 @@ class Newton:
             self._take(x)
             step = self.model.unknowns.to_local(-y.array_r)
             fraction = 1.0
-            if self._careful and self._condensation and self._residual_along(step) > 0:
+            if self._damped and self._condensation and self._residual_along(step) > 0:
                 # the damped tangent leads downhill in the displacement: it is the pressure's fault
                 step = self._condensation.step()
             else:
                 fraction = self._globalisation.fraction(step)
-                if self._careful:
+                if self._damped:
                     self._damping.heed(fraction)
             step *= fraction
             if self.model.potential.carried is not None:
@@ -209,23 +209,23 @@ class Newton:
 
     # -- solve ---------------------------------------------------------------------------------
 
-    def solve(self, guess: Guess | None = None, *, careful: bool = False) -> Solve:
+    def solve(self, guess: Guess | None = None, *, damped: bool = False) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
         Args:
             guess: start there instead; the tolerance still refers to the present state's residual.
-            careful: damp and search along each step, which takes more and costlier iterations but
+            damped: damp and search along each step, which takes more and costlier iterations but
                 hardly loses its way: it follows a motion to a stable state.
         """
         model = self.model
         carried = model.potential.carried
-        self._lead(careful)
+        self._lead(damped)
         if guess is not None and carried is not None:
-            self._globalisation.start(self._residual_norm(), far=True, careful=careful)
+            self._globalisation.start(self._residual_norm(), far=True, damped=damped)
             model.unknowns.set_local(guess.unknowns)
             carried.stress.x.array[:] = guess.stress
         else:
-            self._globalisation.start(careful=careful)
+            self._globalisation.start(damped=damped)
             if carried is not None:
                 carried.reset()
         self._x.array[:] = model.unknowns.owned()
@@ -241,7 +241,7 @@ class Newton:
             float(self._snes.getFunctionNorm()),
             self._damping.unstable,
         )
-        self.careful += careful and solve.converged
+        self.damped += damped and solve.converged
         return solve
 
     def linear(self) -> Callable[[np.ndarray], np.ndarray]:
@@ -251,7 +251,7 @@ class Newton:
             A function of owned arrays in the order of a vector: (n,), or (n, k) for k of them,
             which are solved for at once.
         """
-        self._lead(careful=False)
+        self._lead(damped=False)
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
         self.tangent.assemble()
@@ -264,15 +264,15 @@ class Newton:
 
         return solve
 
-    def _lead(self, careful: bool) -> None:
-        """Prepare SNES for a careful solve, or a plain one."""
-        self._careful = careful
+    def _lead(self, damped: bool) -> None:
+        """Prepare SNES for a damped solve, or a plain one."""
+        self._damped = damped
         self._refreshing.start()
         self._damping.start()
-        solver = self._damping if careful else self._factors
+        solver = self._damping if damped else self._factors
         self._snes.getKSP().getPC().setPythonContext(solver)
         most = self.settings.max_iterations
-        self._snes.setTolerances(max_it=CAREFUL * most if careful else most)
+        self._snes.setTolerances(max_it=DAMPED * most if damped else most)
 
     def _ending(self, reason: int) -> Ending:
         reasons = PETSc.SNES.ConvergedReason

@@ -8,10 +8,11 @@ FALLEN = 0.5
 """Part of the residual after the last time to which it falls before the next."""
 
 CLOSE = 1e-3
-"""Part of its peak below which terms hold what they have: Newton's method then converges."""
+"""Part of its peak below which terms hold what they have, unless it drifts: then Newton's method
+converges."""
 
 DRIFTS = 0.01
-"""Relative change of what is held above which a converged state is solved for again."""
+"""Relative change of what is held above which it is too old, and a converged state is none."""
 
 AGAIN = 5
 """How often in one solve."""
@@ -22,8 +23,8 @@ class Refreshing:
 
     What terms hold (friction its normal forces and tangent planes) is a function of the solution,
     so it follows the iterates at first. It does not follow an overshoot, whose contact forces may
-    be many times too large: only where the residual has fallen since the last time. At last it is
-    held, and checked once more where the solve has converged.
+    be many times too large: only where the residual has fallen since the last time. Close to the
+    solution it is held as long as it does not drift, which is checked once more at the end.
 
     Args:
         model: whose terms hold something.
@@ -52,7 +53,8 @@ class Refreshing:
             first_N: that of the solve's start.
         """
         self._peak_N = max(self._peak_N, norm, first_N)
-        due = not self._held and norm <= FALLEN * (self._last_N or first_N)
+        fallen = norm <= FALLEN * (self._last_N or first_N)
+        due = fallen and (not self._held or self._model.drift() > DRIFTS)
         self._held |= norm <= CLOSE * self._peak_N
         return due
 

@@ -22,7 +22,7 @@ FALL = 1e-4
 """Part of the pressure by which it must fall to have had a maximum."""
 
 
-class Summit:
+class LimitPointSearch:
     """Leads the cavity's volume on from a state at which the pressure could not be raised.
 
     A limit point is where equilibrium goes on at a falling pressure, so it is looked for. A single

@@ -54,9 +54,9 @@ class LoadPath:
     """Leads a model along straight lines between prescribed controls, time among them.
 
     A step starts from where the path so far leads, as long as that is straight. One that fails is
-    taken back and tried again with care, then halved; steps grow again after easy ones. With care
-    the path may go on beyond a limit point, where the model snaps to another stable state. The
-    solver's time limit counts from here, and is looked at before each step.
+    taken back and solved again with damping, then halved; steps grow again after easy ones. With
+    damping the path may go on beyond a limit point, where the model snaps to another stable state.
+    The solver's time limit counts from here, and is looked at before each step.
 
     Args:
         newton: solver of the model.
@@ -89,7 +89,7 @@ class LoadPath:
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
         self._predictor = Predictor(self.model, newton.linear)
-        self._lost = False  # whether the last careful solve on the way to the target failed
+        self._lost = False  # whether the last damped solve on the way to the target failed
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
         self._place = 0.0  # along the path, in longest steps
@@ -167,17 +167,18 @@ class LoadPath:
     ) -> Solve:
         """Solve the model from ``good``, its state, at ``controls``, its own.
 
-        Where care has not helped before it is left out but for the ``last`` step that is tried:
-        beyond a limit point it takes its time to run away.
+        A step that fails is solved again, damped. Where damping has not helped on the way to this
+        target it is left out, but for the ``last`` step that is tried: beyond a limit point a
+        damped solve takes many iterations to run away.
         """
         solve = self.newton.solve(guess)
         if solve.converged or (self._lost and not last):
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)
-        careful = self.newton.solve(careful=True)
-        self._lost = not careful.converged
-        return careful
+        damped = self.newton.solve(damped=True)
+        self._lost = not damped.converged
+        return damped
 
     def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
         """Take ``direction``, the change of each control in a longest step, from ``start`` on."""

@@ -21,8 +21,9 @@ WORTH = 0.3
 """A shorter part of the way to the state ahead saves no iteration."""
 
 AHEAD = (0.25, -0.125, 0.125)
-"""Places of the states that stand for a path's series, in its unit: those that serve longest last.
-So near the path that nothing is stretched yet, so far apart that rounding is not felt."""
+"""Places at which the Taylor series is sampled, in the unit of the path. Those that are used
+longest come last. They lie near enough for the series to hold, and far enough apart for rounding
+not to matter."""
 
 
 class Predictor:

@@ -152,7 +152,10 @@ class ForwardSensitivity:
         start = step.residual()
         found = np.zeros((len(start), len(self._perturbations)), order="F")
         first = np.inf
-        for _ in range(CORRECTIONS if any(each is not None for each in held) else 1):
+        # a support that moves with numbers is held where they lead: what it moves as the mesh does
+        # is felt by the next residual
+        exact = model.moving is None and all(each is None for each in held)
+        for _ in range(1 if exact else CORRECTIONS):
             right = np.column_stack(
                 [
                     (step.residual(*each, model.unknowns.to_local(found[:, i])) - start) / each[2]

@@ -9,7 +9,7 @@ from mechanics import bodies
 from dolfingrip.config import Solver
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.limit_point import Summit
+from dolfingrip.mechanics.path.limit_point import LimitPointSearch
 from dolfingrip.mechanics.path.path import LoadPath
 
 GREATEST_KPA = 316.0
@@ -28,7 +28,7 @@ def test_summit(balloon: bodies.Body, part: float, near: bool) -> None:
     before = model.state()
     ds = model.domain.surface("cavity", quadrature_degree=6)
     volume = cavity_pressure.volume_density(balloon.u, model.domain.mesh) * ds
-    summit = Summit(model, model.controls["pressure_kPa"], volume, settings)
+    summit = LimitPointSearch(model, model.controls["pressure_kPa"], volume, settings)
     # as a step of a hundredth more is asked for
     assert summit.is_near((part + 0.01) * GREATEST_KPA) is near
     after = model.state()
