@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import reduce
+from itertools import combinations_with_replacement
 from operator import add
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ import numpy as np
 import ufl
 from dolfinx import fem, la
 from mpi4py import MPI
+from ufl.algorithms import expand_derivatives
 from ufl.core.expr import Expr
 
 from dolfingrip.forms.kinematics import (
@@ -232,7 +234,12 @@ class _NumberForms:
         self._first = u.function_space.dofmap.index_map.local_range[0]
         self._owned = u.function_space.dofmap.index_map.size_local
         self._slopes = [_compiled(slope) for slope in slopes]
-        self._curvatures = [[_compiled(ufl.diff(slope, m)) for m in marks] for slope in slopes]
+        # Most pairs do not meet in any energy: what is zero need not be compiled.
+        self._curvatures = {
+            (i, j): _compiled(curvature)
+            for i, j in combinations_with_replacement(range(len(marks)), 2)
+            if not (curvature := expand_derivatives(ufl.diff(slopes[i], marks[j]))).empty()
+        }
         self._mixed = [_compiled(ufl.derivative(slope, u, test)) for slope in slopes]
 
     def _sum(self, form: fem.Form) -> float:
@@ -245,5 +252,7 @@ class _NumberForms:
     def coupling(self) -> Coupling:
         """This rank's rows, and the numbers' own."""
         mixed = [_assembled(form)[: NODE * self._owned] for form in self._mixed]
-        within = np.array([[self._sum(form) for form in row] for row in self._curvatures])
+        within = np.zeros((len(mixed), len(mixed)))
+        for (i, j), form in self._curvatures.items():
+            within[i, j] = within[j, i] = self._sum(form)
         return number_coupling(self._numbers, self._first, np.array(mixed), within)
