@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping
 
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.sections.lookup import only_class
 
 NAMES = (
     "bending",
@@ -20,16 +20,9 @@ NAMES = (
 
 def experiment(name: str) -> Experiment:
     """The experiment in the file of this name."""
-    module = importlib.import_module(f"dolfingrip.experiments.{name}")
-    (found,) = (
-        item
-        for item in vars(module).values()
-        if isinstance(item, type)
-        and issubclass(item, Experiment)
-        and item.__module__ == module.__name__
-    )
-    made: Experiment = found()
-    return made
+    # each file's class is a whole one, which the type of the base cannot tell
+    found = only_class(f"dolfingrip.experiments.{name}", Experiment)  # type: ignore[type-abstract]
+    return found()
 
 
 EXPERIMENTS: Mapping[str, Experiment] = {name: experiment(name) for name in NAMES}

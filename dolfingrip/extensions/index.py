@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -10,6 +9,7 @@ import ufl
 from pydantic import Field, create_model
 
 from dolfingrip.extensions.effect import Effect, StrainEnergy
+from dolfingrip.sections.lookup import only_class
 from dolfingrip.sections.section import Section
 
 if TYPE_CHECKING:
@@ -59,15 +59,7 @@ NAMES = (
 
 def effect(name: str) -> type[Effect]:
     """The class in the file of an effect."""
-    module = importlib.import_module(f"dolfingrip.extensions.{name}")
-    (found,) = (
-        item
-        for item in vars(module).values()
-        if isinstance(item, type)
-        and issubclass(item, Effect)
-        and item.__module__ == module.__name__
-    )
-    return found
+    return only_class(f"dolfingrip.extensions.{name}", Effect)
 
 
 EFFECTS: tuple[type[Effect], ...] = tuple(effect(name) for name in NAMES)

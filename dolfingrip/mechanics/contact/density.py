@@ -58,12 +58,7 @@ class TwoStage:
         energy = np.where(near, -(np.log(2 * s) - 0.5) / 4, (1 - s) ** 2 / 2)
         slope = np.where(near, -1 / (4 * s), s - 1)
         curvature = np.where(near, 1 / (4 * s**2), 1.0)
-        stiffness = self.stiffness_MPa * felt
-        return Felt(
-            stiffness * self.width_mm * energy,
-            stiffness * slope,
-            stiffness / self.width_mm * curvature,
-        )
+        return _felt(self.width_mm, self.stiffness_MPa * felt, energy, slope, curvature)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +82,19 @@ class Smooth:
         energy = -(left**2) * log
         slope = 4 * s * left * log - 2 * left**2 / s
         curvature = 4 * (1 - 3 * s**2) * log + 16 * left + 2 * left**2 / s**2
-        stiffness = self.stiffness_MPa
-        return Felt(
-            stiffness * self.width_mm * energy,
-            stiffness * slope,
-            stiffness / self.width_mm * curvature,
-        )
+        return _felt(self.width_mm, self.stiffness_MPa, energy, slope, curvature)
+
+
+def _felt(
+    width_mm: float,
+    stiffness_MPa: float | np.ndarray,
+    energy: np.ndarray,
+    slope: np.ndarray,
+    curvature: np.ndarray,
+) -> Felt:
+    """What is felt of a barrier whose energy and derivatives are given by s, for κ ĝ = 1."""
+    return Felt(
+        stiffness_MPa * width_mm * energy,
+        stiffness_MPa * slope,
+        stiffness_MPa / width_mm * curvature,
+    )

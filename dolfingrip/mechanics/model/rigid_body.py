@@ -94,7 +94,6 @@ class RigidMotion(Term):
     """
 
     name: ClassVar[str] = "rigid body"
-    carries_history = True
 
     def __init__(
         self,

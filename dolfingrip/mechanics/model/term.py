@@ -33,11 +33,9 @@ class Term:
 
     Attributes:
         name: what a step that this term bounds is said to be bounded by.
-        carries_history: whether its potential depends on the last accepted step.
     """
 
     name: ClassVar[str] = ""
-    carries_history: bool = False
 
     # -- the potential ---------------------------------------------------------------------------
 
