@@ -14,9 +14,9 @@ from ufl.core.expr import Expr
 from benchmarks import split_energy
 from dolfingrip.config import Config
 from dolfingrip.experiments import pressures_kPa
-from dolfingrip.experiments.finger import FingerModel, build
-from dolfingrip.experiments.observation import Observation
-from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.experiments.rigs.finger import FingerModel, build
+from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.profile import Profile

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import spsolve, use_solver
 
 from benchmarks.tip import mean_displacement
 from dolfingrip.config import KPA, Config
-from dolfingrip.experiments.undeformed import solid
+from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.meshes.cells import TETRAHEDRON
 from dolfingrip.meshes.groups import CAVITY, CLAMP, SYMMETRY
 from dolfingrip.meshes.solid import SolidMesh, match

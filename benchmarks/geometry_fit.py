@@ -35,7 +35,7 @@ from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.design.campaign.store import Store
-from dolfingrip.experiments import turning_point
+from dolfingrip.experiments.results import turning_point
 from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 from dolfingrip.meshes.morph import Morph
 

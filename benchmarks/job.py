@@ -76,7 +76,7 @@ def deck(spec: dict[str, Any]) -> dict[str, Any]:
 
     from benchmarks.calculix import write_deck
     from dolfingrip import config
-    from dolfingrip.experiments.undeformed import solid
+    from dolfingrip.experiments.rigs.undeformed import solid
 
     settings = config.load(None, spec["overrides"])
     mesh = solid(settings)
@@ -90,7 +90,7 @@ def tip(spec: dict[str, Any]) -> dict[str, Any]:
 
     from benchmarks.calculix import iterations, read_tip
     from dolfingrip import config
-    from dolfingrip.experiments.undeformed import solid
+    from dolfingrip.experiments.rigs.undeformed import solid
 
     output = Path(spec["deck"]).with_suffix(".dat")
     settings = config.load(None, spec["overrides"])
@@ -107,7 +107,7 @@ def versions(_spec: dict[str, Any]) -> dict[str, Any]:
     """Versions of what computes."""
     import felupe as peer
 
-    from dolfingrip.experiments import record
+    from dolfingrip.experiments.results import record
 
     return {**record.versions(), "felupe": peer.__version__}
 

@@ -18,13 +18,13 @@ from mpi4py import MPI
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.experiments.finger import build
-from dolfingrip.experiments.finger_rig import FingerRig
+from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, chosen
 from dolfingrip.experiments.index import find
-from dolfingrip.experiments.observation import Observation
-from dolfingrip.experiments.perturbation import velocity
-from dolfingrip.experiments.sensitivities import Sensitivities, chosen
-from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.experiments.rigs.finger import build
+from dolfingrip.experiments.rigs.finger_rig import FingerRig
+from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.experiments.rigs.perturbation import velocity
+from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.parameter import Entry, Parameter

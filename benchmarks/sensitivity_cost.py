@@ -16,7 +16,7 @@ from mpi4py import MPI
 from benchmarks.sensitivities import INSTRUMENTS, LASTING
 from dolfingrip import config as configuration
 from dolfingrip.experiments import run
-from dolfingrip.experiments.sensitivities import chosen
+from dolfingrip.experiments.derivatives.sensitivities import chosen
 
 SUPPLIED = ("extensions.pressure_gain={}", "extensions.pressure_offset={}")
 ELASTIC = (

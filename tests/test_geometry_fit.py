@@ -15,7 +15,7 @@ from dolfingrip.config import Config, Finger
 from dolfingrip.design.campaign.answer import Answer
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.store import Store
-from dolfingrip.experiments.gradients import cog_offset_mm
+from dolfingrip.experiments.derivatives.gradients import cog_offset_mm
 from dolfingrip.meshes.morph import Morph
 
 CANDIDATE = {"finger.channel_width_mm": 9.0, "finger.gap_mm": 1.5}

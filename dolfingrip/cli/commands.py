@@ -15,10 +15,10 @@ from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import pressures_kPa, run, synthetic
+from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
-from dolfingrip.experiments.result import Result, Row
-from dolfingrip.experiments.sensitivities import chosen
+from dolfingrip.experiments.results.result import Result, Row
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate

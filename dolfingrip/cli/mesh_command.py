@@ -28,7 +28,7 @@ def mesh(
     """
     resolved = configuration.load(config, overrides or ())
     check_writable(out)
-    from dolfingrip.experiments.undeformed import solid
+    from dolfingrip.experiments.rigs.undeformed import solid
     from dolfingrip.mechanics.model.domain import on_root
     from dolfingrip.meshes import files
     from dolfingrip.meshes.quality import check

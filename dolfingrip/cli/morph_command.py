@@ -26,7 +26,7 @@ def morph(
     """Move a mesh by ξ1 up to the plane x = morph.d_mm, and by ξ2 beyond it."""
     asked = [*(overrides or ()), f"morph.xi1={xi[0]}", f"morph.xi2={xi[1]}"]
     resolved = configuration.load(config, asked)
-    from dolfingrip.experiments import undeformed
+    from dolfingrip.experiments.rigs import undeformed
     from dolfingrip.mechanics.model.domain import on_root
     from dolfingrip.meshes import files
     from dolfingrip.meshes.morph import morphed

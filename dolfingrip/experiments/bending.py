@@ -11,7 +11,7 @@ from dolfingrip.experiments.finger_experiment import FingerExperiment
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
 
@@ -34,6 +34,6 @@ class Bending(FingerExperiment):
     )
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
-        from dolfingrip.experiments.finger_rig import FingerRig
+        from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
         return FingerRig.built(config, comm, profile, plate=False)

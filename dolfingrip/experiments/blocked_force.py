@@ -11,8 +11,8 @@ from dolfingrip.experiments.finger_experiment import FingerExperiment
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.result import Result
-    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
 
@@ -26,7 +26,7 @@ class BlockedForce(FingerExperiment):
     plot: ClassVar = Plot("Blocked force (N)", (Curve("force_N", "simulation"),))
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
-        from dolfingrip.experiments.finger_rig import FingerRig
+        from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
         return FingerRig.built(config, comm, profile, plate=True)
 
@@ -36,7 +36,7 @@ class BlockedForce(FingerExperiment):
 
     def conclude(self, result: Result, rig: Rig) -> None:
         """Find the turning point of the loading branch."""
-        from dolfingrip.experiments import turning_point
+        from dolfingrip.experiments.results import turning_point
 
         result.plate = rig.plate
         loading = [i for i, row in enumerate(result.rows) if row["branch"] == "loading"]

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import schedule
 from dolfingrip.experiments.description import Column, Curve, Plot
 from dolfingrip.experiments.experiment import Experiment
-from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.protocol import schedule
+from dolfingrip.experiments.protocol.schedule import Stop
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
 
@@ -52,7 +52,7 @@ class Coupon(Experiment):
         return schedule.cycles(travel, coupon.rate_mm_per_s, config.experiment)
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
-        from dolfingrip.experiments.bar_rig import BarRig
+        from dolfingrip.experiments.rigs.bar_rig import BarRig
 
         return BarRig.built(config, comm, profile)
 

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.description import Column, Option, Plot
-from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.protocol.schedule import Stop
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.result import Result
-    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from dolfingrip.config import Config
-from dolfingrip.experiments import pressurisation
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
-from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.protocol import pressurisation
+from dolfingrip.experiments.protocol.schedule import Stop
 
 
 class FingerExperiment(Experiment):

@@ -11,13 +11,13 @@ from typing import Any
 from mpi4py import MPI
 
 from dolfingrip.config import Config
+from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, chosen
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
+from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.recorder import Recorder
-from dolfingrip.experiments.result import Result, Row, facts
-from dolfingrip.experiments.rig import Rig
-from dolfingrip.experiments.schedule import Stop
-from dolfingrip.experiments.sensitivities import Sensitivities, chosen
+from dolfingrip.experiments.results.result import Result, Row, facts
+from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer

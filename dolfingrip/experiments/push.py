@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from mpi4py import MPI
 
-    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.extensions.site import Site
     from dolfingrip.mechanics.model.profile import Profile
     from dolfingrip.mechanics.newton.newton import Newton
@@ -62,7 +62,7 @@ class Push(FingerExperiment):
         return config.changed(mesh={"half": False})
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
-        from dolfingrip.experiments.finger_rig import FingerRig
+        from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
         rig = FingerRig.built(config, comm, profile, plate=False, loads=dead_loads)
         if rig.newton.model.domain.half:

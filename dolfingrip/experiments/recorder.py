@@ -11,10 +11,10 @@ from typing import Any
 import tomlkit
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import record
 from dolfingrip.experiments.experiment import Experiment
-from dolfingrip.experiments.fields import FieldFile
-from dolfingrip.experiments.result import Row
+from dolfingrip.experiments.results import record
+from dolfingrip.experiments.results.fields import FieldFile
+from dolfingrip.experiments.results.result import Row
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile

@@ -18,7 +18,7 @@ from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.recorder import COLUMNS
-from dolfingrip.experiments.result import Row
+from dolfingrip.experiments.results.result import Row
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.mechanics.model.domain import on_root

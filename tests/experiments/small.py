@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from mpi4py import MPI
 
 from dolfingrip import config
-from dolfingrip.experiments.finger import FingerModel, build
-from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.experiments.rigs.finger import FingerModel, build
+from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from experiments import small
 
-from dolfingrip.experiments.observation import Observation
-from dolfingrip.experiments.undeformed import solid
+from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.meshes.quality import check
 
 PRESSURES_KPA = (10.0, 25.0, 50.0)

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from experiments.small import model, pressurise, short
 
-from dolfingrip.experiments import gradients, run
-from dolfingrip.experiments.finger import FingerModel
-from dolfingrip.experiments.observation import Observation
+from dolfingrip.experiments import run
+from dolfingrip.experiments.derivatives import gradients
+from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.readings.plate import PlateForce
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from experiments import small
 
-from dolfingrip.experiments.finger import FingerModel
-from dolfingrip.experiments.observation import Observation
-from dolfingrip.experiments.undeformed import solid
+from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.meshes.quality import check
 
 

@@ -6,7 +6,7 @@ import pytest
 from experiments import small
 
 from dolfingrip.experiments import pressures_kPa, run
-from dolfingrip.experiments.pressurisation import stops
+from dolfingrip.experiments.protocol.pressurisation import stops
 
 
 def test_pressures() -> None:

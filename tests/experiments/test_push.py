@@ -13,8 +13,8 @@ from mpi4py import MPI
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import push, run
-from dolfingrip.experiments.finger import FingerModel, build
-from dolfingrip.experiments.undeformed import load_domain, solid
+from dolfingrip.experiments.rigs.finger import FingerModel, build
+from dolfingrip.experiments.rigs.undeformed import load_domain, solid
 from dolfingrip.mechanics.model.model import Control
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath

@@ -15,8 +15,8 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments import Result, run
-from dolfingrip.experiments.finger import FingerModel
 from dolfingrip.experiments.recorder import COLUMNS
+from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.mechanics.path.failure import FailureKind
 from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.report.fields import list_steps

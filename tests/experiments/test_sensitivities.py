@@ -21,7 +21,7 @@ from benchmarks import sensitivities
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import run
-from dolfingrip.experiments.sensitivities import chosen
+from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.parameter import Entry, Parameter, every, find
 
 SEED = 17

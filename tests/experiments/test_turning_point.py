@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.experiments import turning_point
+from dolfingrip.experiments.results import turning_point
 
 PRESSURES = np.arange(0.0, 251.0, 25.0)
 BEFORE, AFTER = 0.011, 0.018

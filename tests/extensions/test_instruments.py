@@ -8,7 +8,7 @@ from extensions import bars
 from extensions.test_supply import led
 
 from dolfingrip import config
-from dolfingrip.experiments.display import displayed
+from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.extensions.line_lag import LineLag
 from dolfingrip.extensions.pressure_offset import PressureOffset
 

@@ -9,7 +9,7 @@ from extensions import trial
 from mechanics import taylor
 
 from dolfingrip.experiments import run
-from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.extensions.clamp_compliance import ClampCompliance
 from dolfingrip.extensions.plate_compliance import PlateCompliance
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent

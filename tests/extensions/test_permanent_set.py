@@ -8,7 +8,7 @@ from extensions import bars
 from mpi4py import MPI
 
 from dolfingrip import config
-from dolfingrip.experiments.bar import CouponModel, build
+from dolfingrip.experiments.rigs.bar import CouponModel, build
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 

@@ -11,7 +11,7 @@ from extensions import trial
 from mechanics import taylor
 
 from dolfingrip.experiments import Result, run
-from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.extensions.bellows_friction import BellowsFriction
 from dolfingrip.extensions.plate_friction import PlateFriction
 from dolfingrip.mechanics.contact.friction import Friction, SLIP_mm

@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.config import Solver
-from dolfingrip.experiments.bar import build
+from dolfingrip.experiments.rigs.bar import build
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 

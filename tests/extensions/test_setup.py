@@ -11,7 +11,7 @@ from mechanics import bodies
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
-from dolfingrip.experiments.finger import build
+from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.extensions.clamp_compliance import ClampCompliance
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from pydantic import create_model
 
 from dolfingrip.config import Config, checked
-from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS, table
 from dolfingrip.mechanics.model.unknowns import Gradient

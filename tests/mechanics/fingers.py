@@ -7,7 +7,7 @@ from mechanics import bodies
 from mpi4py import MPI
 
 from dolfingrip import config
-from dolfingrip.experiments import finger
+from dolfingrip.experiments.rigs import finger
 from dolfingrip.mechanics.model.domain import Domain, distribute
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.solid import SolidMesh

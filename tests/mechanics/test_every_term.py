@@ -12,7 +12,7 @@ import pytest
 from experiments import small
 from mechanics import taylor
 
-from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.mechanics.model.unknowns import Number
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath

@@ -12,7 +12,7 @@ from petsc4py import PETSc
 from scipy.spatial import cKDTree
 
 from dolfingrip.config import KPA
-from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.forms.kinematics import current_area_vector
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.newton.newton import Newton

@@ -14,7 +14,7 @@ from petsc4py import PETSc
 
 from dolfingrip.config import Solver
 from dolfingrip.experiments import run
-from dolfingrip.experiments.observation import Observation
+from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.condensation import Condensation
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent

@@ -13,10 +13,10 @@ from mechanics import taylor
 from mpi4py import MPI
 
 from dolfingrip import config
-from dolfingrip.experiments import bar_rig
-from dolfingrip.experiments.finger import FingerModel
-from dolfingrip.experiments.observation import Observation
-from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.rigs import bar_rig
+from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.movement import Movement

@@ -16,9 +16,9 @@ from mpi4py import MPI
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import Result, gradients, run
-from dolfingrip.experiments.finger import build
-from dolfingrip.experiments.observation import Observation
-from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.experiments.rigs.finger import build
+from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.meshes import files
@@ -185,7 +185,7 @@ def test_half_finger_from_a_file_refuses_sideways_loads(shared: Path) -> None:
     settings = small.short()
 
     def write() -> None:
-        from dolfingrip.experiments.undeformed import solid
+        from dolfingrip.experiments.rigs.undeformed import solid
 
         mesh = solid(settings)
         assert check(mesh).cavity_mm3 > 0

@@ -26,7 +26,7 @@ from dolfingrip.design.campaign.answer import DesignFailure, Outcome
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from dolfingrip.experiments.result import Result
+    from dolfingrip.experiments.results.result import Result
 
 QUANTITIES: Final = ("cog_offset_mm", "force_N", "angle_deg")
 """What can be computed: the undeformed centroid's offset, and the blocked force and the free
@@ -62,7 +62,9 @@ def compute(config: dict[str, Any], quantities: tuple[str, ...], comm: MPI.Comm)
         DesignFailure: on every rank, where the load path ended early.
         ConfigError: on every rank, where there is no such finger.
     """
-    from dolfingrip.experiments import gradients, record, run
+    from dolfingrip.experiments import run
+    from dolfingrip.experiments.derivatives import gradients
+    from dolfingrip.experiments.results import record
     from dolfingrip.mechanics.model.domain import on_root
 
     resolved = configuration.from_dict(config)

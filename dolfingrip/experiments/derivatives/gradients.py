@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.finger import FingerModel
-from dolfingrip.experiments.rest import at_rest, has_weight
-from dolfingrip.experiments.result import Row
-from dolfingrip.experiments.undeformed import morph, solid
+from dolfingrip.experiments.results.result import Row
+from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.rest import at_rest, has_weight
+from dolfingrip.experiments.rigs.undeformed import morph, solid
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.morph import velocity
 from dolfingrip.mechanics.readings.plate import PlateForce, PlatePlace

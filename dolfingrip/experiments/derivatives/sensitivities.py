@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.result import Row
+from dolfingrip.experiments.results.result import Row
 from dolfingrip.mechanics.sensitivity.forward import SMALL, ForwardSensitivity
 from dolfingrip.parameter import Entry, Parameter, every, find
 
 if TYPE_CHECKING:
-    from dolfingrip.experiments.rig import Rig
+    from dolfingrip.experiments.rigs.rig import Rig
 
 COLUMNS = ("row", "column", "parameter", "derivative")
 """Of ``sensitivity.csv``: row of ``result.csv`` from 0 on, its column, the configuration's key, and

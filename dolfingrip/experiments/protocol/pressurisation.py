@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments import schedule
-from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.protocol import schedule
+from dolfingrip.experiments.protocol.schedule import Stop
 
 
 def stops(config: Config) -> Sequence[Stop]:

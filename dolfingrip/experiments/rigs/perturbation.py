@@ -9,8 +9,8 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.finger import FingerModel, weight
-from dolfingrip.experiments.undeformed import morph
+from dolfingrip.experiments.rigs.finger import FingerModel, weight
+from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.movement import Movement

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from dolfinx import fem, io
 
-from dolfingrip.experiments.stretch import PrincipalStretch
+from dolfingrip.experiments.results.stretch import PrincipalStretch
 from dolfingrip.mechanics.model.model import Model
 
 COLLECTION = """<?xml version="1.0"?>

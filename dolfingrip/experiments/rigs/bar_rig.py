@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from mpi4py import MPI
 
 from dolfingrip.config import Config, Solver
-from dolfingrip.experiments.bar import CouponModel, build
-from dolfingrip.experiments.display import displayed
-from dolfingrip.experiments.perturbation import ParameterPerturbation, of_constants
-from dolfingrip.experiments.rig import Rig
-from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.rigs.bar import CouponModel, build
+from dolfingrip.experiments.rigs.display import displayed
+from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, of_constants
+from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time

@@ -6,8 +6,8 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.experiments.bellows import ContactGap
-from dolfingrip.experiments.finger import FingerModel
+from dolfingrip.experiments.rigs.bellows import ContactGap
+from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGap

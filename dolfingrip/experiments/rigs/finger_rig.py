@@ -8,16 +8,16 @@ import ufl
 from mpi4py import MPI
 
 from dolfingrip.config import Config
-from dolfingrip.experiments import pressurisation
-from dolfingrip.experiments.display import displayed
-from dolfingrip.experiments.finger import FingerModel, build
-from dolfingrip.experiments.observation import Observation
-from dolfingrip.experiments.perturbation import ParameterPerturbation, perturbations
-from dolfingrip.experiments.rest import UNPRESSURISED, go_to_rest, has_weight
-from dolfingrip.experiments.result import PlatePose
-from dolfingrip.experiments.rig import Rig
-from dolfingrip.experiments.schedule import Stop
-from dolfingrip.experiments.undeformed import load_domain
+from dolfingrip.experiments.protocol import pressurisation
+from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.results.result import PlatePose
+from dolfingrip.experiments.rigs.display import displayed
+from dolfingrip.experiments.rigs.finger import FingerModel, build
+from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, perturbations
+from dolfingrip.experiments.rigs.rest import UNPRESSURISED, go_to_rest, has_weight
+from dolfingrip.experiments.rigs.rig import Rig
+from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton

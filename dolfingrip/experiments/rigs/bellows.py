@@ -6,8 +6,8 @@ import ipctk
 import numpy as np
 
 from dolfingrip.config import Finger
-from dolfingrip.experiments.finger import FingerModel
-from dolfingrip.experiments.undeformed import morph
+from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.display import displayed
-from dolfingrip.experiments.perturbation import ParameterPerturbation
-from dolfingrip.experiments.result import PlatePose
-from dolfingrip.experiments.schedule import Stop
+from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.results.result import PlatePose
+from dolfingrip.experiments.rigs.display import displayed
+from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath

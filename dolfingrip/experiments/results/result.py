@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.turning_point import TurningPoint
+from dolfingrip.experiments.results.turning_point import TurningPoint
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure

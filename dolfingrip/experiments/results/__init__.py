@@ -1,0 +1,1 @@
+"""What a run yields, and the files that it is written to."""

@@ -1,0 +1,1 @@
+"""Test rigs: a specimen, what leads it, and what reads it."""
