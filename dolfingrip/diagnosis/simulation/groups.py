@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from dolfingrip.config import Config
@@ -109,5 +109,5 @@ def _of(route: Route, measurement: Measurement, tests: set[int]) -> Route:
     legs = []
     for leg in route.legs:
         mine = [belongs[row] in tests for row in leg.rows]
-        legs.append(type(leg)(leg.stops, leg.at, leg.rows[mine], leg.rows_at[mine]))
-    return type(route)(route.led, route.time_s, route.value, route.cycle, route.branch, tuple(legs))
+        legs.append(replace(leg, rows=leg.rows[mine], rows_at=leg.rows_at[mine]))
+    return replace(route, legs=tuple(legs))

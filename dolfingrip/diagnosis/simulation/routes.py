@@ -113,11 +113,12 @@ def elastic(tests: Sequence[Sequence[Segment]], led: str, headroom: float = 1.0)
         at = _rising([low, *np.sort(longest.value), high], CLOSEST * (high - low))
     else:
         at = np.linspace(low, high, MOST)
+    core = len(at)
     if headroom > 1:
         more = max(round((headroom - 1) * high / max(float(np.median(np.diff(at))), 1e-12)), 1)
         at = np.append(at, np.linspace(high, headroom * high, min(more, MOST) + 1)[1:])
     rows = np.concatenate([segment.rows for segment in every])
-    leg = Leg(np.arange(len(at)), at, rows, values)
+    leg = Leg(np.arange(len(at)), at, rows, values, core)
     time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
     count = len(at)
     return Route(led, tuple(time_s), tuple(at), (1,) * count, ("loading",) * count, (leg,))
