@@ -24,7 +24,7 @@ FAR: Final = 2.5
 """A ratio within this factor of 1 is no slip."""
 
 BETTER: Final = 0.6
-"""The factor has to bring what is left unexplained down to this part."""
+"""A scale has to bring what is left unexplained down to this part."""
 
 _DEGREES: Final = 180 / math.pi
 
@@ -69,7 +69,7 @@ class Suspicion:
         column: that may be wrong.
         factor: what it is to be multiplied by; NaN where columns are swapped.
         meaning: what was done, in words.
-        left: what is left unexplained after correction, as part of what is left before.
+        left: what a scale in place of 1 leaves unexplained, as part of what 1 does.
     """
 
     test: SpecimenTest
@@ -153,12 +153,11 @@ def _kept(
     factors: Sequence[Factor],
     pair: tuple[np.ndarray, np.ndarray],
 ) -> list[Suspicion]:
-    lefts = [(factor, _left(*pair, 1 / factor.value)) for factor in factors]
-    return [
-        Suspicion(test, column, factor.value, factor.meaning, left)
-        for factor, left in lefts
-        if left < BETTER
-    ]
+    """The slips that go with the ratio of measured and simulated, where that explains enough."""
+    left = _left(*pair, _ratio(*pair))
+    if left >= BETTER:
+        return []
+    return [Suspicion(test, column, each.value, each.meaning, left) for each in factors]
 
 
 def _swapped(

@@ -61,7 +61,8 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     found: list[SimulationGroup] = []
     together: list[tuple[str, Config, list[tuple[int, list[Segment]]]]] = []
     for test in measurement.tests:
-        own = routes.segments(measurement.rows(test.number), test.led)
+        sigma = test.setup.noise.get(test.led, 0.0)
+        own = routes.segments(measurement.rows(test.number), test.led, sigma)
         applied = test.setup.applied(config)
         for experiment, other, members in together:
             if experiment == test.experiment and other == applied:

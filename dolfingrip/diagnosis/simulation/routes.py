@@ -35,6 +35,12 @@ CLOSEST: Final = 2e-3
 JUMP: Final = 0.02
 """A wait at another value begins where what is led changes by more than this part of its range."""
 
+FEWEST: Final = 4
+"""Stops of a ramp whose rows are closer to one another than the gauge's noise allows to tell."""
+
+CERTAIN: Final = 5.0
+"""Standard deviations of the gauge that are a change for certain."""
+
 
 @dataclass(frozen=True, slots=True)
 class Segment:
@@ -44,6 +50,8 @@ class Segment:
         cycle, branch: of all rows.
         rows: places in ``Measurement.readings``.
         time_s, value: of each row; time from the test's first row on where that is at rest.
+        size: largest value of the whole test.
+        sigma: standard deviation of the gauge that reads the values.
     """
 
     cycle: int
@@ -51,6 +59,8 @@ class Segment:
     rows: np.ndarray
     time_s: np.ndarray
     value: np.ndarray
+    size: float
+    sigma: float
 
     @property
     def end(self) -> float:
@@ -64,21 +74,41 @@ class Segment:
         """From its first row to its last."""
         return float(self.time_s[-1] - self.time_s[0])
 
+    @property
+    def jump(self) -> float:
+        """A change of what is led that is none of the gauge's noise."""
+        return max(JUMP * self.size, CERTAIN * self.sigma)
 
-def segments(rows: pd.DataFrame, led: str) -> list[Segment]:
-    """The segments of one test's rows, in order."""
+    @property
+    def most(self) -> int:
+        """Stops that a ramp is worth: fewer where its rows lie within the gauge's noise."""
+        if not self.sigma:
+            return MOST
+        told_apart = int(np.ptp(self.value) / (CERTAIN * self.sigma))
+        return min(MOST, max(FEWEST, told_apart))
+
+
+def segments(rows: pd.DataFrame, led: str, sigma: float = 0.0) -> list[Segment]:
+    """The segments of one test's rows, in order.
+
+    Args:
+        rows: of the test.
+        led: column of what is led.
+        sigma: standard deviation of its gauge.
+    """
     value, time_s = rows[led].to_numpy(), rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
     size = max(float(np.abs(value).max()), 1e-12)
-    if abs(value[0]) < JUMP * size:  # at rest, so that the clock's start means nothing
+    jump = max(JUMP * size, CERTAIN * sigma)
+    if abs(value[0]) < jump:  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
     new = (cycle[1:] != cycle[:-1]) | (branch[1:] != branch[:-1])
-    new |= (branch[1:] == "hold") & (np.abs(np.diff(value)) > JUMP * size)
+    new |= (branch[1:] == "hold") & (np.abs(np.diff(value)) > jump)
     cuts = np.flatnonzero(np.concatenate([[True], new]))
     ends = [*cuts[1:], len(rows)]
     places = rows.index.to_numpy()
     return [
-        Segment(int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], value[a:b])
+        Segment(int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], value[a:b], size, sigma)
         for a, b in zip(cuts, ends, strict=True)
     ]
 
@@ -132,17 +162,16 @@ def in_time(tests: Sequence[Sequence[Segment]], led: str) -> Route:
     told = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
     stops: list[tuple[float, float, int, str]] = []
     legs: list[Leg] = []
-    size = max(abs(segment.end) for segment in told) or 1.0
     for i, segment in enumerate(told):
         same = [test[i] for test in tests]
         before = stops[-1] if stops else None
         first = len(stops)
         if segment.branch == "hold":
-            stops += _wait(segment, before, size)
+            stops += _wait(segment, before)
             joined = before is not None and before[1] == stops[-1][1]
             by = 0
         else:
-            stops += _ramp(segment, same, before, size)
+            stops += _ramp(segment, same, before)
             joined, by = before is not None, 1
         numbers = np.arange(first - int(joined), len(stops))
         at = np.array([stops[k][by] for k in numbers])
@@ -160,13 +189,12 @@ def _ramp(
     segment: Segment,
     same: Sequence[Segment],
     before: tuple[float, float, int, str] | None,
-    size: float,
 ) -> list[tuple[float, float, int, str]]:
     """Stops of a ramp: time, value, cycle, branch."""
     way = 1.0 if segment.branch == "loading" else -1.0
     time_s, value = segment.time_s, segment.value
-    if len(value) > MOST:
-        edges = np.linspace(0, len(value), MOST + 1).astype(int)
+    if len(value) > segment.most:
+        edges = np.linspace(0, len(value), segment.most + 1).astype(int)
         parts = [slice(a, b) for a, b in pairwise(edges)]
         value = np.array([value[part].mean() for part in parts])
         time_s = np.array([time_s[part].mean() for part in parts])
@@ -177,7 +205,7 @@ def _ramp(
     found: list[tuple[float, float, int, str]] = []
     last_s, last = (before[0], before[1]) if before else (0.0, -np.inf * way)
     for moment, here in zip(time_s, value, strict=True):
-        if way * (here - last) > CLOSEST * size:
+        if way * (here - last) > CLOSEST * segment.size:
             last_s, last = max(float(moment), last_s), float(here)
             found.append((last_s, last, segment.cycle, segment.branch))
     if not found:  # a ramp that does not move
@@ -186,11 +214,11 @@ def _ramp(
 
 
 def _wait(
-    segment: Segment, before: tuple[float, float, int, str] | None, size: float
+    segment: Segment, before: tuple[float, float, int, str] | None
 ) -> list[tuple[float, float, int, str]]:
     """Stops of a wait, at the value that came before where that is the same."""
     value = segment.end
-    if before is not None and abs(value - before[1]) <= JUMP * size:
+    if before is not None and abs(value - before[1]) <= segment.jump:
         value = before[1]
     last_s = before[0] if before else 0.0
     start_s, end_s = float(segment.time_s[0]), float(segment.time_s[-1])

@@ -28,6 +28,12 @@ def force_N(pressure_kPa: np.ndarray) -> np.ndarray:
     return 0.0119 * pressure_kPa + 0.008 * np.maximum(pressure_kPa - 150, 0)
 
 
+def pulled_N(travel_mm: np.ndarray) -> np.ndarray:
+    """Tensile force of an incompressible neo-Hookean bar of 33 mm and 9 mm², μ = 2.93 MPa."""
+    stretch = 1 + travel_mm / 33
+    return 9 * 2.93 * (stretch - stretch**-2)
+
+
 def found(columns: dict[str, np.ndarray], pressure: np.ndarray, wrong: float) -> list[Suspicion]:
     """Suspicions of readings, where the simulation is ``wrong`` times the truth."""
     test = SpecimenTest(0, Path("lab.csv"), "blocked_force", "A", LabSetup())
@@ -85,3 +91,18 @@ def test_a_poor_simulation_is_no_slip(wrong: float) -> None:
         found({"angle_deg": angle_deg(PRESSURE), "force_N": force_N(PRESSURE)}, PRESSURE, wrong)
         == []
     )
+
+
+@pytest.mark.parametrize("wrong", [0.8, 1.25])
+def test_travel_in_another_unit(wrong: float) -> None:
+    """Where a force in mN would do as well, both are said."""
+    test = SpecimenTest(0, Path("lab.csv"), "coupon", "A", LabSetup())
+    travel_mm = np.linspace(0, 16, 9)
+    table = pd.DataFrame(np.nan, index=range(9), columns=list(MEASURED))
+    table = table.astype({"experiment": object, "specimen": object, "branch": object})
+    table[["experiment", "specimen", "branch"]] = ["coupon", "A", "loading"]
+    table["test"], table["displacement_mm"] = 0, travel_mm / 1000
+    table["force_N"] = pulled_N(travel_mm)
+    said = suspicions(Measurement(table, [test]), wrong * pulled_N(travel_mm / 1000))
+    assert {each.column for each in said} == {"displacement_mm", "force_N"}
+    assert any("a displacement in m? (factor 1000)" in each.sentence() for each in said)

@@ -76,6 +76,20 @@ def test_many_noisy_rows_make_a_smooth_way(tmp_path: Path) -> None:
     np.testing.assert_allclose(rows[ramps], told[ramps], atol=1e-9)
 
 
+def test_rows_within_the_gauges_noise_are_averaged(tmp_path: Path) -> None:
+    """A ramp of 12 kPa read 25 times by a gauge of 0.5 kPa: five stops and the ends; one wait."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    way = [("loading", 12 * k / 24) for k in range(25)] + [("hold", 12.0)] * 20
+    lines = [
+        f"A,1,{branch},{i},{p + rng.normal(0, 0.5):.4f},1.0" for i, (branch, p) in enumerate(way)
+    ]
+    (group,) = groups(measured(tmp_path, lines, "[noise]\npressure_kPa = 0.5\n"), Config())
+    assert len(group.in_time.legs) == 2
+    assert group.in_time.branch.count("loading") <= 7
+    assert len(set(group.in_time.value[-6:])) == 1
+
+
 def test_specimens_share_what_they_went_through_alike(tmp_path: Path) -> None:
     lines = cycle("A", 6, 4) + cycle("B", 6, 4) + cycle("C", 6, 4, rate=2.0)
     found = groups(measured(tmp_path, lines), Config())
