@@ -140,7 +140,7 @@ def test_every_effect_registers_its_numbers() -> None:
         (
             ["extensions.coarse_mesh.factor"],
             ("extensions.coarse_mesh={}",),
-            "a choice of the model",
+            "allowed: extensions.coarse_mesh, the difference of two runs",
         ),
         ([], ("experiment.control=volume",), "experiment.control"),
     ],
@@ -150,6 +150,32 @@ def test_what_has_no_derivative_says_so(
 ) -> None:
     with pytest.raises(ConfigError, match=said):
         chosen(config.load(None, overrides), keys)
+
+
+@pytest.mark.parametrize("on", [(), ("extensions.coarse_mesh.factor=1.5",)], ids=["off", "on"])
+def test_a_choice_of_the_model_has_the_difference_of_two_runs(
+    on: tuple[str, ...], tmp_path: Path
+) -> None:
+    """With minus without, whether the configuration has the choice or not."""
+    low = ("experiment.max_pressure_kPa=25", "experiment.step_kPa=25")
+    told = []
+    result = run(
+        "bending", small.short(*low, *on), comm=small.SELF, out=tmp_path,
+        gradients=["extensions.coarse_mesh"], progress=told.append,
+    )  # fmt: skip
+    without, with_it = (
+        run("bending", small.short(*low, *setting), comm=small.SELF)
+        for setting in ((), ("extensions.coarse_mesh={}",))
+    )
+    assert len(told) == 2 * len(result.rows)
+    found = {(row["row"], row["column"]): row["derivative"] for row in result.sensitivities}
+    for name in ("angle_deg", "tip_x_mm", "cavity_volume_mm3"):
+        expected = with_it.column(name) - without.column(name)
+        assert [found[i, name] for i in range(2)] == pytest.approx(expected, abs=1e-12)
+        assert abs(expected[-1]) > 1e-6
+    assert result.second_runs == {"extensions.coarse_mesh": None}
+    text = (tmp_path / "sensitivity.csv").read_text(encoding="utf-8")
+    assert "1,angle_deg,extensions.coarse_mesh (with minus without)," in text
 
 
 def test_a_run_with_derivatives_is_the_same_run() -> None:

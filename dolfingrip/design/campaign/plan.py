@@ -50,6 +50,8 @@ class Plan:
         points: inputs of each design.
         quantities: outputs that are wanted.
         objective: import path ``module:function`` of what computes them.
+        gradients: keys of parameters that the quantities are derived by, () for all of each
+            design; None for what the objective derives anyway.
     """
 
     base: Config
@@ -57,6 +59,7 @@ class Plan:
     points: tuple[Inputs, ...]
     quantities: tuple[str, ...] = QUANTITIES
     objective: str = OBJECTIVE
+    gradients: tuple[str, ...] | None = None
 
     def designs(self) -> list[Design]:
         """The designs in order, each once."""
@@ -76,12 +79,14 @@ class Plan:
         # a finished result does not depend on the time that it was allowed
         solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
         resolved = {**config, "mesh": {**config["mesh"], "file": digest}, "solver": solver}
-        content = {
+        content: dict[str, Any] = {
             "schema": SCHEMA,
             "objective": self.objective,
             "quantities": sorted(self.quantities),
             "config": resolved,
         }
+        if self.gradients is not None:
+            content["gradients"] = self.gradients
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -92,6 +97,7 @@ class Plan:
             "objective": self.objective,
             "quantities": sorted(self.quantities),
             "parameters": list(self.parameters),
+            "gradients": _told(self.gradients),
             "base": self.base.model_dump(mode="json"),
         }
 
@@ -101,7 +107,8 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
 
     Values of keys that either of them varies may differ: they stand with each design.
     """
-    for name in ("schema", "objective", "quantities"):
+    before = {"gradients": _told(None), **before}  # as of stores that are older than the choice
+    for name in ("schema", "objective", "quantities", "gradients"):
         if before[name] != now[name]:
             yield f"{name} was {before[name]}, now {now[name]}"
     free = {*before["parameters"], *now["parameters"], f"solver.{TIME_LIMIT}"}
@@ -110,6 +117,13 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
         for name in {**old, **new}:
             if f"{section}.{name}" not in free and old.get(name) != new.get(name):
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
+
+
+def _told(gradients: tuple[str, ...] | None) -> str:
+    """What derivatives were asked for, in words."""
+    if gradients is None:
+        return "not asked for"
+    return ", ".join(gradients) or "by all parameters"
 
 
 def merged(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
