@@ -17,6 +17,7 @@ from dolfingrip.cli.options import (
     Out,
     Overrides,
     Parameters,
+    checked_numbers,
     console,
     gradient_keys,
 )
@@ -62,7 +63,10 @@ def fake(
     hide: Annotated[
         list[str] | None,
         typer.Option(
-            "--hide", metavar="KEY=VALUE", help="Like --set, but kept secret; repeatable."
+            "--hide",
+            metavar="KEY=VALUE",
+            help="Like --set, but kept secret; repeatable.",
+            callback=checked_numbers,
         ),
     ] = None,
     nuisance: Annotated[

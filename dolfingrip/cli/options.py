@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from mpi4py import MPI
@@ -16,9 +16,30 @@ ConfigFile = Annotated[
     Path | None,
     typer.Option("--config", "-c", help="TOML file, or a run.json to repeat; see `config`."),
 ]
+
+
+def checked_numbers(option: typer.CallbackParam, assignments: list[str] | None) -> Any:
+    """``KEY=VALUE`` strings of an option, as the parameters that their numbers are.
+
+    Raises:
+        ConfigError: one line naming the option, the key, the value and the allowed range.
+    """
+    from dolfingrip.parameter import check_assignment
+
+    for assignment in assignments or ():
+        check_assignment(assignment, f"--{option.opts[0].lstrip('-')}")
+    return assignments
+
+
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", "-s", metavar="KEY=VALUE", help="e.g. finger.wall_mm=1.8; repeatable."),
+    typer.Option(
+        "--set",
+        "-s",
+        metavar="KEY=VALUE",
+        help="e.g. finger.wall_mm=1.8; repeatable.",
+        callback=checked_numbers,
+    ),
 ]
 Gradients = Annotated[
     bool,

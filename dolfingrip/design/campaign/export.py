@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import operator
+from functools import reduce
 from pathlib import Path
 
 import pyarrow
@@ -39,8 +41,8 @@ def table(source: Path) -> pyarrow.Table:
         "status": pyarrow.array([row["status"] for row in rows], pyarrow.string()),
     }
     for key in facts["parameters"]:
-        section, _, name = key.partition(".")
-        columns[key] = pyarrow.array([row["config"][section][name] for row in rows])
+        found = [reduce(operator.getitem, key.split("."), row["config"]) for row in rows]
+        columns[key] = pyarrow.array(found)
     for quantity in facts["quantities"]:
         found = [(row["outputs"] or {}).get(quantity) for row in rows]
         columns[quantity] = pyarrow.array(found, pyarrow.float64())

@@ -69,8 +69,7 @@ class Plan:
         for inputs in self.points:
             config = {section: dict(table) for section, table in base.items()}
             for path, value in inputs.items():
-                section, _, name = path.partition(".")
-                config[section][name] = value
+                _put(config, path, value)
             key = self._key(config, digest)
             found.setdefault(key, Design(key, inputs, config))
         return list(found.values())
@@ -117,6 +116,17 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
         for name in {**old, **new}:
             if f"{section}.{name}" not in free and old.get(name) != new.get(name):
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
+
+
+def _put(config: dict[str, Any], path: str, value: float) -> None:
+    """Set a key of nested dictionaries; an effect that is off is switched on by it."""
+    section, _, name = path.partition(".")
+    if "." in name:
+        config[section] = dict(config[section])
+        effect, _, name = name.partition(".")
+        config[section][effect] = {**(config[section][effect] or {}), name: value}
+    else:
+        config[section][name] = value
 
 
 def _told(gradients: tuple[str, ...] | None) -> str:
