@@ -25,6 +25,10 @@ from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.parameter import Entry, Parameter, every, find
 
 SEED = 17
+VOLUME = (
+    "experiment.control=volume", "experiment.max_volume_ratio=1.1",
+    "experiment.step_volume_ratio=0.05",
+)  # fmt: skip
 ELASTIC, LASTING = 1e-5, 1e-3
 """Errors allowed, as parts of the readings' scales."""
 
@@ -63,8 +67,12 @@ def along(
          LASTING),
         ("blocked_force", ("extensions.plate_friction={}", "plate.tilt_deg=5",
                            *sensitivities.CYCLES), LASTING),
+        ("bending", (*VOLUME, "extensions.wall_offset={}"), ELASTIC),
+        ("blocked_force", (*VOLUME, "extensions.prony={}", "extensions.plate_compliance={}",
+                           "plate.tilt_deg=5", "experiment.unload=true"), LASTING),
     ],
-    ids=["hanging", "bellows touch", "viscous cycles", "frictional cycles"],
+    ids=["hanging", "bellows touch", "viscous cycles", "frictional cycles", "led by volume",
+         "viscous, led by volume"],
 )  # fmt: skip
 def test_all_parameters(experiment: str, overrides: tuple[str, ...], allowed: float) -> None:
     at = settings(*overrides)
@@ -142,7 +150,11 @@ def test_every_effect_registers_its_numbers() -> None:
             ("extensions.coarse_mesh={}",),
             "allowed: extensions.coarse_mesh, the difference of two runs",
         ),
-        ([], ("experiment.control=volume",), "experiment.control"),
+        (
+            [],
+            ("experiment.control=volume", "gravity.acceleration_m_s2=9.81"),
+            'experiment.control = "volume": allowed: "pressure" with --gradients and gravity',
+        ),
     ],
 )
 def test_what_has_no_derivative_says_so(

@@ -33,10 +33,10 @@ def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
     numbers = [key for key in keys or () if key not in NUMERICAL]
     if keys and not numbers:
         return []
-    if config.experiment.control == "volume":
+    if config.experiment.control == "volume" and config.adapted().gravity.acceleration_m_s2:
         raise ConfigError(
-            'experiment.control = "volume": allowed: "pressure" with --gradients, as the volume '
-            "that is led would change with the finger's dimensions"
+            'experiment.control = "volume": allowed: "pressure" with --gradients and gravity, as '
+            "the volume at rest would change with all that the hanging finger depends on"
         )
     if not numbers:
         return [parameter for parameter in every(config) if parameter.entry is not Entry.CHOICE]
