@@ -132,7 +132,7 @@ def difference(
     moving = np.zeros_like(domain.mesh.geometry.x)
     for parameter, rate in direction.items():
         if parameter.entry is Entry.SHAPE:
-            moving += rate * velocity(parameter, config, domain)
+            moving += rate * velocity(parameter, config, domain.mesh.geometry.x)
     ends = []
     for way in (STEP, -STEP):
         changed = config

@@ -16,11 +16,12 @@ from enum import StrEnum
 from typing import Annotated, Any, Final, Union, get_args, get_origin
 
 import numpy as np
-from pydantic import BaseModel, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.extensions.effect import Effect, Prior
-from dolfingrip.sections import complaint
+from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.sections import complaint, tables
 from dolfingrip.sections.units import unit
 
 STEP: Final = 1e-4
@@ -41,6 +42,9 @@ PRIORS: Final = {
     "plate.gap_mm": Prior(0.3, 0.3, "engineering guess", True),
 }
 """Priors of the simple model's own numbers, where anything is known."""
+
+
+_FINITE: Final = ConfigDict(allow_inf_nan=False)
 
 
 class Entry(StrEnum):
@@ -86,15 +90,16 @@ class Parameter:
         Raises:
             ConfigError: one line naming the option, the key, the value and the allowed range.
         """
-        whole = self.integer and float(value).is_integer()
+        given = int(value) if float(value).is_integer() and abs(value) < 2**53 else value
         hint = self.field.annotation
         if self.field.metadata:
             hint = Annotated[(hint, *self.field.metadata)]
         try:
-            TypeAdapter(hint).validate_python(int(value) if whole else value, strict=True)
-        except ValidationError:
-            allowed = complaint.bounds(self.field, self.key.rpartition(".")[2]) or "a number"
-            raise ConfigError(f"{option} {self.key} = {value:g}: allowed: {allowed}") from None
+            TypeAdapter(hint, config=_FINITE).validate_python(given, strict=True)
+        except ValidationError as error:
+            kind, name = error.errors()[0]["type"], self.key.rpartition(".")[2]
+            why = complaint.reason(kind, self.field, name)
+            raise ConfigError(f"{option} {self.key} = {complaint.shown(given)}: {why}") from None
 
     def value(self, config: Config) -> float:
         """Its value in ``config``."""
@@ -166,23 +171,56 @@ def every(config: Config) -> list[Parameter]:
 def named(key: str, option: str = "--set") -> Parameter:
     """Any number of the configuration by its key, those of the model's own choices included.
 
+    Args:
+        key: ``section.name`` or ``extensions.effect.name``; the effect may be off.
+        option: of the command that asks.
+
     Raises:
         ConfigError: one line naming ``option``, where there is no such number.
     """
-    section, _, name = key.partition(".")
-    info = Config.model_fields.get(section)
-    fields = getattr(info.annotation, "model_fields", {}) if info is not None else {}
-    allowed = "allowed: a number of the configuration"
-    if name not in fields:
-        raise ConfigError(f"{option} {key}: unknown key; {allowed}")
-    kind = _bare(fields[name].annotation)
+    info = _field(key, option)
+    kind = _bare(info.annotation)
     if kind not in (int, float):
-        raise ConfigError(f"{option} {key}: no number; {allowed}")
-    low, high = _bounds(fields[name].metadata)
-    prior = PRIORS.get(key)
-    scale = _scale(float(fields[name].default or 0.0), prior)
-    entry = _entry(section, name, None) if section in SECTIONS else Entry.CHOICE
-    return Parameter(key, unit(name), scale, prior, low, high, entry, kind is int, fields[name])
+        raise ConfigError(f"{option} {key}: no number; allowed: a number of the configuration")
+    *sections, name = key.split(".")
+    effect = next((each for each in EFFECTS if sections == ["extensions", each.name()]), None)
+    low, high = _bounds(info.metadata)
+    prior = effect.priors().get(name) if effect else PRIORS.get(key)
+    scale = _scale(float(info.default or 0.0), prior)
+    entry = _entry(sections[0], name, effect) if sections[0] in SECTIONS else Entry.CHOICE
+    return Parameter(key, unit(name), scale, prior, low, high, entry, kind is int, info)
+
+
+def check_assignment(assignment: str, option: str = "--set") -> None:
+    """Check a number that ``section.key=value`` sets, as the parameter that it is.
+
+    Texts, lists and tables are left to the configuration, which checks all of it together.
+
+    Raises:
+        ConfigError: one line naming the option, the key, the value and the allowed range.
+    """
+    key, value = tables.assigned(assignment, option)
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if number and _bare(_field(key, option).annotation) in (int, float):
+        named(key, option).check(value, option)
+
+
+def _field(key: str, option: str) -> Any:
+    """Pydantic's description of a key.
+
+    Raises:
+        ConfigError: one line naming ``option``, where there is no such key.
+    """
+    parts = key.split(".")
+    info = None
+    for i, part in enumerate(parts):
+        known = complaint.fields(parts[:i], Config)
+        if not known:
+            raise ConfigError(f"{option} {key}: {parts[i - 1]} is a value, not a section")
+        info = known.get(part)
+        if info is None:
+            raise ConfigError(f"{option} {complaint.unknown(parts[: i + 1], Config)}")
+    return info
 
 
 def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
@@ -287,7 +325,7 @@ def _scale(value: float, prior: Prior | None) -> float:
     return 0.1 * abs(value) or 1.0
 
 
-def _entry(section: str, key: str, effect: Effect | None) -> Entry:
+def _entry(section: str, key: str, effect: Effect | type[Effect] | None) -> Entry:
     if effect is None:
         return {
             "finger": Entry.SHAPE,

@@ -167,6 +167,31 @@ def test_a_path_that_ends_early_is_told_and_exits_with_1(
     assert not (tmp_path / "finger_40kPa.png").exists()
 
 
+def test_a_second_run_that_ends_early_is_told_and_exits_with_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Linear elements get along with one iteration a step, which the second run's do not."""
+    settings = (
+        "extensions.locking={}", "solver.max_iterations=1", "solver.min_step_kPa=20",
+        "solver.max_step_kPa=50", "experiment.max_pressure_kPa=50", "experiment.step_kPa=50",
+        "mesh.edge_size_mm=6",
+    )  # fmt: skip
+    one = [word for setting in settings for word in ("--set", setting)]
+    asked = ("--gradients", "--parameters", "extensions.locking")
+    code = _call("bend", "--out", str(tmp_path), *COARSE, *one, *asked, monkeypatch=monkeypatch)
+    out, _ = capfd.readouterr()
+    assert code == 1
+    assert "extensions.locking: a choice of the model, which has no derivative. A second run" in out
+    assert "Free bending, the second run for extensions.locking stopped at 0 kPa (" in out
+    rows = (tmp_path / "result.csv").read_text(encoding="utf-8").splitlines()[1:]
+    found = (tmp_path / "sensitivity.csv").read_text(encoding="utf-8").splitlines()[1:]
+    assert len(rows) == 2
+    assert {line.split(",")[0] for line in found} == {"0"}  # as far as both got
+    record = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
+    assert record["complete"]
+    assert record["second_runs"]["extensions.locking"].startswith("stopped at 0 kPa")
+
+
 def test_linear_elements_are_warned_of(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

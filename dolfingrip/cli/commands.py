@@ -15,6 +15,7 @@ from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments import pressures_kPa, run, synthetic
+from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
@@ -57,7 +58,15 @@ def run_experiment(
     check_writable(out)
     _warn(experiment, config, console)
     if gradients is not None:
-        chosen(config, gradients)  # a bad key is said before anything is computed
+        # a bad key is said before anything is computed
+        chosen(experiment.settings(config), gradients)
+        for choice in choices(experiment.settings(config), gradients):
+            console.print(
+                f"{choice.key}: a choice of the model, which has no derivative. A second run is "
+                f"made {'without' if choice.made else 'with'} it; sensitivity.csv has the "
+                f'difference of the two as "{choice.label}"',
+                soft_wrap=True,
+            )
     result = _run(experiment, config, out, console, gradients)
     _pictures(experiment, result, out, wanted, quantity, console)
     if MPI.COMM_WORLD.rank == 0:
@@ -176,7 +185,8 @@ def _run(
     console: Console,
     gradients: Sequence[str] | None = None,
 ) -> Result:
-    with _bar(experiment.title, [experiment], config, console) as advance:
+    runs = 1 + len(choices(experiment.settings(config), gradients))
+    with _bar(experiment.title, runs * [experiment], config, console) as advance:
         return run(experiment, config, out=out, progress=advance, gradients=gradients)
 
 
@@ -250,5 +260,11 @@ def _print(experiment: Experiment, result: Result, out: Path, console: Console) 
 def _print_remarks(experiment: Experiment, result: Result, console: Console) -> None:
     for remark in experiment.remarks(result):
         console.print(remark, soft_wrap=True)
+    for key, ending in result.second_runs.items():
+        if ending is not None:
+            console.print(
+                f"[red]{experiment.title}, the second run for {key} {ending.sentence()}[/red]",
+                soft_wrap=True,
+            )
     if result.failure is not None:
         console.print(f"[red]{experiment.title} {result.failure.sentence()}[/red]", soft_wrap=True)

@@ -9,8 +9,17 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
-from dolfingrip.config import ConfigError
+from dolfingrip.cli.options import (
+    ConfigFile,
+    Gradients,
+    Out,
+    Overrides,
+    Parameters,
+    check_writable,
+    console,
+    gradient_keys,
+)
+from dolfingrip.config import Config, ConfigError
 
 app = typer.Typer()
 
@@ -56,6 +65,8 @@ def doe(
     objective: Annotated[
         str | None, typer.Option(metavar="MODULE:FUNCTION", help="Another objective function.")
     ] = None,
+    gradients: Gradients = False,
+    parameters: Parameters = None,
     config: ConfigFile = None,
     overrides: Overrides = None,
 ) -> None:
@@ -70,14 +81,16 @@ def doe(
     from dolfingrip.design.campaign.cluster import Where
 
     resolved = configuration.load(config, overrides or (), DEFAULTS)
-    parameters = [space.parse(text) for text in parameter or space.PAPER]
+    varied = [space.parse(text) for text in parameter or space.PAPER]
+    keys = _keys(gradients, parameters, objective, resolved)
     asked = quantity or list(plan.QUANTITIES)
     wanted = plan.Plan(
         base=resolved,
-        parameters=tuple(p.key for p in parameters),
-        points=tuple(space.points(parameters, points, number, seed)),
+        parameters=tuple(p.key for p in varied),
+        points=tuple(space.points(varied, points, number, seed)),
         quantities=plan.quantities(asked, ours.QUANTITIES if objective is None else asked),
         objective=objective or plan.OBJECTIVE,
+        gradients=keys,
     )
     check_writable(out)
     screen = console()
@@ -95,7 +108,41 @@ def doe(
     )
     for kind, count in sorted(standing.classes.items()):
         screen.print(f"  {count} failed: {kind}", soft_wrap=True)
+    if keys is not None:
+        _write(out, [out / "designs.csv"])
     screen.print(f"campaign: {out}", soft_wrap=True)
+
+
+def _keys(
+    gradients: bool, parameters: str | None, objective: str | None, resolved: Config
+) -> tuple[str, ...] | None:
+    """Keys that each design's quantities are derived by, checked where the designs agree.
+
+    Raises:
+        ConfigError: one line.
+    """
+    keys = gradient_keys(gradients, parameters)
+    if keys is None:
+        return None
+    if objective is not None:
+        raise ConfigError("--gradients: allowed: without --objective, whose gradients are its own")
+    from dolfingrip.design.campaign.derivatives import Derivatives
+
+    Derivatives(resolved, keys)
+    return tuple(sorted(set(keys)))
+
+
+def _write(out: Path, tables: list[Path]) -> None:
+    """Write a campaign's designs, and their derivatives where there are any."""
+    from dolfingrip.design.campaign import export
+
+    number = export.write(out, tables)
+    for path in tables:
+        console().print(f"wrote {number} designs: {path}", soft_wrap=True)
+    slopes = out / "sensitivity.csv"
+    number = export.write_sensitivities(out, slopes)
+    if number:
+        console().print(f"wrote {number} derivatives: {slopes}", soft_wrap=True)
 
 
 @app.command()
@@ -104,10 +151,5 @@ def export(
     csv: Annotated[Path | None, typer.Option(help="Default: designs.csv in --out.")] = None,
     parquet: Annotated[Path | None, typer.Option(help="Default: designs.parquet in --out.")] = None,
 ) -> None:
-    """A campaign's designs as CSV and Parquet."""
-    from dolfingrip.design.campaign.export import write
-
-    paths = [csv or out / "designs.csv", parquet or out / "designs.parquet"]
-    number = write(out, paths)
-    for path in paths:
-        console().print(f"wrote {number} designs: {path}", soft_wrap=True)
+    """A campaign's designs as CSV and Parquet, and their derivatives: sensitivity.csv in --out."""
+    _write(out, [csv or out / "designs.csv", parquet or out / "designs.parquet"])

@@ -11,7 +11,16 @@ import typer
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, console
+from dolfingrip.cli.options import (
+    ConfigFile,
+    Gradients,
+    Out,
+    Overrides,
+    Parameters,
+    checked_numbers,
+    console,
+    gradient_keys,
+)
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.description import Option
 from dolfingrip.experiments.experiment import Experiment
@@ -37,17 +46,6 @@ Specimen = Annotated[
     typer.Option("--specimen", metavar="NAME", help="Specimen in the CSV of --protocol."),
 ]
 
-Gradients = Annotated[
-    bool,
-    typer.Option("--gradients", help="Derive all readings by parameters: sensitivity.csv."),
-]
-Parameters = Annotated[
-    str | None,
-    typer.Option(
-        "--parameters", metavar="KEY,KEY,…", help="Parameters of --gradients; default: all."
-    ),
-]
-
 
 def register(app: typer.Typer) -> None:
     """Give ``app`` a subcommand for each experiment of the index."""
@@ -65,7 +63,10 @@ def fake(
     hide: Annotated[
         list[str] | None,
         typer.Option(
-            "--hide", metavar="KEY=VALUE", help="Like --set, but kept secret; repeatable."
+            "--hide",
+            metavar="KEY=VALUE",
+            help="Like --set, but kept secret; repeatable.",
+            callback=checked_numbers,
         ),
     ] = None,
     nuisance: Annotated[
@@ -135,7 +136,7 @@ def _command(experiment: Experiment) -> Callable[..., None]:
         assignments = [*(overrides or ()), *_assignments(experiment, given)]
         poses = _poses(experiment, config, assignments, out, protocol, specimen)
         asked = experiment.asked(given)
-        keys = _keys(gradients, parameters)
+        keys = gradient_keys(gradients, parameters)
         settings = [(folder, experiment.settings(resolved)) for folder, resolved in poses]
         _exit(
             *[
@@ -168,19 +169,6 @@ def _parameters(experiment: Experiment) -> list[Parameter]:
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, (annotation, default) in found.items()
     ]
-
-
-def _keys(gradients: bool, parameters: str | None) -> list[str] | None:
-    """Keys that derivatives are asked for: none for all, None for no derivatives.
-
-    Raises:
-        ConfigError: one line, where keys are given and derivatives are not asked for.
-    """
-    if gradients:
-        return parameters.split(",") if parameters else []
-    if parameters is not None:
-        raise ConfigError(f"--parameters {parameters}: allowed: with --gradients")
-    return None
 
 
 def _annotation(option: Option) -> Any:
@@ -237,5 +225,6 @@ def _poses(
 
 def _exit(*results: Result) -> None:
     """Exit code 1 where a load path ended early, its results up to there being kept."""
-    if any(result.failure is not None for result in results):
+    endings = [end for each in results for end in (each.failure, *each.second_runs.values())]
+    if any(ending is not None for ending in endings):
         raise typer.Exit(1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from mpi4py import MPI
@@ -16,9 +16,40 @@ ConfigFile = Annotated[
     Path | None,
     typer.Option("--config", "-c", help="TOML file, or a run.json to repeat; see `config`."),
 ]
+
+
+def checked_numbers(option: typer.CallbackParam, assignments: list[str] | None) -> Any:
+    """``KEY=VALUE`` strings of an option, as the parameters that their numbers are.
+
+    Raises:
+        ConfigError: one line naming the option, the key, the value and the allowed range.
+    """
+    from dolfingrip.parameter import check_assignment
+
+    for assignment in assignments or ():
+        check_assignment(assignment, f"--{option.opts[0].lstrip('-')}")
+    return assignments
+
+
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", "-s", metavar="KEY=VALUE", help="e.g. finger.wall_mm=1.8; repeatable."),
+    typer.Option(
+        "--set",
+        "-s",
+        metavar="KEY=VALUE",
+        help="e.g. finger.wall_mm=1.8; repeatable.",
+        callback=checked_numbers,
+    ),
+]
+Gradients = Annotated[
+    bool,
+    typer.Option("--gradients", help="Derive all readings by parameters: sensitivity.csv."),
+]
+Parameters = Annotated[
+    str | None,
+    typer.Option(
+        "--parameters", metavar="KEY,KEY,…", help="Parameters of --gradients; default: all."
+    ),
 ]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for results.")]
 
@@ -27,6 +58,23 @@ def console() -> Console:
     """Where results are printed: silent on ranks other than 0."""
     bare = False if _redirected() else None  # None: rich finds out
     return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False, force_terminal=bare)
+
+
+def gradient_keys(gradients: bool, parameters: str | None) -> list[str] | None:
+    """Keys that derivatives are asked for: none for all, None for no derivatives.
+
+    Args:
+        gradients: whether derivatives are asked for.
+        parameters: keys of their parameters, joined by commas.
+
+    Raises:
+        ConfigError: one line, where keys are given and derivatives are not asked for.
+    """
+    if gradients:
+        return [key.strip() for key in parameters.split(",")] if parameters else []
+    if parameters is not None:
+        raise ConfigError(f"--parameters {parameters}: allowed: with --gradients")
+    return None
 
 
 def _redirected() -> bool:

@@ -11,11 +11,12 @@ from typing import Any
 from mpi4py import MPI
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.derivatives.sensitivities import Sensitivities, chosen
+from dolfingrip.experiments.derivatives.choices import choices
+from dolfingrip.experiments.derivatives.sensitivities import COLUMNS, Sensitivities, chosen
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.recorder import Recorder
+from dolfingrip.experiments.recorder import Recorder, write_outcome
 from dolfingrip.experiments.results.result import Result, Row, facts
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.profile import Profile
@@ -41,11 +42,12 @@ def run(
         out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; nothing is written
             where None.
         comm: ranks to run on.
-        progress: called with each new row, on every rank.
+        progress: called with each new row, on every rank; those of second runs, too.
         visit: likewise, with the specimen (a finger's model, for one) as it then is; it must
-            leave the specimen so.
+            leave the specimen so. Second runs are not visited.
         gradients: keys of parameters that all readings are derived by, () for every one; None
-            for no derivatives.
+            for no derivatives. A key of a choice of the model (``extensions.coarse_mesh``) asks
+            for a second run with the other choice, and for the difference of the two.
 
     Raises:
         ConfigError: bad input, in one line.
@@ -53,15 +55,43 @@ def run(
     if isinstance(experiment, str):
         experiment = find(experiment)
     config = experiment.settings(config or Config())
+    asked = choices(config, gradients)
+    result = _run(experiment, config, out, comm, progress, visit, gradients)
+    for choice in asked:
+        other = _run(experiment, choice.other, None, comm, progress)
+        result.second_runs[choice.key] = other.failure
+        result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
+    if asked:
+        result.facts["second_runs"] = {
+            key: "complete" if failure is None else failure.sentence()
+            for key, failure in result.second_runs.items()
+        }
+        if out is not None and comm.rank == 0:
+            write_outcome(out, config, result.facts, result.sensitivities)
+    comm.Barrier()
+    return result
+
+
+def _run(
+    experiment: Experiment,
+    config: Config,
+    out: Path | None,
+    comm: MPI.Comm,
+    progress: Callable[[Row], None],
+    visit: Callable[[Any, Row], None] = lambda specimen, row: None,
+    gradients: Sequence[str] | None = None,
+) -> Result:
+    """One run; see :func:`run`."""
     start = time.perf_counter()
     profile = Profile()
     stops = experiment.schedule(config)
     rig = experiment.prepare(config, comm, profile)
     result = Result(experiment.name, config)
     sensitivities = None
-    if gradients is not None:
+    parameters = [] if gradients is None else chosen(config, gradients)
+    if parameters:
         with profile.phase("sensitivities"):
-            sensitivities = Sensitivities(rig, config, chosen(config, gradients))
+            sensitivities = Sensitivities(rig, config, parameters)
     with ExitStack() as stack:
         recorder = None
         if out is not None:
@@ -86,7 +116,6 @@ def run(
         result.facts = facts(result, rig.newton, profile, wall_s, experiment.notes(config))
         if recorder is not None:
             recorder.finish(result.facts, result.sensitivities)
-    comm.Barrier()
     return result
 
 

@@ -37,6 +37,26 @@ def columns(experiment: Experiment) -> tuple[str, ...]:
     return (*shared, *experiment.columns, *EFFORT)
 
 
+def write_outcome(
+    out: Path, config: Config, facts: dict[str, Any], sensitivities: Sequence[Row]
+) -> None:
+    """Write a run's ``run.json``, and its ``sensitivity.csv`` where there are derivatives.
+
+    Args:
+        out: folder of the run.
+        config: as run.
+        facts: what happened.
+        sensitivities: one row for each reading and parameter.
+    """
+    if sensitivities:
+        with (out / "sensitivity.csv").open("w", encoding="utf-8", newline="") as file:
+            table = csv.DictWriter(file, list(sensitivities[0]), lineterminator="\n")
+            table.writeheader()
+            for row in sensitivities:
+                table.writerow({name: _digits(value) for name, value in row.items()})
+    record.write(out / "run.json", config, facts)
+
+
 class Recorder:
     """Writes ``result.csv`` and ``.toml``, ``run.json`` and ``fields.pvd`` as the run goes.
 
@@ -85,16 +105,7 @@ class Recorder:
     def finish(self, facts: dict[str, Any], sensitivities: Sequence[Row] = ()) -> None:
         """Complete ``run.json``; write ``sensitivity.csv`` where there are derivatives."""
         if self._comm.rank == 0:
-            if sensitivities:
-                self._write(self._out / "sensitivity.csv", sensitivities)
-            record.write(self._out / "run.json", self._config, facts)
-
-    @staticmethod
-    def _write(path: Path, rows: Sequence[Row]) -> None:
-        with path.open("w", encoding="utf-8", newline="") as file:
-            table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
-            table.writeheader()
-            table.writerows({name: _digits(value) for name, value in row.items()} for row in rows)
+            write_outcome(self._out, self._config, facts, sensitivities)
 
     def __exit__(self, *_: object) -> None:
         self._fields.close()

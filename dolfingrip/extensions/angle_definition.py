@@ -24,6 +24,7 @@ class AngleDefinition(Effect):
     """
 
     kind: ClassVar = "measurement"
+    place: ClassVar = 1
     neutral: ClassVar = {"chord_share": 0.0}
 
     chord_share: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(

@@ -23,6 +23,7 @@ class AngleGain(Instrument):
     """
 
     kind: ClassVar = "measurement"
+    place: ClassVar = 2
     neutral: ClassVar = {"gain": 1.0}
     column: ClassVar = "angle_deg"
 

@@ -23,6 +23,7 @@ class AngleOffset(Instrument):
     """
 
     kind: ClassVar = "measurement"
+    place: ClassVar = 3
     neutral: ClassVar = {"offset_deg": 0.0}
     column: ClassVar = "angle_deg"
 

@@ -29,6 +29,7 @@ class CoarseMesh(Effect):
     """
 
     kind: ClassVar = "numerical"
+    place: ClassVar = 1
     neutral: ClassVar = {"factor": 1.0}
 
     factor: Annotated[float, Prior(1.5, 0.5, "engineering guess", positive=True)] = Field(

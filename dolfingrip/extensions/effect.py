@@ -25,6 +25,8 @@ StrainEnergy = Callable[[Expr], Expr]
 Kind = Literal[
     "elastic", "dissipative", "geometry", "set-up", "loading", "measurement", "numerical"
 ]
+"""In the order in which effects act: elastic energies add up, dissipative ones scale or remember
+what came before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +74,15 @@ class Effect(Section):
 
     Attributes:
         kind: what part of the model it belongs to.
+        place: among the effects of its kind that do not commute with it, as a gain and an offset
+            do not; those of lower place act first.
         neutral: values of its parameters at which it changes nothing.
         mixed: whether its energy also holds beside a pressure field (``P2-P1``).
     """
 
     kind: ClassVar[Kind]
     mixed: ClassVar[bool] = True
+    place: ClassVar[int] = 0
     neutral: ClassVar[Mapping[str, Any]]
 
     # -- before anything is built ----------------------------------------------------------------

@@ -22,6 +22,7 @@ class ForceDrift(Effect):
     """
 
     kind: ClassVar = "measurement"
+    place: ClassVar = 3
     neutral: ClassVar = {"rate_N_per_s": 0.0}
 
     rate_N_per_s: Annotated[float, Prior(0.0, 1e-4, "engineering guess")] = Field(

@@ -23,6 +23,7 @@ class ForceGain(Instrument):
     """
 
     kind: ClassVar = "measurement"
+    place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
     column: ClassVar = "force_N"
 

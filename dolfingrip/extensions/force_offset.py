@@ -24,6 +24,7 @@ class ForceOffset(Instrument):
     """
 
     kind: ClassVar = "measurement"
+    place: ClassVar = 2
     neutral: ClassVar = {"offset_N": 0.0}
     column: ClassVar = "force_N"
 

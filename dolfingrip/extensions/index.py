@@ -2,59 +2,23 @@
 
 from __future__ import annotations
 
+import pkgutil
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args
 
 import ufl
 from pydantic import Field, create_model
 
-from dolfingrip.extensions.effect import Effect, StrainEnergy
+from dolfingrip.extensions.effect import Effect, Kind, StrainEnergy
 from dolfingrip.sections.lookup import only_class
 from dolfingrip.sections.section import Section
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
 
-NAMES = (
-    # strain energies add; what comes later scales or remembers what came before
-    "mooney_rivlin",
-    "yeoh",
-    "gent",
-    "ogden",
-    "bulk_modulus",
-    "print_anisotropy",
-    "mullins",
-    "permanent_set",
-    "prony",
-    "temperature_drift",
-    # geometry
-    "wall_offset",
-    "base_layer_offset",
-    # set-up
-    "gravity_pitch",
-    "clamp_compliance",
-    "plate_compliance",
-    "plate_gap",
-    "plate_tilt",
-    "plate_friction",
-    "bellows_friction",
-    # from the regulator to the cavity
-    "pressure_gain",
-    "pressure_offset",
-    "line_lag",
-    # from the sensor to the table
-    "force_gain",
-    "force_offset",
-    "force_drift",
-    "angle_definition",
-    "angle_gain",
-    "angle_offset",
-    # the model
-    "coarse_mesh",
-    "locking",
-    "no_self_contact",
-)
-"""One line an effect: its file's name, which is its table's."""
+SHARED = ("dimension", "effect", "index", "instrument", "site", "supply")
+"""Files beside those of the effects: what effects share. All others hold one effect each."""
 
 
 def effect(name: str) -> type[Effect]:
@@ -62,7 +26,26 @@ def effect(name: str) -> type[Effect]:
     return only_class(f"dolfingrip.extensions.{name}", Effect)
 
 
-EFFECTS: tuple[type[Effect], ...] = tuple(effect(name) for name in NAMES)
+def _acting(each: type[Effect]) -> tuple[int, int, str]:
+    """What effects are ordered by."""
+    return get_args(Kind).index(each.kind), each.place, each.name()
+
+
+EFFECTS: tuple[type[Effect], ...] = tuple(
+    sorted(
+        (
+            effect(file.name)
+            for file in pkgutil.iter_modules([str(Path(__file__).parent)])
+            if file.name not in SHARED
+        ),
+        key=_acting,
+    )
+)
+"""All effects, one a file of this folder: by kind in the order of :data:`Kind`, within a kind by
+place, then by name."""
+
+NAMES: tuple[str, ...] = tuple(each.name() for each in EFFECTS)
+"""Names of the effects' files and tables, in the same order."""
 
 
 class Switched(Section):
@@ -71,7 +54,7 @@ class Switched(Section):
     effects: ClassVar[tuple[type[Effect], ...]] = ()
 
     def active(self, hook: str | None = None) -> Sequence[Any]:
-        """The effects that are on, in the index' order; those with ``hook`` only where given."""
+        """The effects that are on, in the index's order; those with ``hook`` only where given."""
         found = (getattr(self, each.name()) for each in self.effects)
         return [on for on in found if on is not None and (hook is None or on.has(hook))]
 

@@ -26,6 +26,7 @@ class LineLag(Effect):
     """
 
     kind: ClassVar = "loading"
+    place: ClassVar = 3
     neutral: ClassVar = {"tau_s": 0.0}
 
     tau_s: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(

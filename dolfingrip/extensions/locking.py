@@ -28,6 +28,7 @@ class Locking(Effect):
     """
 
     kind: ClassVar = "numerical"
+    place: ClassVar = 2
     neutral: ClassVar = {"linear": False}
 
     linear: bool = Field(True, description="linear tetrahedra")

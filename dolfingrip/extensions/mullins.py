@@ -34,6 +34,7 @@ class Mullins(Effect):
     """
 
     kind: ClassVar = "dissipative"
+    place: ClassVar = 1
     neutral: ClassVar = {"inverse_r": 0.0}
     # the energy at the isochoric strain is not stationary in the pressure
     mixed: ClassVar = False

@@ -33,6 +33,7 @@ class PermanentSet(Effect):
     """
 
     kind: ClassVar = "dissipative"
+    place: ClassVar = 2
     neutral: ClassVar = {"g": 0.0}
 
     g: Annotated[float, Prior(0.2, 0.1, "set of 1 to 5°; engineering guess", positive=True)] = (

@@ -23,6 +23,7 @@ class PressureGain(Effect):
     """
 
     kind: ClassVar = "loading"
+    place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
 
     gain: Annotated[float, Prior(1.0, 0.015, "regulators, ±1 to 2 %", positive=True)] = Field(

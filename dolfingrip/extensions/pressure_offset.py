@@ -23,6 +23,7 @@ class PressureOffset(Effect):
     """
 
     kind: ClassVar = "loading"
+    place: ClassVar = 2
     neutral: ClassVar = {"offset_kPa": 0.0}
 
     offset_kPa: Annotated[float, Prior(0.0, 3.0, "regulators, ±3 kPa")] = Field(

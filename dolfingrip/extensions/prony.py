@@ -36,6 +36,7 @@ class Prony(Effect):
     """
 
     kind: ClassVar = "dissipative"
+    place: ClassVar = 3
     neutral: ClassVar = {"g": [0.0]}
 
     g: Annotated[

@@ -42,16 +42,17 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
     location = [str(part) for part in first["loc"] if not isinstance(part, int)]
     key = ".".join(location)
     if first["type"] == "extra_forbidden":
-        return _unknown(location, root)
+        return unknown(location, root)
     if first["type"] == "geometry":
         return f"{key}.{first['msg']}" if key else str(first["msg"])
+    why = reason(first["type"], fields(location[:-1], root)[location[-1]], location[-1])
     value: Any = data
     last = max(i for i, part in enumerate(first["loc"]) if not isinstance(part, int))
     for place in first["loc"][: last + 1]:
         if first["type"] == "missing" and place not in value:
-            return f"{key}: missing; {_reason('missing', location, root)}"
+            return f"{key}: missing; {why}"
         value = value[place]
-    return f"{key} = {shown(value)}: {_reason(first['type'], location, root)}"
+    return f"{key} = {shown(value)}: {why}"
 
 
 def shown(value: Any) -> str:
@@ -60,8 +61,14 @@ def shown(value: Any) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 
-def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
-    info = _fields(location[:-1], root)[location[-1]]
+def reason(kind: str, info: Any, key: str) -> str:
+    """Why a value is refused, and what is allowed.
+
+    Args:
+        kind: pydantic's type of the complaint.
+        info: pydantic's description of the key.
+        key: its name, which ends in its unit.
+    """
     hint = _bare(info.annotation)
     if isinstance(hint, type) and issubclass(hint, BaseModel):
         return f"not a table; allowed: keys {', '.join(hint.model_fields)}"
@@ -76,12 +83,13 @@ def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
     if hint is str:
         return "allowed: a text in quotes"
     what = "integer" if hint is int else "number"
-    allowed = bounds(info, location[-1])
+    limits = _within(info.metadata)
+    allowed = f"{limits} {unit(key)}".strip() if limits else f"any finite {what}"
     if kind.startswith(("greater", "less")):
         return f"allowed: {allowed}"
     if kind == "finite_number":
         what = "finite number"
-    article = "an" if hint is int else "a"
+    article = "an" if what == "integer" else "a"
     return f"not {article} {what}; allowed: {allowed}"
 
 
@@ -108,11 +116,6 @@ def _entries(hint: Any, info: Any) -> str:
     return f"{text}, each {each}" if each else text
 
 
-def bounds(info: Any, key: str) -> str:
-    """The allowed range in words, with its unit, from pydantic's bounds."""
-    return f"{_within(info.metadata)} {unit(key)}".strip()
-
-
 def _within(metadata: Sequence[Any]) -> str:
     """Pydantic's bounds in words."""
     return " and ".join(
@@ -131,20 +134,20 @@ def _bare(hint: Any) -> Any:
     return hint
 
 
-def _fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
-    """Fields of the section at the end of ``sections``."""
+def fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
+    """Fields of the section at the end of ``sections``; none where that is a value."""
     model: Any = root
     for name in sections:
         model = _bare(model.model_fields[name].annotation)
         if get_origin(model) is tuple:  # a list of tables
             model = get_args(model)[0]
-    return dict(model.model_fields)
+    return dict(getattr(model, "model_fields", {}))
 
 
-def _unknown(location: Sequence[str], root: type[BaseModel]) -> str:
+def unknown(location: Sequence[str], root: type[BaseModel]) -> str:
     """An unknown key, the nearest known one and those that are allowed in its place."""
     *sections, name = location
-    here = list(_fields(sections, root))
+    here = list(fields(sections, root))
     elsewhere = [
         f"{section}.{name}"
         for section, info in root.model_fields.items()

@@ -13,19 +13,29 @@ from pydantic import BaseModel
 from dolfingrip.sections.complaint import ConfigError
 
 
+def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
+    """Key and value of one ``section.key=value``; the value is read as TOML.
+
+    Raises:
+        ConfigError: one line naming the option, where it is none.
+    """
+    key, separator, text = assignment.partition("=")
+    if not separator or not key.strip():
+        raise ConfigError(f"{option} {assignment}: allowed: section.key=value")
+    try:
+        value = tomllib.loads(f"v = {text.strip()}")["v"]
+    except tomllib.TOMLDecodeError:
+        value = text.strip()
+    return key.strip(), value
+
+
 def override(data: dict[str, Any], assignment: str, *, replace: bool = True) -> None:
     """Apply one ``section.key=value`` to ``data``; the value is read as TOML.
 
     Without ``replace`` a value that is there already stays.
     """
-    key, separator, text = assignment.partition("=")
-    if not separator or not key.strip():
-        raise ConfigError(f"--set {assignment}: allowed: section.key=value")
-    try:
-        value = tomllib.loads(f"v = {text.strip()}")["v"]
-    except tomllib.TOMLDecodeError:
-        value = text.strip()
-    *sections, name = key.strip().split(".")
+    key, value = assigned(assignment)
+    *sections, name = key.split(".")
     for section in sections:
         data = data.setdefault(section, {})
         if not isinstance(data, dict):

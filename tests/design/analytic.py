@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,15 @@ FAILING = 0.6
 """Designs with ξ1 above this fail."""
 
 
-def objective(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
+SLOPES = {
+    "cog_offset_mm": {"morph.xi1": 1.0, "morph.xi2": 2.0},
+    "force_N": {"morph.xi1": 1.0, "morph.xi2": -1.0},
+}
+
+
+def objective(
+    config: dict[str, Any], quantities: tuple[str, ...], ranks: int, keys: Sequence[str] = ()
+) -> Outcome:
     """Closed forms; every start is noted in the file that ``DOLFINGRIP_TEST_LOG`` names."""
     xi1, xi2 = config["morph"]["xi1"], config["morph"]["xi2"]
     log = os.environ.get("DOLFINGRIP_TEST_LOG")
@@ -27,7 +36,8 @@ def objective(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -
     if xi1 > FAILING:
         raise DesignFailure("limit point", "stopped at 12 kPa", {"force_N": [0.0, 1.0]})
     outputs = {"cog_offset_mm": 2.8 + xi1 + 2 * xi2, "force_N": 4 + xi1 - xi2 + ranks - 1}
-    return Outcome(outputs, curve={"force_N": [0.0, outputs["force_N"]]}, iterations=3)
+    slopes = {name: {key: each[key] for key in keys} for name, each in SLOPES.items()}
+    return Outcome(outputs, slopes, curve={"force_N": [0.0, outputs["force_N"]]}, iterations=3)
 
 
 def dies(**_: object) -> None:

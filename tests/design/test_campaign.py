@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import random
@@ -9,16 +10,18 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from design import analytic
 from design.stored import failures
 
-from dolfingrip.config import Config
-from dolfingrip.design.campaign import campaign
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign import campaign, export
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.design.campaign.evaluate import Task, work
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.spool import Spool
 from dolfingrip.design.campaign.store import Store
@@ -59,6 +62,43 @@ def ended(process: subprocess.Popen[str]) -> None:
     process.wait()
     assert process.stdout is not None
     process.stdout.read()  # they hold its other end
+
+
+def test_derivatives_survive_a_killed_client(tmp_path: Path) -> None:
+    """Answers that a killed client left in the spool bring their derivatives with them."""
+    out = tmp_path / "doe"
+    wanted = replace(small(-0.1, 0.3, 0.9), gradients=("morph.xi1", "morph.xi2"))
+    spool = Spool(out / "spool")
+    spool.folder.mkdir(parents=True)
+    first = wanted.designs()[0]
+    work(
+        Task(
+            first.key,
+            first.config,
+            wanted.quantities,
+            wanted.objective,
+            1,
+            str(spool.folder),
+            wanted.gradients,
+        )
+    )
+    standing = campaign.run(wanted, out, Where(workers=1))
+    assert (standing.computed, standing.done, standing.failed) == (2, 2, 1)
+    found = export.sensitivities(out).to_pylist()
+    expected = [
+        {"row": row, "column": column, "parameter": key, "derivative": slope}
+        for row in (0, 1)  # the third design fails
+        for column, slopes in analytic.SLOPES.items()
+        for key, slope in slopes.items()
+    ]
+    assert found == expected
+    assert export.write_sensitivities(out, out / "sensitivity.csv") == len(expected)
+    lines = (out / "sensitivity.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[1] == '0,"cog_offset_mm","morph.xi1",1'
+    # a campaign of other derivatives is another one
+    for other in (None, ("morph.xi1",)):
+        with pytest.raises(ConfigError, match="gradients was"):
+            campaign.run(replace(wanted, gradients=other), out, Where(workers=1))
 
 
 def test_client_killed_at_random_moments_loses_and_repeats_nothing(tmp_path: Path) -> None:
@@ -261,3 +301,33 @@ def test_command_and_export(tmp_path: Path) -> None:
     text = (tmp_path / "doe" / "designs.csv").read_text(encoding="utf-8")
     assert len(text.splitlines()) == 6
     assert json.dumps("morph.xi1") in text.splitlines()[0]
+
+
+def test_command_writes_derivatives(tmp_path: Path) -> None:
+    """Of the centroid alone, which no finite elements are needed for."""
+    out = tmp_path / "doe"
+    keys = "finger.wall_mm,material.mu_MPa"
+    call = (*COMMAND[:5], "--out", str(out), "--parameter", "finger.wall_mm=1.5:1.7:2")
+    few = ("--set", "mesh.size_mm=6", "--quantity", "cog_offset_mm")
+    asked = ("--gradients", "--parameters", keys)
+    done = subprocess.run([*call, *few, *asked], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"wrote 4 derivatives: {out / 'sensitivity.csv'}" in done.stdout
+    with (out / "sensitivity.csv").open(encoding="utf-8", newline="") as file:
+        slopes = list(csv.DictReader(file))
+    with (out / "designs.csv").open(encoding="utf-8", newline="") as file:
+        first, second = csv.DictReader(file)
+    assert [(row["row"], row["parameter"]) for row in slopes] == [
+        (row, key) for row in ("0", "1") for key in keys.split(",")
+    ]
+    # the mean of both ends' slopes is that of the chord but for the third derivative
+    rise = float(second["cog_offset_mm"]) - float(first["cog_offset_mm"])
+    run = float(second["finger.wall_mm"]) - float(first["finger.wall_mm"])
+    mean = (float(slopes[0]["derivative"]) + float(slopes[2]["derivative"])) / 2
+    assert mean == pytest.approx(rise / run, rel=5e-3)
+    assert float(slopes[1]["derivative"]) == 0.0
+    wrong = (("--gradients", "--objective", analytic.PATH), ("--parameters", keys))
+    for options, said in zip(wrong, ("without --objective", "with --gradients"), strict=True):
+        done = subprocess.run([*call, *options], capture_output=True, text=True, check=False)
+        assert done.returncode == 2
+        assert f"allowed: {said}" in done.stderr

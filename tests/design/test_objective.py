@@ -13,19 +13,26 @@ from dolfingrip.config import from_dict
 from dolfingrip.design.campaign import plan
 from dolfingrip.design.campaign.answer import Answer
 from dolfingrip.design.campaign.evaluate import Task, evaluate
+from dolfingrip.experiments.derivatives.gradients import cog_offset_mm
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.measures import centroid
+from dolfingrip.parameter import find
 
 QUANTITIES = ("cog_offset_mm", "force_N")
 
 
 def asked(
-    *overrides: str, ranks: int = 1, quantities: tuple[str, ...] = QUANTITIES, **inputs: float
+    *overrides: str,
+    ranks: int = 1,
+    quantities: tuple[str, ...] = QUANTITIES,
+    gradients: tuple[str, ...] | None = None,
+    **inputs: float,
 ) -> tuple[dict[str, Any], Answer]:
     points = ({f"morph.{name}": value for name, value in inputs.items()},)
     base = short("experiment.step_kPa=25", *overrides)
     design = plan.Plan(base, tuple(points[0]), points).designs()[0]
-    answer = evaluate(Task(design.key, design.config, quantities, plan.OBJECTIVE, ranks, ""))
+    task = Task(design.key, design.config, quantities, plan.OBJECTIVE, ranks, "", gradients)
+    answer = evaluate(task)
     return design.config, answer
 
 
@@ -48,6 +55,38 @@ def test_a_design_s_numbers_are_the_experiment_s() -> None:
     assert answer.iterations is not None
     assert answer.iterations > 4
     assert answer.versions["dolfinx"].startswith("0.9")
+
+
+def test_derivatives_that_are_asked_for() -> None:
+    """Those of the force are the experiment's, by another way for ξ1; of the centroid, differences.
+
+    A finger of boxes has its exact centroid on any mesh, so that differences of remeshed fingers
+    are good to the step's square; the force by the wall is the experiment's moved mesh.
+    """
+    keys = ("material.mu_MPa", "finger.wall_mm", "morph.xi1", "extensions.no_self_contact")
+    touching = ("finger.gap_mm=0.3", "experiment.max_pressure_kPa=75", "solver.rtol=1e-12")
+    config, answer = asked(*touching, gradients=keys, xi1=0.2)
+    assert answer.status == "done", answer.failure
+    assert answer.gradients is not None
+    label = "extensions.no_self_contact (with minus without)"
+    for slopes in answer.gradients.values():
+        assert list(slopes) == [*keys[:3], label]
+    resolved = from_dict(config)
+    result = experiments.run("blocked_force", resolved, gradients=keys)
+    last = len(result.rows) - 1
+    expected = {
+        row["parameter"]: row["derivative"]
+        for row in result.sensitivities
+        if (row["row"], row["column"]) == (last, "force_N")
+    }
+    assert answer.gradients["force_N"] == pytest.approx(expected, rel=1e-5)
+    assert all(abs(value) > 1e-4 for value in expected.values())
+    for key in keys[:3]:
+        (parameter,) = find(resolved, [key])
+        slope = parameter.derivative(resolved, lambda changed: cog_offset_mm(changed)[0])
+        assert answer.gradients["cog_offset_mm"][key] == pytest.approx(slope, abs=1e-6)
+    assert answer.gradients["cog_offset_mm"]["finger.wall_mm"] > 0.1
+    assert answer.gradients["cog_offset_mm"][label] == 0.0
 
 
 def test_bellows_are_told_apart_on_a_morphed_finger() -> None:
@@ -77,9 +116,15 @@ def test_failures_have_class_and_sentence(override: str, kind: str, said: str) -
 def test_two_ranks_give_the_same() -> None:
     low = ("experiment.max_pressure_kPa=10", "experiment.step_kPa=10")
     quantities = ("angle_deg", "cog_offset_mm")
-    _, alone = asked(*low, xi1=0.1, quantities=quantities)
-    _, both = asked(*low, xi1=0.1, ranks=2, quantities=quantities)
+    keys = ("material.mu_MPa", "morph.xi1")
+    _, alone = asked(*low, xi1=0.1, quantities=quantities, gradients=keys)
+    _, both = asked(*low, xi1=0.1, ranks=2, quantities=quantities, gradients=keys)
     assert both.status == "done", both.failure
     assert both.outputs == pytest.approx(alone.outputs, rel=1e-8)
+    assert alone.gradients is not None
+    assert both.gradients is not None
+    for name, slopes in alone.gradients.items():
+        assert both.gradients[name] == pytest.approx(slopes, rel=1e-5)
+        assert list(slopes) == list(keys)
     _, failed = asked("finger.wall_mm=3.9999999", xi1=0.1, ranks=2)
     assert failed.failure_class == "geometry"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config, ConfigError, from_dict
 from dolfingrip.design.campaign import plan, space
 
 
@@ -66,13 +66,16 @@ def test_whole_numbers_stay_whole() -> None:
         ("morph.xi1=0.5:0.1", "allowed: low below high"),
         ("morph.xi1=-0.3:1", "morph.xi1 = -0.3: allowed: at least -0.2 and at most 1"),
         ("finger.wall_mm=-1:1", "finger.wall_mm = -1: allowed: above 0 mm"),
-        ("finger.bellows=1.5:3", "finger.bellows = 1.5: allowed: at least 1 and at most 60"),
-        ("finger.wall=1:2", "finger.wall: unknown key"),
+        ("finger.bellows=1.5:3", "finger.bellows = 1.5: not an integer; allowed: at least 1"),
+        ("finger.wall=1:2", "finger.wall: unknown key; did you mean finger.wall_mm?"),
+        ("extensions.prony.g=0:0.1", "extensions.prony.g: no number"),
+        ("extensions.gent.inverse_J_m=-1:0", "extensions.gent.inverse_J_m = -1: allowed: at leas"),
+        ("finger.wall_mm.x=0:1", "wall_mm is a value, not a section"),
         ("wall=1:2", "wall: unknown key"),
         ("mesh.half=0:1", "mesh.half: no number"),
         ("plate.normal=0:1", "plate.normal: no number"),
         ("solver.element=0:1", "solver.element: no number"),
-        ("morph.xi1=nan:1", "morph.xi1 = nan: allowed"),
+        ("morph.xi1=nan:1", "morph.xi1 = NaN: not a finite number; allowed: at least -0.2"),
     ],
 )
 def test_refused_parameters(text: str, said: str) -> None:
@@ -94,6 +97,16 @@ def test_refused_numbers_of_points() -> None:
         space.points([space.parse("morph.xi1=0:1")], "grid")
     with pytest.raises(ConfigError, match="given twice"):
         space.points([paper()[0]] * 2, "grid")
+
+
+@pytest.mark.parametrize("base", [{}, {"extensions": {"mooney_rivlin": {"C01_MPa": 0.3}}}])
+def test_numbers_of_effects_vary(base: dict[str, object]) -> None:
+    """Whether the effect is on in the base or not."""
+    varied = space.parse("extensions.mooney_rivlin.C01_MPa=0.5:1:2")
+    points = tuple(space.points([varied], "grid"))
+    wanted = plan.Plan(Config.model_validate(base), (varied.key,), points)
+    configs = [from_dict(design.config) for design in wanted.designs()]
+    assert [varied.parameter.value(config) for config in configs] == [0.5, 1.0]
 
 
 def test_key_depends_on_what_the_result_depends_on() -> None:

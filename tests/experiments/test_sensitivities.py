@@ -25,6 +25,10 @@ from dolfingrip.experiments.derivatives.sensitivities import chosen
 from dolfingrip.parameter import Entry, Parameter, every, find
 
 SEED = 17
+VOLUME = (
+    "experiment.control=volume", "experiment.max_volume_ratio=1.1",
+    "experiment.step_volume_ratio=0.05",
+)  # fmt: skip
 ELASTIC, LASTING = 1e-5, 1e-3
 """Errors allowed, as parts of the readings' scales."""
 
@@ -63,8 +67,12 @@ def along(
          LASTING),
         ("blocked_force", ("extensions.plate_friction={}", "plate.tilt_deg=5",
                            *sensitivities.CYCLES), LASTING),
+        ("bending", (*VOLUME, "extensions.wall_offset={}"), ELASTIC),
+        ("blocked_force", (*VOLUME, "extensions.prony={}", "extensions.plate_compliance={}",
+                           "plate.tilt_deg=5", "experiment.unload=true"), LASTING),
     ],
-    ids=["hanging", "bellows touch", "viscous cycles", "frictional cycles"],
+    ids=["hanging", "bellows touch", "viscous cycles", "frictional cycles", "led by volume",
+         "viscous, led by volume"],
 )  # fmt: skip
 def test_all_parameters(experiment: str, overrides: tuple[str, ...], allowed: float) -> None:
     at = settings(*overrides)
@@ -140,9 +148,13 @@ def test_every_effect_registers_its_numbers() -> None:
         (
             ["extensions.coarse_mesh.factor"],
             ("extensions.coarse_mesh={}",),
-            "a choice of the model",
+            "allowed: extensions.coarse_mesh, the difference of two runs",
         ),
-        ([], ("experiment.control=volume",), "experiment.control"),
+        (
+            [],
+            ("experiment.control=volume", "gravity.acceleration_m_s2=9.81"),
+            'experiment.control = "volume": allowed: "pressure" with --gradients and gravity',
+        ),
     ],
 )
 def test_what_has_no_derivative_says_so(
@@ -150,6 +162,32 @@ def test_what_has_no_derivative_says_so(
 ) -> None:
     with pytest.raises(ConfigError, match=said):
         chosen(config.load(None, overrides), keys)
+
+
+@pytest.mark.parametrize("on", [(), ("extensions.coarse_mesh.factor=1.5",)], ids=["off", "on"])
+def test_a_choice_of_the_model_has_the_difference_of_two_runs(
+    on: tuple[str, ...], tmp_path: Path
+) -> None:
+    """With minus without, whether the configuration has the choice or not."""
+    low = ("experiment.max_pressure_kPa=25", "experiment.step_kPa=25")
+    told = []
+    result = run(
+        "bending", small.short(*low, *on), comm=small.SELF, out=tmp_path,
+        gradients=["extensions.coarse_mesh"], progress=told.append,
+    )  # fmt: skip
+    without, with_it = (
+        run("bending", small.short(*low, *setting), comm=small.SELF)
+        for setting in ((), ("extensions.coarse_mesh={}",))
+    )
+    assert len(told) == 2 * len(result.rows)
+    found = {(row["row"], row["column"]): row["derivative"] for row in result.sensitivities}
+    for name in ("angle_deg", "tip_x_mm", "cavity_volume_mm3"):
+        expected = with_it.column(name) - without.column(name)
+        assert [found[i, name] for i in range(2)] == pytest.approx(expected, abs=1e-12)
+        assert abs(expected[-1]) > 1e-6
+    assert result.second_runs == {"extensions.coarse_mesh": None}
+    text = (tmp_path / "sensitivity.csv").read_text(encoding="utf-8")
+    assert "1,angle_deg,extensions.coarse_mesh (with minus without)," in text
 
 
 def test_a_run_with_derivatives_is_the_same_run() -> None:

@@ -115,5 +115,5 @@ def test_bad_input_is_said_in_one_line() -> None:
         synthetic.noise_from(["force=1"])
     with pytest.raises(ConfigError, match=r"--noise force_N=-1: allowed: a number from 0 on"):
         synthetic.noise_from(["force_N=-1"])
-    with pytest.raises(ConfigError, match=r"--nuisance gravity: no effect; allowed: mooney_rivlin"):
+    with pytest.raises(ConfigError, match=r"--nuisance gravity: no effect; allowed: bulk_modulus"):
         synthetic.drawn(config.Config(), ["gravity"], np.random.default_rng(1))

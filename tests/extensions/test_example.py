@@ -1,4 +1,4 @@
-"""Adding an effect is one file and one line: the file that docs/extensions.md shows."""
+"""Adding an effect is one file: the one that docs/extensions.md shows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from extensions.foundation import Foundation
 
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
-from dolfingrip.extensions.index import EFFECTS, NAMES, effect
+from dolfingrip.extensions.index import EFFECTS, NAMES, SHARED, effect
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "extensions.md"
 ONE = ("contact.self_contact=false", "experiment.max_pressure_kPa=20", "experiment.step_kPa=20")
@@ -38,9 +38,24 @@ def test_its_parameters_are_checked_like_all_others() -> None:
         trial.configured({Foundation: {"k_N_per_mm3": -1}})
 
 
-def test_a_line_of_the_index_names_a_file_with_one_effect() -> None:
+def test_a_file_is_all_that_an_effect_needs() -> None:
     assert [effect(name) for name in NAMES] == list(EFFECTS)
-    assert [each.name() for each in EFFECTS] == list(NAMES)
     folder = Path(__file__).resolve().parents[2] / "dolfingrip" / "extensions"
-    own = {"__init__", "dimension", "effect", "index", "instrument", "site", "supply"}
-    assert {file.stem for file in folder.glob("*.py")} - own == set(NAMES)
+    assert {file.stem for file in folder.glob("*.py")} - {"__init__", *SHARED} == set(NAMES)
+
+
+def test_effects_act_in_their_order() -> None:
+    """What scales or remembers a strain energy comes after what adds to it, drift after offset."""
+    orders = (
+        ("mooney_rivlin", "print_anisotropy", "mullins", "permanent_set", "prony",
+         "temperature_drift"),
+        ("wall_offset", "coarse_mesh", "locking"),
+        ("pressure_gain", "pressure_offset", "line_lag"),
+        ("force_gain", "force_offset", "force_drift"),
+        ("angle_definition", "angle_gain", "angle_offset"),
+    )  # fmt: skip
+    for order in orders:
+        places = [NAMES.index(name) for name in order]
+        assert places == sorted(places), order
+    elastic = [each for each in EFFECTS if each.kind == "elastic"]
+    assert {each.place for each in elastic} == {0}  # their sum has no order

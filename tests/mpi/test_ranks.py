@@ -15,7 +15,8 @@ from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments import Result, gradients, run
+from dolfingrip.experiments import Result, run
+from dolfingrip.experiments.derivatives import gradients
 from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.undeformed import load_domain

@@ -33,7 +33,7 @@ class Outcome:
 
     Attributes:
         outputs: number by quantity, the unit in its name.
-        gradients: derivative of each output to each input; None where not computed.
+        gradients: by output its derivatives, by key of the parameter; None where not computed.
         curve: what was recorded on the way, by column.
         iterations: of Newton's method.
         versions: of what computed, by package.

@@ -120,7 +120,7 @@ def _compute(
         for design in designs:
             task = Task(
                 design.key, design.config, plan.quantities, plan.objective, where.ranks,
-                str(spool.folder),
+                str(spool.folder), plan.gradients,
             )  # fmt: skip
             # Dask's key is the design's: a scheduler that still computes it takes up that
             future = client.submit(work, task, key=f"design-{design.key}")

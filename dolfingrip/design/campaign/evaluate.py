@@ -24,8 +24,9 @@ from dolfingrip.design.campaign.answer import Answer, DesignFailure, Outcome
 from dolfingrip.design.campaign.spool import Spool
 from dolfingrip.sections.complaint import ConfigError
 
-Objective = Callable[[dict[str, Any], tuple[str, ...], int], Outcome]
-"""From a configuration, the wanted quantities and the number of MPI ranks to their numbers."""
+Objective = Callable[..., Outcome]
+"""From a configuration, the wanted quantities and the number of MPI ranks to their numbers; where
+derivatives are asked for, also from the keys of their parameters."""
 
 
 _ALONE = threading.Lock()
@@ -43,6 +44,7 @@ class Task:
         objective: import path ``module:function`` of an :data:`Objective`.
         ranks: MPI processes that the design runs on.
         spool: folder of the spool; where the worker does not see it, the answer is sent only.
+        gradients: as of a plan.
     """
 
     key: str
@@ -51,6 +53,7 @@ class Task:
     objective: str
     ranks: int
     spool: str
+    gradients: tuple[str, ...] | None = None
 
 
 def work(task: Task) -> Answer:
@@ -74,7 +77,8 @@ def evaluate(task: Task) -> Answer:
     answer = Answer(task.key, "failed", started_at=started.isoformat(timespec="milliseconds"))
     answer.worker = f"{socket.gethostname()}:{os.getpid()}"
     try:
-        outcome = find(task.objective)(task.config, task.quantities, task.ranks)
+        keys = () if task.gradients is None else (task.gradients,)
+        outcome = find(task.objective)(task.config, task.quantities, task.ranks, *keys)
         missing = [q for q in task.quantities if not isfinite(outcome.outputs.get(q, float("nan")))]
         if missing:
             raise DesignFailure("no number", f"{', '.join(missing)} came out as no number")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import operator
+from functools import reduce
 from pathlib import Path
 
 import pyarrow
@@ -13,6 +15,8 @@ from dolfingrip.design.campaign.store import NAME, Store
 from dolfingrip.sections.complaint import ConfigError
 
 _KEPT = ("failure_class", "failure", "iterations", "started_at", "wall_s", "worker")
+LONG = ("row", "column", "parameter", "derivative")
+"""Columns of ``sensitivity.csv``, as of a single experiment's."""
 _TEXTS = ("curve", "gradients", "versions")
 
 
@@ -37,8 +41,8 @@ def table(source: Path) -> pyarrow.Table:
         "status": pyarrow.array([row["status"] for row in rows], pyarrow.string()),
     }
     for key in facts["parameters"]:
-        section, _, name = key.partition(".")
-        columns[key] = pyarrow.array([row["config"][section][name] for row in rows])
+        found = [reduce(operator.getitem, key.split("."), row["config"]) for row in rows]
+        columns[key] = pyarrow.array(found)
     for quantity in facts["quantities"]:
         found = [(row["outputs"] or {}).get(quantity) for row in rows]
         columns[quantity] = pyarrow.array(found, pyarrow.float64())
@@ -49,6 +53,34 @@ def table(source: Path) -> pyarrow.Table:
         texts = [None if row[name] is None else json.dumps(row[name]) for row in rows]
         columns[name] = pyarrow.array(texts, pyarrow.string())
     return pyarrow.table(columns)
+
+
+def sensitivities(source: Path) -> pyarrow.Table:
+    """All derivatives of a campaign, one row each: a long table as ``sensitivity.csv``.
+
+    Columns: ``row`` of :func:`table` from 0 on, ``column`` there, ``parameter`` (the
+    configuration's key), and ``derivative`` in the column's unit for each unit of the parameter.
+
+    Args:
+        source: folder of the campaign.
+
+    Raises:
+        ConfigError: one line, where there is no campaign.
+    """
+    with Store(source) as store:
+        found = [
+            (row, column, parameter, derivative)
+            for row, design in enumerate(store.rows())
+            for column, slopes in (design["gradients"] or {}).items()
+            for parameter, derivative in slopes.items()
+        ]
+    kinds = (pyarrow.int64(), pyarrow.string(), pyarrow.string(), pyarrow.float64())
+    return pyarrow.table(
+        {
+            name: pyarrow.array([each[i] for each in found], kind)
+            for i, (name, kind) in enumerate(zip(LONG, kinds, strict=True))
+        }
+    )
 
 
 def write(source: Path, paths: list[Path]) -> int:
@@ -62,16 +94,35 @@ def write(source: Path, paths: list[Path]) -> int:
     """
     content = table(source)
     for path in paths:
-        partial = path.with_name(f".{path.name}.part")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            if path.suffix == ".parquet":
-                pyarrow.parquet.write_table(content, partial)
-            else:
-                pyarrow.csv.write_csv(content, partial)
-            partial.replace(path)
-        except OSError as error:
-            raise ConfigError(f"{path}: cannot be written: {error.strerror or error}") from None
-        finally:
-            partial.unlink(missing_ok=True)
+        _write(content, path)
     return int(content.num_rows)
+
+
+def write_sensitivities(source: Path, path: Path) -> int:
+    """Write a campaign's derivatives as CSV, where it has any.
+
+    Returns:
+        Number of derivatives.
+
+    Raises:
+        ConfigError: one line, where the file cannot be written.
+    """
+    content = sensitivities(source)
+    if content.num_rows:
+        _write(content, path)
+    return int(content.num_rows)
+
+
+def _write(content: pyarrow.Table, path: Path) -> None:
+    partial = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.suffix == ".parquet":
+            pyarrow.parquet.write_table(content, partial)
+        else:
+            pyarrow.csv.write_csv(content, partial)
+        partial.replace(path)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        partial.unlink(missing_ok=True)

@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import traceback
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -41,34 +42,58 @@ MODULE: Final = "dolfingrip.design.campaign.objective"
 _OF_MPI: Final = ("OMPI_MCA_", "OMPI_COMM_", "PMIX_", "OPAL_", "PRTE_", "PMI_")
 
 
-def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
+def simulate(
+    config: dict[str, Any],
+    quantities: tuple[str, ...],
+    ranks: int,
+    keys: Sequence[str] | None = None,
+) -> Outcome:
     """Compute a design on this process alone, or on several ranks of its own.
+
+    Args:
+        config: resolved, as nested dictionaries.
+        quantities: outputs that are wanted.
+        ranks: MPI processes.
+        keys: of parameters that the outputs are derived by, () for all; None for ξ1 and ξ2 where
+            the adjoint gives them.
 
     Raises:
         DesignFailure: where there is no result.
-        ConfigError: where there is no such finger.
+        ConfigError: where there is no such finger, or no such parameter of it.
     """
     if ranks > 1:
-        return _on_ranks(config, quantities, ranks)
+        return _on_ranks(config, quantities, ranks, keys)
     from mpi4py import MPI
 
-    return compute(config, quantities, MPI.COMM_SELF)
+    return compute(config, quantities, MPI.COMM_SELF, keys)
 
 
-def compute(config: dict[str, Any], quantities: tuple[str, ...], comm: MPI.Comm) -> Outcome:
-    """Compute a design on the ranks of ``comm``.
+def compute(
+    config: dict[str, Any],
+    quantities: tuple[str, ...],
+    comm: MPI.Comm,
+    keys: Sequence[str] | None = None,
+) -> Outcome:
+    """Compute a design on the ranks of ``comm``; for the rest see :func:`simulate`.
 
     Raises:
         DesignFailure: on every rank, where the load path ended early.
-        ConfigError: on every rank, where there is no such finger.
+        ConfigError: on every rank, where there is no such finger, or no such parameter of it.
     """
+    from dolfingrip.design.campaign.derivatives import Derivatives
     from dolfingrip.experiments import run
     from dolfingrip.experiments.derivatives import gradients
     from dolfingrip.experiments.results import record
     from dolfingrip.mechanics.model.domain import on_root
 
     resolved = configuration.from_dict(config)
-    offset, slopes = comm.bcast(on_root(comm, lambda: gradients.cog_offset_mm(resolved)))
+    asked = None if keys is None else Derivatives(resolved, keys)
+    offset, slopes = comm.bcast(
+        on_root(
+            comm,
+            lambda: gradients.cog_offset_mm(resolved) if asked is None else asked.of_cog_offset(),
+        )
+    )
     outcome = Outcome({"cog_offset_mm": offset}, iterations=0, versions=record.versions())
     outcome.curve = {}
     found = {"cog_offset_mm": slopes}
@@ -76,13 +101,22 @@ def compute(config: dict[str, Any], quantities: tuple[str, ...], comm: MPI.Comm)
         if quantity not in quantities:
             continue
         found[quantity] = {}
-        result = run(name, resolved, comm=comm, visit=gradients.at_highest(found[quantity]))
+        result = run(
+            name,
+            resolved,
+            comm=comm,
+            visit=gradients.at_highest(found[quantity]),
+            gradients=None if asked is None else asked.forward,
+        )
         outcome.curve |= _curve(result, quantity, prefix)
         outcome.iterations += result.facts["newton"]["iterations"]
         if result.failure is not None:
             raise DesignFailure(str(result.failure.kind), result.failure.sentence(), outcome.curve)
         highest = max(result.rows, key=lambda row: row["pressure_kPa"])
         outcome.outputs[quantity] = highest[quantity]
+        if asked is not None:
+            row = result.rows.index(highest)
+            found[quantity] = asked.of_reading(result, quantity, row, found[quantity])
     outcome.gradients = {name: found[name] for name in quantities if found[name]}
     return outcome
 
@@ -97,14 +131,16 @@ def _curve(result: Result, quantity: str, prefix: str) -> dict[str, list[float]]
     return {name: list(map(float, result.column(source))) for name, source in columns.items()}
 
 
-def _on_ranks(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
+def _on_ranks(
+    config: dict[str, Any], quantities: tuple[str, ...], ranks: int, keys: Sequence[str] | None
+) -> Outcome:
     # the kernel ends mpirun with the worker, however that ends
     guard = ["setpriv", "--pdeathsig", "TERM"] if shutil.which("setpriv") else []
     environment = {k: v for k, v in os.environ.items() if not k.startswith(_OF_MPI)}
     kept = {k: v for k, v in os.environ.items() if "_MCA_" in k}
     with tempfile.TemporaryDirectory(prefix="dolfingrip-") as folder:
         request, answer = Path(folder) / "request.json", Path(folder) / "answer.json"
-        request.write_text(json.dumps([config, quantities]), encoding="utf-8")
+        request.write_text(json.dumps([config, quantities, keys]), encoding="utf-8")
         program = [
             sys.executable,
             "-P",
@@ -136,10 +172,10 @@ def main(request: Path, answer: Path) -> None:
     _end_with_parent()
     from mpi4py import MPI
 
-    config, quantities = json.loads(request.read_text(encoding="utf-8"))
+    config, quantities, keys = json.loads(request.read_text(encoding="utf-8"))
     content: tuple[str, Any]
     try:  # what is caught here is raised on all ranks
-        content = ("outcome", asdict(compute(config, tuple(quantities), MPI.COMM_WORLD)))
+        content = ("outcome", asdict(compute(config, tuple(quantities), MPI.COMM_WORLD, keys)))
     except configuration.ConfigError as error:
         content = ("refused", str(error))
     except DesignFailure as failure:

@@ -31,6 +31,7 @@ class Work(Protocol):
     Attributes:
         quantities: outputs that are wanted of each.
         objective: import path ``module:function`` of what computes one.
+        gradients: keys of parameters that the quantities are derived by; None for no derivatives.
     """
 
     @property
@@ -38,6 +39,9 @@ class Work(Protocol):
 
     @property
     def objective(self) -> str: ...
+
+    @property
+    def gradients(self) -> tuple[str, ...] | None: ...
 
     def designs(self) -> list[Design]:
         """What there is to compute, each once."""
@@ -73,6 +77,8 @@ class Plan:
         points: inputs of each design.
         quantities: outputs that are wanted.
         objective: import path ``module:function`` of what computes them.
+        gradients: keys of parameters that the quantities are derived by, () for all of each
+            design; None for what the objective derives anyway.
     """
 
     base: Config
@@ -80,6 +86,7 @@ class Plan:
     points: tuple[Inputs, ...]
     quantities: tuple[str, ...] = QUANTITIES
     objective: str = OBJECTIVE
+    gradients: tuple[str, ...] | None = None
 
     def designs(self) -> list[Design]:
         """The designs in order, each once."""
@@ -89,19 +96,20 @@ class Plan:
         for inputs in self.points:
             config = {section: dict(table) for section, table in base.items()}
             for path, value in inputs.items():
-                section, _, name = path.partition(".")
-                config[section][name] = value
+                _put(config, path, value)
             key = self._key(config, digest)
             found.setdefault(key, Design(key, inputs, config))
         return list(found.values())
 
     def _key(self, config: dict[str, Any], digest: str | None) -> str:
-        content = {
+        content: dict[str, Any] = {
             "schema": SCHEMA,
             "objective": self.objective,
             "quantities": sorted(self.quantities),
             "config": decisive(config, digest),
         }
+        if self.gradients is not None:
+            content["gradients"] = self.gradients
         return content_key(content)
 
     def facts(self) -> dict[str, Any]:
@@ -111,6 +119,7 @@ class Plan:
             "objective": self.objective,
             "quantities": sorted(self.quantities),
             "parameters": list(self.parameters),
+            "gradients": _told(self.gradients),
             "base": self.base.model_dump(mode="json"),
         }
 
@@ -120,7 +129,8 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
 
     Values of keys that either of them varies may differ: they stand with each design.
     """
-    for name in ("schema", "objective", "quantities"):
+    before = {"gradients": _told(None), **before}  # as of stores that are older than the choice
+    for name in ("schema", "objective", "quantities", "gradients"):
         if before[name] != now[name]:
             yield f"{name} was {before[name]}, now {now[name]}"
     free = {*before["parameters"], *now["parameters"], f"solver.{TIME_LIMIT}"}
@@ -129,6 +139,24 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
         for name in {**old, **new}:
             if f"{section}.{name}" not in free and old.get(name) != new.get(name):
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
+
+
+def _put(config: dict[str, Any], path: str, value: float) -> None:
+    """Set a key of nested dictionaries; an effect that is off is switched on by it."""
+    section, _, name = path.partition(".")
+    if "." in name:
+        config[section] = dict(config[section])
+        effect, _, name = name.partition(".")
+        config[section][effect] = {**(config[section][effect] or {}), name: value}
+    else:
+        config[section][name] = value
+
+
+def _told(gradients: tuple[str, ...] | None) -> str:
+    """What derivatives were asked for, in words."""
+    if gradients is None:
+        return "not asked for"
+    return ", ".join(gradients) or "by all parameters"
 
 
 def merged(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:

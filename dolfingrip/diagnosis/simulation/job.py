@@ -96,6 +96,7 @@ class Batch:
     jobs: Sequence[Job]
     quantities: tuple[str, ...] = ()
     objective: str = OBJECTIVE
+    gradients: tuple[str, ...] | None = None  # each job tells its own
 
     def designs(self) -> list[Design]:
         """The jobs in order, each once."""

@@ -9,6 +9,7 @@ from dataclasses import replace
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.perturbation import velocity as mesh_velocity
 from dolfingrip.experiments.rigs.rest import at_rest, has_weight
 from dolfingrip.experiments.rigs.undeformed import morph, solid
 from dolfingrip.mechanics.model.direction import Direction
@@ -18,37 +19,65 @@ from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.readings.tip import FaceAngle
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint
 from dolfingrip.meshes.measures import centroid, centroid_rate
+from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.parameter import Entry, Parameter
 
 XI = ("morph.xi1", "morph.xi2")
 
 
-def cog_offset_mm(config: Config) -> tuple[float, dict[str, float]]:
-    """Offset of the undeformed finger's centre of gravity, and its derivatives (mm).
+def cog_offset_mm(
+    config: Config, parameters: Sequence[Parameter] | None = None
+) -> tuple[float, dict[str, float]]:
+    """Offset of the undeformed finger's centre of gravity, and its derivatives.
+
+    Args:
+        config: that the finger is made from.
+        parameters: that the offset is derived by; None for ξ1 and ξ2.
+
+    Returns:
+        Offset (mm), and by the parameters' keys its derivatives (mm for each unit of the
+        parameter).
 
     Raises:
         MeshError: one line, where there is no such finger.
     """
     mesh, moved = solid(config), morph(config)
     offset = float(centroid(mesh)[0]) - config.cog.x_ref_mm
+    if parameters is not None:
+        return offset, {each.key: _centroid_slope(config, mesh, each) for each in parameters}
     fields = moved.velocity(moved.inverse().points(mesh.points))
     slopes = [float(centroid_rate(mesh, field)[0]) for field in fields]
     return offset, dict(zip(XI, slopes, strict=True))
+
+
+def _centroid_slope(config: Config, mesh: SolidMesh, parameter: Parameter) -> float:
+    """Derivative of the centroid's x, on the mesh as it moves with the parameter."""
+    if parameter.entry is not Entry.SHAPE:
+        return 0.0
+    return float(centroid_rate(mesh, mesh_velocity(parameter, config, mesh.points))[0])
+
+
+def by_adjoint(config: Config) -> bool:
+    """Whether :func:`at_highest` finds anything.
+
+    It does not where the volume is led, as the pressure then is no parameter, nor with extensions
+    of more than geometry: they have unknowns, histories or readings that the adjoint knows nothing
+    of. ``config`` is the finger's, extensions of geometry applied.
+    """
+    return config.experiment.control == "pressure" and not config.extensions.active()
 
 
 def at_highest(found: dict[str, float]) -> Callable[[FingerModel, Row], None]:
     """A visitor of an experiment that fills ``found`` at the highest pressure.
 
     By ξ: the derivative of the blocked force (N) where there is a plate, else of the tip's
-    angle (deg). Nothing is found where the volume is led, as the pressure then is no parameter,
-    nor with extensions of more than geometry: they have unknowns, histories or readings that the
-    adjoint knows nothing of.
+    angle (deg). Nothing is found where :func:`by_adjoint` says so.
     """
 
     def visit(finger: FingerModel, row: Row) -> None:
         experiment = finger.config.experiment
         highest = math.isclose(row["pressure_kPa"], experiment.max_pressure_kPa)
-        plain = not finger.config.extensions.active()
-        if experiment.control == "pressure" and highest and plain:
+        if highest and by_adjoint(finger.config):
             found.update(to_morph(finger))
 
     return visit

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.derivatives.choices import NUMERICAL
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.mechanics.sensitivity.forward import SMALL, ForwardSensitivity
 from dolfingrip.parameter import Entry, Parameter, every, find
@@ -23,22 +24,28 @@ the derivative in the column's unit for each unit of the parameter."""
 def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
     """The parameters that derivatives are taken to: those of ``keys``, or all.
 
+    Keys of whole choices of the model are left out; for these see
+    :mod:`dolfingrip.experiments.derivatives.choices`.
+
     Raises:
-        ConfigError: one line: an unknown key, a choice of the model, or a led volume.
+        ConfigError: one line: an unknown key, a number of a choice of the model, or a led volume.
     """
-    if config.experiment.control == "volume":
+    numbers = [key for key in keys or () if key not in NUMERICAL]
+    if keys and not numbers:
+        return []
+    if config.experiment.control == "volume" and config.adapted().gravity.acceleration_m_s2:
         raise ConfigError(
-            'experiment.control = "volume": allowed: "pressure" with --gradients, as the volume '
-            "that is led would change with the finger's dimensions"
+            'experiment.control = "volume": allowed: "pressure" with --gradients and gravity, as '
+            "the volume at rest would change with all that the hanging finger depends on"
         )
-    if not keys:
+    if not numbers:
         return [parameter for parameter in every(config) if parameter.entry is not Entry.CHOICE]
-    found = find(config, keys)
+    found = find(config, numbers)
     for parameter in found:
         if parameter.entry is Entry.CHOICE:
             raise ConfigError(
                 f"--parameters {parameter.key}: a choice of the model, which has no derivative; "
-                "allowed: two runs and their difference"
+                f"allowed: {parameter.key.rpartition('.')[0]}, the difference of two runs"
             )
     return found
 

@@ -38,6 +38,8 @@ class Result:
         plate: where the force sensor stood.
         facts: contents of ``run.json`` besides the configuration.
         sensitivities: rows of ``sensitivity.csv``, where derivatives were asked for.
+        second_runs: by the key of each choice of the model whose difference was asked for, why the
+            run with the other choice ended early; None where it did not.
     """
 
     kind: str
@@ -48,6 +50,7 @@ class Result:
     plate: PlatePose | None = None
     facts: dict[str, Any] = field(default_factory=dict)
     sensitivities: list[dict[str, Any]] = field(default_factory=list)
+    second_runs: dict[str, Failure | None] = field(default_factory=dict)
 
     def column(self, name: str) -> np.ndarray:
         """(rows,) values of a column as floats, NaN where it is empty."""

@@ -11,7 +11,6 @@ from dolfinx import fem
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.finger import FingerModel, weight
 from dolfingrip.experiments.rigs.undeformed import morph
-from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.meshes.dimensions import moved
@@ -100,12 +99,17 @@ class ParameterPerturbation:
                 self._set_up(self._config, 0.0)
 
 
-def velocity(parameter: Parameter, config: Config, domain: Domain) -> np.ndarray:
-    """(n, 3) velocity of this rank's mesh points (mm for each unit of the parameter).
+def velocity(parameter: Parameter, config: Config, mesh_points: np.ndarray) -> np.ndarray:
+    """(n, 3) velocity of a finger's mesh points (mm for each unit of the parameter).
 
     The mesh moves with the finger's dimensions (:mod:`dolfingrip.meshes.dimensions`) and with the
     morph; its cells and how they are graded stay. Remeshing would add the change of the mesh's own
     error, and jumps where a cell more is needed.
+
+    Args:
+        parameter: of the reference mesh.
+        config: that the mesh was made from.
+        mesh_points: (n, 3) morphed points (mm), for one those of this rank.
 
     Raises:
         ConfigError: the mesh is a file's, which has no dimensions.
@@ -115,7 +119,7 @@ def velocity(parameter: Parameter, config: Config, domain: Domain) -> np.ndarray
             f"--parameters {parameter.key}: allowed: with a finger that is made from dimensions"
         )
     finger = config.adapted().finger
-    points = morph(config).inverse().points(domain.mesh.geometry.x)
+    points = morph(config).inverse().points(mesh_points)
 
     def at(changed: Config) -> np.ndarray:
         found = points
@@ -137,7 +141,7 @@ def perturbations(
     def movement(parameter: Parameter) -> Movement | None:
         if parameter.entry is not Entry.SHAPE:
             return None
-        moving = velocity(parameter, config, finger.model.domain)
+        moving = velocity(parameter, config, finger.model.domain.mesh.geometry.x)
         return Movement(finger.model, moving, finger.geometric)
 
     return of_constants(parameters, config, finger.model, finger.parameters, movement, set_up)

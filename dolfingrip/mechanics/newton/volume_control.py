@@ -22,9 +22,20 @@ CONTROL = "cavity_volume_mm3"
 
 @dataclass(slots=True)
 class Prescribed:
-    """Volume of the whole cavity (mm³), as a control of a load path."""
+    """Volume of the whole cavity (mm³), as a control of a load path.
+
+    Attributes:
+        value: on the reference mesh as it was made.
+        growth: of the undeformed cavity's volume since then, 1 but where the mesh is moved.
+    """
 
     value: float
+    growth: float = 1.0
+
+    @property
+    def target_mm3(self) -> float:
+        """Volume on the reference mesh as it is: what is led are ratios to the undeformed one."""
+        return self.value * self.growth
 
     def set(self, value: float) -> None:
         """Prescribe ``value``."""
@@ -63,6 +74,8 @@ class VolumeControl(Term):
         test = ufl.TestFunction(space)
         self._rate = fem.form(ufl.derivative(volume, u, test), jit_options=jit.options())
         self.control = Prescribed(self.volume_mm3())
+        self._u = u
+        self._undeformed = self._undeformed_mm3()
         # 1 MPa for each size of the cavity: a missing volume then counts as much as the forces on
         # the cavity's walls that go with it
         scale = float(np.cbrt(copies / self.control.value))
@@ -74,6 +87,14 @@ class VolumeControl(Term):
         local = fem.assemble_scalar(self._volume)
         return float(self._copies * self._comm.allreduce(local, MPI.SUM))
 
+    def _undeformed_mm3(self) -> float:
+        """Volume of the whole cavity without any displacement."""
+        now = self._u.x.array.copy()
+        self._u.x.array[:] = 0.0
+        volume = self.volume_mm3()
+        self._u.x.array[:] = now
+        return volume
+
     def _rates(self) -> np.ndarray:
         """Derivatives of the meshed volume by this rank's owned displacements (mm²)."""
         vector = fem.assemble_vector(self._rate)
@@ -84,11 +105,11 @@ class VolumeControl(Term):
 
     def value(self, dofs: np.ndarray) -> float:
         """p V* of the meshed part (mJ)."""
-        return self.number.value * self.control.value / self._copies
+        return self.number.value * self.control.target_mm3 / self._copies
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add what is missing of the volume."""
-        gradient.add(self.number, (self.control.value - self.volume_mm3()) / self._copies)
+        gradient.add(self.number, (self.control.target_mm3 - self.volume_mm3()) / self._copies)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """−∂V/∂u between pressure and displacement."""
@@ -96,6 +117,10 @@ class VolumeControl(Term):
         square = self._comm.allreduce(float(rates @ rates), MPI.SUM)
         self._force_N = max(self._force_N, abs(self.number.value) * np.sqrt(square))
         return [number_coupling([self.number], self._first, -rates[None], np.zeros((1, 1)))]
+
+    def move_reference(self, change: np.ndarray | None) -> None:
+        """Have the led volume grow as the undeformed cavity does."""
+        self.control.growth = self._undeformed_mm3() / self._undeformed
 
     def scale_N(self) -> float:
         """Norm of the pressure's load."""

@@ -10,7 +10,7 @@ from typing import Final, Protocol
 import numpy as np
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.state import State
 
 SMALL: Final = 1e-7
@@ -199,6 +199,16 @@ class _Step:
         self._before = before
         self._now = now
         self._here = here
+        solved = {id(number.constant) for number in model.unknowns.numbers}
+        self._results = {
+            name
+            for name, control in model.controls.items()
+            if isinstance(control, Control) and id(control.constant) in solved
+        }
+
+    def _led(self, state: State) -> dict[str, float]:
+        """Controls of a state without those that are solved for, as a multiplier is."""
+        return {k: value for k, value in state.controls.items() if k not in self._results}
 
     def lead(self, change: Change | None, amount: float) -> None:
         """Begin the step at a start that is perturbed by ``amount`` along ``change``."""
@@ -207,7 +217,7 @@ class _Step:
         if change is not None:
             model.unknowns.set_local(model.unknowns.local() + amount * change.unknowns)
             start = model.state()
-            start.controls = self._before.controls
+            start.controls = self._led(self._before)
             start.history = {
                 name: values + amount * change.history[name]
                 if name in change.history and values.dtype.kind == "f"
@@ -215,7 +225,7 @@ class _Step:
                 for name, values in self._before.history.items()
             }
             model.restore(start)
-        model.prescribe(self._now.controls)
+        model.prescribe(self._led(self._now))
 
     def residual(
         self,
