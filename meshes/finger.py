@@ -40,11 +40,9 @@ def gap_intervals(finger: Finger) -> list[tuple[float, float]]:
 def boxes(finger: Finger) -> tuple[Box, list[Box], list[Box]]:
     """The finger's body, its cavity (chambers and channel) and the gaps between its bellows.
 
-    Returns
-    -------
-    tuple
-        The body; the cavity's boxes, which overlap; the gaps. A box is its extent (mm) along
-        x, y and z.
+    Returns:
+        The body; the cavity's boxes, which overlap; the gaps. A box is its extent (mm) along x, y
+        and z.
     """
     floor, wall, depth = finger.base_layer_mm, finger.wall_mm, finger.depth_mm
     roof = floor + finger.channel_mm

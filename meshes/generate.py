@@ -35,22 +35,15 @@ _COARSE = 0.25
 def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
     """Mesh a finger.
 
-    Parameters
-    ----------
-    finger
-        Dimensions.
-    mesh
-        Half or whole, sizes or target number of elements, order of the elements.
+    Args:
+        finger: dimensions.
+        mesh: half or whole, sizes or target number of elements, order of the elements.
 
-    Returns
-    -------
-    SolidMesh
+    Returns:
         Points in mm.
 
-    Raises
-    ------
-    MeshError
-        Where Gmsh fails, or the target number of elements is not met within 1 %.
+    Raises:
+        MeshError: where Gmsh fails, or the target number of elements is not met within 1 %.
     """
     size, edge_size = mesh.tetrahedra_mm()
     if edge_size > size:

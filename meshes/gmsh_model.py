@@ -27,17 +27,12 @@ _OPTIONS: Final = {
 def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[None]:
     """A Gmsh model of its own; everything is as it was before when the block is left.
 
-    Parameters
-    ----------
-    about
-        What is being done, for the error's line.
-    options
-        Gmsh's numbers by name, for the block only.
+    Args:
+        about: what is being done, for the error's line.
+        options: Gmsh's numbers by name, for the block only.
 
-    Raises
-    ------
-    MeshError
-        In place of Gmsh's own exceptions.
+    Raises:
+        MeshError: in place of Gmsh's own exceptions.
     """
     options = {**_OPTIONS, **(options or {})}
     ours = not gmsh.isInitialized()
@@ -70,10 +65,8 @@ def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[
 def current_mesh() -> SolidMesh:
     """The mesh of the current Gmsh model, with those of our groups that it has.
 
-    Raises
-    ------
-    MeshError
-        Where there are no tetrahedra or hexahedra, all of one order, or others besides.
+    Raises:
+        MeshError: where there are no tetrahedra or hexahedra, all of one order, or others besides.
     """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)

@@ -84,12 +84,9 @@ def enclosed_volume(points: Floats, facets: Ints) -> float:
 
     A surface that ends on planes through the origin encloses its volume with them.
 
-    Parameters
-    ----------
-    points
-        Shape (n, 3), mm.
-    facets
-        As in :class:`SolidMesh`, shape (k, nodes).
+    Args:
+        points: shape (n, 3), mm.
+        facets: as in :class:`SolidMesh`, shape (k, nodes).
     """
     x = points[facets]
     nodes = facets.shape[1]
@@ -167,12 +164,9 @@ def centroid(mesh: SolidMesh) -> Floats:
 def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
     """How fast :func:`centroid` moves as the points do, shape (3,).
 
-    Parameters
-    ----------
-    mesh
-        n points.
-    velocity
-        Of the points, shape (n, 3); that of an edge's middle does not count.
+    Args:
+        mesh: n points.
+        velocity: of the points, shape (n, 3); that of an edge's middle does not count.
     """
     at, weights = CELL_QUADRATURE[mesh.shape]
     functions = shape_functions.of_cell(mesh.shape.corners)

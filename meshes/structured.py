@@ -34,12 +34,9 @@ NEIGHBOUR: Final = ((2, 0), (2, 1), (1, 0), (0, 1), (1, 1), (0, 0))
 class Grid:
     """Planes of a rectilinear grid and what its cells are.
 
-    Attributes
-    ----------
-    planes
-        Coordinates (mm) along x, y and z, ascending, shapes (n + 1,).
-    kind
-        :data:`SOLID`, :data:`CAVITY` or :data:`OUTSIDE` of each cell, shape (nx, ny, nz).
+    Attributes:
+        planes: coordinates (mm) along x, y and z, ascending, shapes (n + 1,).
+        kind: :data:`SOLID`, :data:`CAVITY` or :data:`OUTSIDE` of each cell, shape (nx, ny, nz).
     """
 
     planes: tuple[Floats, Floats, Floats]
@@ -49,22 +46,15 @@ class Grid:
 def structured_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
     """Mesh a finger in hexahedra.
 
-    Parameters
-    ----------
-    finger
-        Dimensions.
-    mesh
-        Half or whole, sizes, refinement.
+    Args:
+        finger: dimensions.
+        mesh: half or whole, sizes, refinement.
 
-    Returns
-    -------
-    SolidMesh
+    Returns:
         Hexahedra with straight edges, points in mm.
 
-    Raises
-    ------
-    MeshError
-        Where a part of the finger is too thin, or the mesh would not fit into memory.
+    Raises:
+        MeshError: where a part of the finger is too thin, or the mesh would not fit into memory.
     """
     refuse_slivers(finger)
     solid = _cells(grid(finger, mesh), mesh.half)

@@ -29,18 +29,13 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
     few elements; then, with these two sizes, bisection on the place along the finger
     where the smaller gives way to the larger.
 
-    Parameters
-    ----------
-    target
-        Wanted number of elements.
-    mesh
-        Meshes with sizes scaled by its first argument up to the fraction of the length
-        that the third tells, by its second beyond, and returns the number of elements.
+    Args:
+        target: wanted number of elements.
+        mesh: meshes with sizes scaled by its first argument up to the fraction of the length that
+            the third tells, by its second beyond, and returns the number of elements.
 
-    Raises
-    ------
-    MeshError
-        Where the target is not met.
+    Raises:
+        MeshError: where the target is not met.
     """
     tried: list[int] = []
 
