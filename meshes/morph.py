@@ -118,8 +118,12 @@ def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
         return mesh
     new = replace(mesh, points=morph.points(mesh.points, second_order_edges(mesh.cells)))
     least = jacobians(new).min(axis=1)
-    if least.min() <= 0:
-        raise inverted(morph, int((least <= 0).sum()), len(least), float(least.min()))
+    number = int((least <= 0).sum())
+    if number:
+        raise MeshError(
+            f"{morph}: turns {number} of {len(least)} elements inside out "
+            f"(Jacobian {least.min():.3g} mm³); allowed: xi nearer to 0, both above -1"
+        )
     return new
 
 
@@ -135,11 +139,3 @@ def second_order_edges(cells: Ints) -> Ints:
     middles = cells[:, shape.corners :, None]
     edges = np.concatenate([middles, cells[:, shape.edges]], axis=2).reshape(-1, 3)
     return edges[np.unique(edges[:, 0], return_index=True)[1]]
-
-
-def inverted(morph: Morph, number: int, of: int, least_mm3: float) -> MeshError:
-    """The complaint about elements that a morph turned inside out."""
-    return MeshError(
-        f"{morph}: turns {number} of {of} elements inside out (Jacobian {least_mm3:.3g} mm³); "
-        "allowed: xi nearer to 0, both above -1"
-    )

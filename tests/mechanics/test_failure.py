@@ -95,7 +95,7 @@ def test_care_is_left_out_where_it_did_not_help(
     assert failed[:2] == [False, True]
     assert failed[-2:] == [False, True]
     assert failed.count(True) == 2
-    assert arrival.cuts > 4
+    assert failed.count(False) > 4
 
 
 def test_running_away_is_a_limit_point(
@@ -168,6 +168,6 @@ def test_wild_step_leaves_no_nan(tetrahedron: bodies.Body) -> None:
     solve = Newton(tetrahedron.model, Solver(max_iterations=3)).solve()
     tetrahedron.body_force.x.array[:] = 0.0
     assert not solve.converged
-    assert np.isfinite(solve.residual_N)
+    assert np.isfinite(tetrahedron.gradient()).all()
     assert np.isfinite(tetrahedron.displacement()).all()
     assert tetrahedron.model.potential.smallest_jacobian() > 0.0

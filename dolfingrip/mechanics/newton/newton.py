@@ -56,13 +56,11 @@ class Solve:
     Attributes:
         ending: converged, or why not.
         iterations: Newton iterations taken.
-        residual_N: norm of the last residual.
         unstable: a damped solve met states that are not stable.
     """
 
     ending: Ending
     iterations: int
-    residual_N: float
     unstable: bool = False
 
     @property
@@ -238,7 +236,6 @@ class Newton:
         solve = Solve(
             self._ending(self._snes.getConvergedReason()),
             iterations,
-            float(self._snes.getFunctionNorm()),
             self._damping.unstable,
         )
         self.damped += damped and solve.converged

@@ -32,13 +32,11 @@ class Arrival:
     Attributes:
         iterations: Newton iterations since the last target, failed steps included.
         steps: converged load steps.
-        cuts: steps that failed and were halved.
         failure: set where the target was not reached; the model is then at the last good state.
     """
 
     iterations: int
     steps: int
-    cuts: int
     failure: Failure | None = None
 
 
@@ -118,11 +116,11 @@ class LoadPath:
         self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
         self._lost = False
         before = self.newton.iterations
-        done, iterations, steps, cuts = 0.0, 0, 0, 0
+        done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
             if self._late():
-                failure = Failure(FailureKind.TIME_LIMIT, at(done), dict(target))
-                return Arrival(iterations, steps, cuts, failure)
+                failure = Failure(FailureKind.TIME_LIMIT, at(done))
+                return Arrival(iterations, steps, failure)
             length = min(self._length, 1.0) / whole
             # no sliver is left for a last step
             reach = 1.0 if done + 1.01 * length >= 1.0 else done + length
@@ -149,7 +147,6 @@ class LoadPath:
             away = solve.unstable and self._runs_away((reach - done) * whole, good)
             self.model.restore(good)
             self._predictor.restart(self._place)
-            cuts += 1
             self._length = (reach - done) * whole / 2
             if self._length < self._shortest:
                 back = self._shortest / whole / 2
@@ -158,9 +155,9 @@ class LoadPath:
                     or self._is_soft(at(done - back), back * whole, good)
                     or self._passable(at(reach))
                 )
-                failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
-                return Arrival(iterations, steps, cuts, failure)
-        return Arrival(iterations, steps, cuts)
+                failure = Failure(_classify(solve, rejected, soft), at(done))
+                return Arrival(iterations, steps, failure)
+        return Arrival(iterations, steps)
 
     def _solve(
         self, good: State, controls: Mapping[str, float], guess: Guess | None, *, last: bool
