@@ -9,7 +9,7 @@ from mechanics import bodies, spheres
 from dolfingrip.config import KPA, Solver
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import VolumeControl, led_by_volume
+from dolfingrip.mechanics.newton.volume_control import VolumeControl, volume_controlled
 from dolfingrip.mechanics.path.path import LoadPath
 
 NAME = "cavity_volume_mm3"
@@ -21,7 +21,7 @@ def led(balloon: bodies.Body) -> tuple[bodies.Body, VolumeControl, LoadPath]:
     model = balloon.model
     ds = model.domain.surface("cavity", quadrature_degree=6)
     density = cavity_pressure.volume_density(balloon.u, model.domain.mesh)
-    led = led_by_volume(model, model.controls["pressure_kPa"], density * ds)
+    led = volume_controlled(model, model.controls["pressure_kPa"], density * ds)
     volume = led.terms[-1]
     newton = Newton(led, Solver(rtol=1e-11))
     return balloon, volume, LoadPath(newton, {NAME: volume.control.value})

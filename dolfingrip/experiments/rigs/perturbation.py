@@ -9,7 +9,8 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.rigs.finger import FingerModel, weight
+from dolfingrip.experiments.rigs.finger import WEIGHT, FingerModel
+from dolfingrip.experiments.rigs.material import weight
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Model
@@ -170,7 +171,7 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
     base = {
         "material.mu_MPa": config.material.mu_MPa,
         "material.lmbda_MPa": config.material.lmbda_MPa,
-        "gravity.weight_N_mm3": weight(config),
+        WEIGHT: weight(config),
     }
     found: dict[str, np.ndarray] = {}
     for name in names:

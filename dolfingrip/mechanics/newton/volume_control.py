@@ -102,7 +102,7 @@ class VolumeControl(Term):
         return self._force_N
 
 
-def led_by_volume(model: Model, pressure: Control, volume: ufl.Form) -> Model:
+def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Model:
     """A model of the same fields and terms whose path leads the cavity's volume.
 
     Args:

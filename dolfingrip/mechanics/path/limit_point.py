@@ -6,7 +6,7 @@ import ufl
 
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import CONTROL, led_by_volume
+from dolfingrip.mechanics.newton.volume_control import CONTROL, volume_controlled
 from dolfingrip.sections.numerics import Solver
 
 FIRST, LONGEST = 1e-4, 0.1
@@ -48,7 +48,7 @@ class LimitPointSearch:
             beyond_kPa: the pressure that was not reached; where it is, there is no maximum before.
         """
         good = self._model.state()
-        model = led_by_volume(self._model, self._pressure, self._volume)
+        model = volume_controlled(self._model, self._pressure, self._volume)
         newton, control = Newton(model, self._settings), model.controls[CONTROL]
         highest, start = self._pressure.value, control.value
         volume, step, last = start, FIRST * start, model.state()

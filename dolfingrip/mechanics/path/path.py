@@ -96,17 +96,7 @@ class LoadPath:
         """Go to ``target`` (controls by name); stop at the last good state on failure."""
         good = self.model.state()
         start = {name: good.controls[name] for name in target}
-        whole = (
-            max(
-                (
-                    abs(target[name] - start[name]) / longest
-                    for name, longest in self._longest.items()
-                    if name in target
-                ),
-                default=1.0,
-            )
-            or 1.0
-        )  # number of longest steps to the target
+        whole = self._longest_steps(start, target)
 
         def at(fraction: float) -> dict[str, float]:
             if fraction == 1.0:
@@ -158,6 +148,15 @@ class LoadPath:
                 failure = Failure(_classify(solve, rejected, soft), at(done))
                 return Arrival(iterations, steps, failure)
         return Arrival(iterations, steps)
+
+    def _longest_steps(self, start: Mapping[str, float], target: Mapping[str, float]) -> float:
+        """Longest steps from ``start`` to ``target``; 1 where no control limits them."""
+        distances = [
+            abs(target[name] - start[name]) / longest
+            for name, longest in self._longest.items()
+            if name in target
+        ]
+        return max(distances, default=1.0) or 1.0
 
     def _solve(
         self, good: State, controls: Mapping[str, float], guess: Guess | None, *, last: bool
