@@ -1,4 +1,4 @@
-"""Robustness table: random fingers, free and blocked, each led to 300 kPa.
+"""Robustness table: random fingers, free and blocked, each pressurised to 300 kPa.
 
     scripts/robustness [--number 200] [--seed 0] [--workers 1] [--out out/robustness]
                        [--retry-failed]
@@ -202,7 +202,7 @@ def summary(rows: Sequence[dict[str, Any]], seed: int) -> str:
     every = sum((ends[run] for run in kinds), Counter())
     others = sorted(set(every) - {REACHED, LIMIT})
     lines = [
-        f"{len(rows)} random fingers of seed {seed}, led to 300 kPa.",
+        f"{len(rows)} random fingers of seed {seed}, pressurised to 300 kPa.",
         "",
         "| end | free | blocked |",
         "|---|--:|--:|",

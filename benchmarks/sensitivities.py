@@ -134,11 +134,11 @@ def difference(
         if parameter.entry is Entry.SHAPE:
             moving += rate * velocity(parameter, config, domain)
     ends = []
-    for way in (STEP, -STEP):
+    for sign in (STEP, -STEP):
         changed = config
         for parameter, rate in direction.items():
-            changed = parameter.at(changed, parameter.value(config) + way * rate)
-        ends.append(rows(experiment, config, changed, way * moving))
+            changed = parameter.at(changed, parameter.value(config) + sign * rate)
+        ends.append(rows(experiment, config, changed, sign * moving))
     return [
         {name: (there[name] - back[name]) / (2 * STEP) for name in there}
         for there, back in zip(*ends, strict=True)

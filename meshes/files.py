@@ -31,7 +31,7 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
         path: A .msh file of Gmsh, the groups being its physical groups, an .inp file of Abaqus (see
             :mod:`dolfingrip.meshes.abaqus`), or a .vtk or .vtu file, the groups being the tags in
             the cells' array ``group``.
-        needed: Groups that it must have.
+        needed: groups that it must have.
 
     Raises:
         MeshError: Where the file cannot be read or lacks a needed group.
@@ -55,9 +55,9 @@ def write(path: Path, mesh: SolidMesh) -> None:
     """Write a mesh; the suffix tells the format, an existing file is replaced.
 
     Args:
-        path: With the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group tags
+        path: with the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group tags
             of elements and facets as the cells' array ``group``.
-        mesh: In mm.
+        mesh: in mm.
 
     Raises:
         MeshError: Where the suffix is another or the file cannot be written.

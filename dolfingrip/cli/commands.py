@@ -185,7 +185,7 @@ def _bar(
     title: str, experiments: Sequence[Experiment], config: Config, console: Console
 ) -> Iterator[Callable[[Row], None]]:
     """What to call with each row of some experiments."""
-    led = {each.name: each.led for each in experiments}
+    controls = {each.name: each.control for each in experiments}
     total = sum(len(each.schedule(each.settings(config))) for each in experiments)
     rows = 0
     what = f"{title.lower()} readings"
@@ -194,7 +194,7 @@ def _bar(
         def advance(row: Row) -> None:
             nonlocal rows
             rows += 1
-            column = led[row["experiment"]]
+            column = controls[row["experiment"]]
             show(rows, total, f"{row[column]:g} {unit(column)}")
 
         yield advance

@@ -88,10 +88,10 @@ def fake(
     kinds = _measured(experiments)
     from dolfingrip.cli.commands import synthetic_measurement
 
-    for folder, told in _poses(find(kinds[0]), config, overrides, out, protocol, specimen):
-        truth = told.overridden(hide or ())
+    for folder, posed in _poses(find(kinds[0]), config, overrides, out, protocol, specimen):
+        truth = posed.overridden(hide or ())
         synthetic_measurement(
-            kinds, told, truth, nuisance or (), noise or (), seed, folder, console()
+            kinds, posed, truth, nuisance or (), noise or (), seed, folder, console()
         )
 
 
@@ -228,7 +228,7 @@ def _poses(
         if specimen is not None:
             raise ConfigError(f"--specimen {specimen}: allowed: with --protocol FILE.csv")
         return [(out, configuration.load(config, assignments))]
-    table, poses = protocol_file.read(protocol, experiment.name, experiment.led, specimen)
+    table, poses = protocol_file.read(protocol, experiment.name, experiment.control, specimen)
     settings = [
         (out / pose.name, configuration.load(config, [*assignments, *pose.set])) for pose in poses
     ] or [(out, configuration.load(config, assignments))]

@@ -39,5 +39,5 @@ class PlateFriction(Effect):
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         if site.plate is not None:
-            site.rub(self, "mu", site.plate)
+            site.add_friction(self, "mu", site.plate)
         return ()

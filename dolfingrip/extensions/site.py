@@ -123,14 +123,14 @@ class Site:
         self.unknowns[made.name] = made
         return made
 
-    def move_clamp(self, number: Number, way: Callable[[np.ndarray], np.ndarray]) -> None:
+    def move_clamp(self, number: Number, mode: Callable[[np.ndarray], np.ndarray]) -> None:
         """Let the clamp move with ``number``.
 
         Args:
             number: an unknown.
-            way: (3, n) reference coordinates (mm) to (3, n) displacements for each unit of it.
+            mode: (3, n) reference coordinates (mm) to (3, n) displacements for each unit of it.
         """
-        self.motions.append(Motion(number, way))
+        self.motions.append(Motion(number, mode))
 
     def spring(
         self, effect: Named, force: str, moved: Expr, compliance: Expr, lever_mm: float = 1.0
@@ -156,7 +156,9 @@ class Site:
         part = self.domain.surface(region, quadrature_degree=2)
         return self.domain.copies * self._integral(self.fixed(1.0) * part)
 
-    def rub(self, effect: Named, key: str, contact: Touching, slip_mm: float = SLIP_mm) -> None:
+    def add_friction(
+        self, effect: Named, key: str, contact: Touching, slip_mm: float = SLIP_mm
+    ) -> None:
         """Add friction to ``contact``, its coefficient the parameter ``key`` of ``effect``."""
         mu = self.constant(effect, key)
         self.further.append(Friction(contact, self.u, mu, slip_mm, effect.name()))

@@ -13,7 +13,7 @@ NAME = "supply_kPa"
 
 
 class Supply:
-    """Regulator pressure, led by a path, and the cavity's, which stages make of it.
+    """Regulator pressure, the control of a path, and the cavity's, which stages make of it.
 
     A control and a memory of the model: what stands at each stage as a load step starts is
     part of the state.

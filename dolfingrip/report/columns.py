@@ -25,8 +25,8 @@ def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:
     """One column as floats.
 
     Args:
-        table: Columns by name.
-        name: The column wanted, e.g. ``force_N``.
+        table: columns by name.
+        name: the column wanted, e.g. ``force_N``.
 
     Returns:
         Shape (rows,), in the unit that the name carries; empty entries are NaN. None where the

@@ -51,9 +51,9 @@ def plot_fit(
     """Predicted against computed outputs, a panel each.
 
     Args:
-        names: Of the outputs.
-        computed, predicted: Shape (designs, outputs).
-        test: Shape (designs,), whether held out.
+        names: of the outputs.
+        computed, predicted: shape (designs, outputs).
+        test: shape (designs,), whether held out.
     """
     with _figure(path, len(names)) as panels:
         for column, (name, axes) in enumerate(zip(names, panels, strict=True)):
@@ -202,8 +202,8 @@ def plot_scatter(names: Sequence[str], scatter: Mapping[int, Scatter], path: Pat
     """Standard deviation of the chosen design's inputs against generations (the paper's Fig. 8).
 
     Args:
-        names: Of the inputs; a panel each.
-        scatter: By population.
+        names: of the inputs; a panel each.
+        scatter: by population.
     """
     styles = [(BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (INK, "v"), (GREY, "x")]
     with _figure(path, len(names)) as panels:

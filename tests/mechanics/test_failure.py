@@ -36,7 +36,7 @@ def greatest_kPa() -> float:
 def overloaded(
     request: pytest.FixtureRequest, sphere: bodies.Body, greatest_kPa: float
 ) -> Iterator[tuple[LoadPath, Failure]]:
-    """The balloon led beyond what it bears, in steps of at most so many kPa."""
+    """The balloon pressurised beyond what it bears, in steps of at most so many kPa."""
     settings = Solver(
         rtol=1e-11, max_iterations=10, max_step_kPa=request.param, min_step_kPa=SMALLEST_KPA
     )

@@ -28,9 +28,9 @@ def test_summit(balloon: bodies.Body, part: float, near: bool) -> None:
     before = model.state()
     ds = model.domain.surface("cavity", quadrature_degree=6)
     volume = cavity_pressure.volume_density(balloon.u, model.domain.mesh) * ds
-    summit = LimitPointSearch(model, model.controls["pressure_kPa"], volume, settings)
+    search = LimitPointSearch(model, model.controls["pressure_kPa"], volume, settings)
     # as a step of a hundredth more is asked for
-    assert summit.is_near((part + 0.01) * GREATEST_KPA) is near
+    assert search.is_near((part + 0.01) * GREATEST_KPA) is near
     after = model.state()
     assert after.controls == before.controls
     np.testing.assert_array_equal(after.displacement, before.displacement)

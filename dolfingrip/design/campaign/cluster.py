@@ -92,7 +92,7 @@ def _local(where: Where) -> Any:
     """Processes of their own, one design each at a time: MPI and PETSc are not shared."""
     from distributed import LocalCluster
 
-    from dolfingrip.design.campaign.nanny import PatientNanny
+    from dolfingrip.design.campaign.worker_supervision import WorkerSupervisor
 
     os.environ["OMP_NUM_THREADS"] = "1"
     try:
@@ -101,7 +101,7 @@ def _local(where: Where) -> Any:
             return LocalCluster(
                 n_workers=where.workers,
                 threads_per_worker=1,
-                worker_class=PatientNanny,
+                worker_class=WorkerSupervisor,
                 memory_limit=0,
                 dashboard_address="127.0.0.1:0",  # any free port
                 silence_logs=logging.CRITICAL,

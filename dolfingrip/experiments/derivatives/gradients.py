@@ -39,7 +39,7 @@ def at_highest(found: dict[str, float]) -> Callable[[FingerModel, Row], None]:
     """A visitor of an experiment that fills ``found`` at the highest pressure.
 
     By ξ: the derivative of the blocked force (N) where there is a plate, else of the tip's
-    angle (deg). Nothing is found where the volume is led, as the pressure then is no parameter,
+    angle (deg). Nothing is found under volume control, as the pressure then is no parameter,
     nor with extensions of more than geometry: they have unknowns, histories or readings that the
     adjoint knows nothing of.
     """

@@ -24,12 +24,12 @@ def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
     """The parameters that derivatives are taken to: those of ``keys``, or all.
 
     Raises:
-        ConfigError: one line: an unknown key, a choice of the model, or a led volume.
+        ConfigError: one line: an unknown key, a choice of the model, or volume control.
     """
     if config.experiment.control == "volume":
         raise ConfigError(
-            'experiment.control = "volume": allowed: "pressure" with --gradients, as the volume '
-            "that is led would change with the finger's dimensions"
+            'experiment.control = "volume": allowed: "pressure" with --gradients: the prescribed '
+            "volume would change with the finger's dimensions"
         )
     if not keys:
         return [parameter for parameter in every(config) if parameter.entry is not Entry.CHOICE]

@@ -55,7 +55,8 @@ class FingerModel:
         plate: the force sensor's.
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
         enclosed: UFL form of the meshed cavity's volume (mm³).
-        by_pressure: the same model led by pressure: ``model`` itself, unless that is led by volume.
+        by_pressure: the model under pressure control; ``model`` itself, unless the control is the
+            volume.
         rest: state that readings count from, at first the undeformed one.
         contact: of the skin with itself, where there is any.
         supply: what stands between regulator and cavity, where anything does.

@@ -25,7 +25,7 @@ def go_to_rest(
 
     Args:
         finger: undeformed.
-        newton: solver of its model; one led by volume goes to rest led by pressure.
+        newton: solver of its model; one under volume control goes to rest under pressure control.
         observers: told of each step on the way.
 
     Returns:

@@ -124,9 +124,9 @@ class BarrierContact(Term):
         step = MOVED * self.width_mm / fastest
         there, back = (
             BarrierContact(
-                self.surface.moved(way * step * velocity_mm), self.width_mm, self._stiffness_MPa
+                self.surface.moved(sign * step * velocity_mm), self.width_mm, self._stiffness_MPa
             ).gradient(dofs)
-            for way in (1, -1)
+            for sign in (1, -1)
         )
         return (there - back) / (2 * step)
 

@@ -26,7 +26,7 @@ SHORTEST = 1e-6
 
 
 class Prescribed(Protocol):
-    """A quantity that a load path may lead."""
+    """A quantity that a load path may prescribe."""
 
     @property
     def value(self) -> float:

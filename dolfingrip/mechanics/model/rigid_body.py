@@ -170,8 +170,8 @@ class RigidMotion(Term):
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Fraction that moves the body by :data:`LONGEST_mm` or less."""
         change = self.pose.change(step)
-        way = max(np.linalg.norm(change[:3]), self.body.gyration_mm * np.linalg.norm(change[3:]))
-        return min(1.0, LONGEST_mm / max(float(way), LONGEST_mm))
+        length = max(np.linalg.norm(change[:3]), self.body.gyration_mm * np.linalg.norm(change[3:]))
+        return min(1.0, LONGEST_mm / max(float(length), LONGEST_mm))
 
     # -- memory ----------------------------------------------------------------------------------
 

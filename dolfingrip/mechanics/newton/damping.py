@@ -35,13 +35,13 @@ LESS, STRONGER, FAR_STRONGER = 4.0, 4.0, 100.0
 class Damping:
     """Factors of K + cM, the damping c as small as leaves a minimum's inertia.
 
-    The steps are those of a massless body in a viscous medium, led by the implicit Euler method
-    with steps of 1/c in time (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal.
-    35, 1998): where equilibrium ends they lead on to another one that is stable, as a finger that
-    snaps through does. That K + cM has the inertia of a minimum's tangent (Wächter & Biegler,
-    Math. Program. 106, 2006) makes each step lead downhill. M is the diagonal of the mass matrix
-    at unit density. It is PETSc's preconditioner of type ``python``, to be applied once
-    (``preonly``); it adds cM to the matrix it is given.
+    The steps are those of a massless body in a viscous medium by the implicit Euler
+    method with steps of 1/c in time (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer.
+    Anal. 35, 1998): where equilibrium ends they lead on to another one that is stable, as a finger
+    that snaps through does. That K + cM has the inertia of a minimum's tangent (Wächter & Biegler,
+    Math. Program. 106, 2006) makes each step lead downhill. M is the diagonal of the mass matrix at
+    unit density. It is PETSc's preconditioner of type ``python``, to be applied once (``preonly``);
+    it adds cM to the matrix it is given.
 
     Args:
         prefix: of the factorisation's options.

@@ -217,7 +217,7 @@ class Newton:
         """
         model = self.model
         carried = model.potential.carried
-        self._lead(damped)
+        self._prepare(damped)
         if guess is not None and carried is not None:
             self._globalisation.start(self._residual_norm(), far=True, damped=damped)
             model.unknowns.set_local(guess.unknowns)
@@ -248,7 +248,7 @@ class Newton:
             A function of owned arrays in the order of a vector: (n,), or (n, k) for k of them,
             which are solved for at once.
         """
-        self._lead(damped=False)
+        self._prepare(damped=False)
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
         self.tangent.assemble()
@@ -261,7 +261,7 @@ class Newton:
 
         return solve
 
-    def _lead(self, damped: bool) -> None:
+    def _prepare(self, damped: bool) -> None:
         """Prepare SNES for a damped solve, or a plain one."""
         self._damped = damped
         self._refreshing.start()

@@ -103,7 +103,7 @@ class VolumeControl(Term):
 
 
 def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Model:
-    """A model of the same fields and terms whose path leads the cavity's volume.
+    """A model of the same fields and terms whose control is the cavity's volume.
 
     Args:
         model: with ``pressure`` among its controls.

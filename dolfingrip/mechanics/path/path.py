@@ -1,4 +1,4 @@
-"""The load path: adaptive steps that land on the asked controls, up and down."""
+"""The load path: adaptive steps that end at the prescribed controls, up and down."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Arrival:
 
 
 class Observer(Protocol):
-    """What looks on as a path takes its steps."""
+    """What is called as a path takes its steps."""
 
     def converged(self, before: State) -> None:
         """A step from ``before`` has converged; it leaves the model as it is."""
@@ -49,12 +49,13 @@ class Observer(Protocol):
 
 
 class LoadPath:
-    """Leads a model along straight lines between prescribed controls, time among them.
+    """Takes a model along straight lines between prescribed controls, time among them.
 
-    A step starts from where the path so far leads, as long as that is straight. One that fails is
-    taken back and solved again with damping, then halved; steps grow again after easy ones. With
+    A step starts from the state that the path so far predicts, as long as the path is straight. A
+    step that fails is taken back and solved again with damping, then halved; steps grow again
+    after easy ones. With
     damping the path may go on beyond a limit point, where the model snaps to another stable state.
-    The solver's time limit counts from here, and is looked at before each step.
+    The solver's time limit counts from here, and is checked before each step.
 
     Args:
         newton: solver of the model.
@@ -62,9 +63,9 @@ class LoadPath:
             solver's ``max_step_kPa`` by default); a control that is absent does not.
         accept: called after each converged step; returns a reason to reject it, or ""; default:
             what the model's terms say.
-        passable: asked at the last good state and told the controls that were not reached, whether
-            equilibrium goes on there at a falling load.
-        observers: told of each converged step before it is accepted.
+        passable: called at the last good state with the controls that were not reached; returns
+            whether equilibrium goes on there at a falling load.
+        observers: called after each converged step, before it is accepted.
     """
 
     def __init__(
@@ -87,13 +88,13 @@ class LoadPath:
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
         self._predictor = Predictor(self.model, newton.linear)
-        self._lost = False  # whether the last damped solve on the way to the target failed
+        self._lost = False  # whether the last damped solve towards this target failed
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
         self._place = 0.0  # along the path, in longest steps
 
     def advance(self, target: Mapping[str, float]) -> Arrival:
-        """Go to ``target`` (controls by name); stop at the last good state on failure."""
+        """Go to ``target`` (controls by name); end at the last good state on failure."""
         good = self.model.state()
         start = {name: good.controls[name] for name in target}
         whole = self._longest_steps(start, target)
@@ -163,7 +164,7 @@ class LoadPath:
     ) -> Solve:
         """Solve the model from ``good``, its state, at ``controls``, its own.
 
-        A step that fails is solved again, damped. Where damping has not helped on the way to this
+        A step that fails is solved again, damped. Where damping has not helped towards this
         target it is left out, but for the ``last`` step that is tried: beyond a limit point a
         damped solve takes many iterations to run away.
         """
@@ -212,7 +213,7 @@ class LoadPath:
 
         Bergan's current stiffness parameter (Bergan, Horrigmoe, Kråkeland & Søreide, Int. J.
         Numer. Methods Eng. 12, 1978), which vanishes at a limit point. The pivots of a diverged
-        iteration tell nothing. The model is restored to ``good``.
+        iteration say nothing. The model is restored to ``good``.
         """
         self.model.prescribe(controls)
         converged = self.newton.solve().converged

@@ -25,7 +25,7 @@ class Adjoint:
     Mitchell, Paganini & Wechsung, Struct. Multidisc. Optim. 60, 2019).
 
     Args:
-        model: led by its constants (pressure rather than volume).
+        model: whose controls are constants of the potential (pressure rather than volume).
         reading: g.
     """
 

@@ -68,7 +68,7 @@ class ForwardSensitivity:
         K dx = −(∂R/∂m + ∂R/∂x₀ dx₀ + ∂R/∂h₀ dh₀),
 
     and dh follows from H's derivative (Michaleris, Tortorelli & Vidal, Int. J. Numer. Methods Eng.
-    37, 1994). The bracket is one difference of R: the model is led to a start that is perturbed
+    37, 1994). The bracket is one difference of R: the model starts from a state that is perturbed
     along (dx₀, dh₀) with a perturbed parameter, by the same calls as any step is, so that every
     term, memory and control takes part and none is named here. K is the tangent of the converged
     state, factorised once for all parameters.
@@ -126,7 +126,7 @@ class ForwardSensitivity:
         step = _Step(self._model, state, state, here)
         for perturbation, change, amount in self._each():
             with perturbation.applied(amount):
-                step.lead(change, amount)
+                step.begin(change, amount)
                 there = read()
             found.append({name: (there[name] - base[name]) / amount for name in base})
         self._model.restore(state)
@@ -174,7 +174,7 @@ class ForwardSensitivity:
                 there = step.accepted(perturbation, change, amount, unknowns)
                 change.history = {k: _rate(there[k], after[k], amount) for k in after}
             change.unknowns = unknowns
-        step.lead(None, 0.0)
+        step.begin(None, 0.0)
         model.unknowns.set_local(here)
         for term, each in zip(model.terms, held, strict=True):
             term.hold(each)
@@ -200,7 +200,7 @@ class _Step:
         self._now = now
         self._here = here
 
-    def lead(self, change: Change | None, amount: float) -> None:
+    def begin(self, change: Change | None, amount: float) -> None:
         """Begin the step at a start that is perturbed by ``amount`` along ``change``."""
         model = self._model
         model.restore(self._before)
@@ -226,7 +226,7 @@ class _Step:
     ) -> np.ndarray:
         """Residual (N) at its end moved by ``amount`` · ``along``, the parameter changed, too."""
         with _applied(perturbation, amount):
-            self.lead(change, amount)
+            self.begin(change, amount)
             self._model.unknowns.set_local(self._here + amount * along)
             self._model.refresh()
             return self._model.gradient()
@@ -240,7 +240,7 @@ class _Step:
     ) -> dict[str, np.ndarray]:
         """Internal variables once that end is accepted."""
         with _applied(perturbation, amount):
-            self.lead(change, amount)
+            self.begin(change, amount)
             self._model.unknowns.set_local(self._here + amount * along)
             self._model.refresh()
             self._model.accept_step()
