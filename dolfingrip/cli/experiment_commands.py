@@ -1,4 +1,4 @@
-"""The commands of the experiments, made from what each tells of itself; ``fake`` and ``demo``."""
+"""The commands of the experiments, made from their descriptions; ``fake`` and ``demo``."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def _parameters(experiment: Experiment) -> list[Parameter]:
 
 
 def _keys(gradients: bool, parameters: str | None) -> list[str] | None:
-    """Keys that derivatives are asked for: none for all, None for no derivatives.
+    """Keys of the parameters to derive by: [] for all of them, None for no derivatives.
 
     Raises:
         ConfigError: one line, where keys are given and derivatives are not asked for.
@@ -190,7 +190,7 @@ def _annotation(option: Option) -> Any:
 
 
 def _assignments(experiment: Experiment, given: Mapping[str, Any]) -> list[str]:
-    """What the options that one experiment has set in the configuration, as with ``--set``."""
+    """Assignments, as of ``--set``, by the options that this experiment alone has."""
     return [
         f"{option.key}={given[option.name]}"
         for option in experiment.options

@@ -61,7 +61,7 @@ class Experiment(ABC):
     # -- before it is run ------------------------------------------------------------------------
 
     def settings(self, config: Config) -> Config:
-        """``config`` with what the experiment asks for whatever is configured.
+        """``config`` with the settings that the experiment requires.
 
         Raises:
             ConfigError: one line, where that cannot be.
@@ -69,7 +69,7 @@ class Experiment(ABC):
         return config
 
     def asked(self, given: Mapping[str, Any]) -> Experiment:
-        """The experiment that is run where its command was given these options, by name."""
+        """The experiment to run with these options of its command, by name."""
         return self
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""Run an experiment from stop to stop, and record what each yields."""
+"""Run an experiment from stop to stop, and record the readings at each."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ def run(
         out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; nothing is written
             where None.
         comm: ranks to run on.
-        progress: called with each new row, on every rank.
-        visit: likewise, with the specimen (a finger's model, for one) as it then is; it must
-            leave the specimen so.
+        progress: called on every rank with each new row.
+        visit: likewise, with the specimen (for instance a finger's model) in its present state,
+            which it must not change.
         gradients: keys of parameters that all readings are derived by, () for every one; None
             for no derivatives.
 
@@ -97,7 +97,7 @@ def _lead(
     reached: Callable[[Row], None],
     observers: Sequence[Observer] = (),
 ) -> Failure | None:
-    """Call ``reached`` with the row of each stop; why a stop was not reached, where one was not."""
+    """Call ``reached`` with the row of each stop; return why a stop was not reached, if so."""
     path = LoadPath(rig.newton, rig.longest(), passable=rig.passable, observers=observers)
     failure = rig.start(path, stops[0])
     if failure is not None:

@@ -1,4 +1,4 @@
-"""The effects there are, in the order in which they act on one another."""
+"""The index of effects, in the order in which they act on one another."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ NAMES = (
     "locking",
     "no_self_contact",
 )
-"""One line an effect: its file's name, which is its table's."""
+"""The name of each effect's file, which is its table's."""
 
 
 def effect(name: str) -> type[Effect]:

@@ -54,7 +54,7 @@ def required(table: Columns, name: str) -> npt.NDArray[np.float64]:
 def branches(table: Columns) -> npt.NDArray[np.str_]:
     """The branch of each row (``loading``, ``unloading``, ``hold``), shape (rows,).
 
-    Where the column is absent every row is ``loading``: nothing then tells them apart.
+    Where the column is absent every row is ``loading``: nothing distinguishes them.
     """
     if "branch" not in table:
         return np.array(["loading"] * len(list(table["pressure_kPa"])), dtype=np.str_)

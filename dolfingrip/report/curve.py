@@ -52,12 +52,12 @@ def plot(
     *,
     measured: Columns | None = None,
 ) -> Path:
-    """Draw what an experiment says is to be drawn of its result.
+    """Draw a result as the experiment's ``plot`` says.
 
     Args:
         experiment: whose result it is.
         result: columns that ``experiment.plot`` names; the first of its curves must be there. A
-            column ``branch`` tells loading from unloading.
+            column ``branch`` distinguishes loading from unloading.
         path: PNG to write (6 in × 4 in).
         turning_point: pressure (kPa), force (N) and the slopes (N/kPa) of the lines that meet
             there.
@@ -84,7 +84,7 @@ def plot(
 def _axes(path: Path, label: str, over: str) -> Iterator[Axes]:
     """Axes over ``over``; saved on leaving, with limits that include the origin."""
     with figure_theme():
-        # A figure of its own rather than pyplot's: nothing is left open, no backend is chosen.
+        # A Figure rather than pyplot's: nothing is left open, no backend is chosen.
         figure = Figure(figsize=SIZE_IN, layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()

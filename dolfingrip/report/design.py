@@ -89,7 +89,7 @@ class FrontPicture:
     Attributes:
         front: of the surrogate.
         cloud: the designs of experiments.
-        failed: designs without numbers, told in the legend.
+        failed: number of failed designs, for the legend.
         chosen: design by COG limit (mm).
         original: the undeformed finger as it was, by finite elements or else the surrogate.
         resolved: designs computed again by finite elements.
@@ -230,7 +230,7 @@ def plot_scatter(names: Sequence[str], scatter: Mapping[int, Scatter], path: Pat
 def _figure(path: Path, panels: int) -> Iterator[list[Axes]]:
     """Axes side by side; saved on leaving."""
     with figure_theme():
-        # A figure of its own rather than pyplot's: nothing is left open, no backend is chosen.
+        # A Figure rather than pyplot's: nothing is left open, no backend is chosen.
         figure = Figure(figsize=(6.0 if panels == 1 else 4.0 * panels, 4.0), layout="constrained")
         FigureCanvasAgg(figure)
         figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]

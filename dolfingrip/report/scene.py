@@ -191,7 +191,7 @@ def _no_display() -> Iterator[None]:
 
 
 def _has_egl() -> bool:
-    """Whether the library is there; without it VTK is left to find its own way."""
+    """Whether the library is there; without it VTK chooses its own window."""
     try:
         ctypes.CDLL("libEGL.so.1")
     except OSError:

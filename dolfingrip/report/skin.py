@@ -104,7 +104,7 @@ def _boundary(mesh: FieldMesh) -> Ints:
     cell, face = np.divmod(rows, len(shape.faces))
     if mesh.cells.shape[1] > simple.shape[1]:
         facets = np.column_stack([facets, mesh.cells[cell, simple.shape[1] + face]])
-    # Elements come in either handedness, so the way out is told by their middle.
+    # Elements come in either handedness, so their middle decides which side is outside.
     middle = mesh.points[mesh.cells[:, : shape.corners]].mean(axis=1)[cell]
     way_in = middle - mesh.points[facets[:, 0]]
     inward = np.einsum("ij,ij->i", _normals(mesh.points, facets), way_in) > 0

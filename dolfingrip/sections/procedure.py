@@ -1,4 +1,4 @@
-"""Sections of the configuration that tell how it is tested: experiment, protocol, coupon."""
+"""Sections of the configuration for the test procedure: experiment, protocol, coupon."""
 
 from __future__ import annotations
 

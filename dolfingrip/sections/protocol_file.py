@@ -1,4 +1,4 @@
-"""A protocol file: what the laboratory does, as readings at given times.
+"""A protocol file: the laboratory's procedure, as readings at given times.
 
 TOML: segments that are run through in order, ``cycles`` times, at each pose:
 
@@ -14,7 +14,7 @@ TOML: segments that are run through in order, ``cycles`` times, at each pose:
     name = "gap 2 mm"
     set = ["plate.gap_mm=2", "gravity.direction=[1, 0, 0]"]
 
-or the CSV of a measurement. The time stamps of one of its specimens are taken then.
+or the CSV of a measurement, for the time stamps of one of its specimens.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from dolfingrip.sections.section import Section, outside
 from dolfingrip.sections.units import unit
 
 SPARSER = 3.0
-"""Ratio of the times of successive readings of a wait, since what relaxes does so ever slower."""
+"""Ratio of the times of successive readings of a wait, since relaxation slows down."""
 
 Lines = Annotated[tuple[str, ...], Field(strict=False)]
 
@@ -81,7 +81,7 @@ def waits(length_s: float, count: int) -> list[float]:
 def read(
     file: Path, experiment: str, control: str = "pressure_kPa", specimen: str | None = None
 ) -> tuple[dict[str, Any], Sequence[Pose]]:
-    """The table ``[protocol]`` that ``file`` stands for, and the poses it is run at.
+    """The table ``[protocol]`` that ``file`` describes, and its poses.
 
     Args:
         file: TOML, or CSV in the measured-data format.

@@ -42,7 +42,7 @@ _OF_MPI: Final = ("OMPI_MCA_", "OMPI_COMM_", "PMIX_", "OPAL_", "PRTE_", "PMI_")
 
 
 def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
-    """Compute a design on this process alone, or on several ranks of its own.
+    """Compute a design in this process, or on several ranks under ``mpirun``.
 
     Raises:
         DesignFailure: where there is no result.

@@ -47,7 +47,7 @@ class Sensitivities:
     """Collects the derivatives of a rig's readings as its path goes on.
 
     Args:
-        rig: at its start; it tells :meth:`rest` when its readings begin to count.
+        rig: at its start; it calls :meth:`rest` once the pose at rest is known.
         config: that it was prepared from.
         parameters: that derivatives are taken to.
 

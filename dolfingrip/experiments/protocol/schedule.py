@@ -27,7 +27,7 @@ class Stop:
 
 
 def steps(largest: float, step: float) -> list[float]:
-    """Values from 0 in steps up to ``largest``, which is landed on in any case."""
+    """Values from 0 in steps up to ``largest``, which is always the last one."""
     values = [i * step for i in range(int(largest / step + 1e-9) + 1)]
     if largest - values[-1] > 1e-9 * largest:
         values.append(largest)

@@ -1,4 +1,4 @@
-"""What is read off a finger at one state."""
+"""The readings of a finger at one state."""
 
 from __future__ import annotations
 

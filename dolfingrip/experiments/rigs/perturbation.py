@@ -1,4 +1,4 @@
-"""A parameter of the configuration as a change of a finger's model at hand."""
+"""A parameter of the configuration as a change of a finger's model."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class ParameterPerturbation:
         constants: of the model, by name.
         values: the constants' values as a function of a configuration.
         movement: moves the reference mesh; None where the parameter does not.
-        set_up: told a configuration, takes over what is neither constant nor mesh: stages of the
-            supply, the plate's pose; and a change of the displacement at rest (mm).
+        set_up: called with a configuration and the change of the displacement at rest (mm); sets
+            what is neither constant nor mesh: stages of the supply, the plate's pose.
 
     Attributes:
         at_rest: derivative of the displacement at rest (local array, mm for each unit of the

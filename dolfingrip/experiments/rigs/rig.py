@@ -71,7 +71,7 @@ class Rig(ABC):
             first: the experiment's first stop.
 
         Returns:
-            Why that was not reached, where it was not.
+            Why that was not reached; None where it was.
         """
         return None
 

@@ -92,7 +92,7 @@ def _felt(
     slope: np.ndarray,
     curvature: np.ndarray,
 ) -> Felt:
-    """What is felt of a barrier whose energy and derivatives are given by s, for κ ĝ = 1."""
+    """Energy and derivatives by the distance, from those by s for κ ĝ = 1."""
     return Felt(
         stiffness_MPa * width_mm * energy,
         stiffness_MPa * slope,

@@ -29,7 +29,7 @@ is nearly free would be thrown metres away by a linear prediction."""
 
 @dataclass(frozen=True)
 class RigidBody:
-    """What does not deform.
+    """A body that does not deform.
 
     Attributes:
         name: of the body.
@@ -90,7 +90,7 @@ class RigidMotion(Term):
         body: mass and inertia.
         pose: of the body.
         gravity_m_s2: (3,) acceleration of free fall, a control's array; 0 where weightless.
-        copies: how many meshed parts make the whole; they share the body.
+        copies: symmetry multiplicity: meshed parts that make the whole and share the body.
     """
 
     name: ClassVar[str] = "rigid body"

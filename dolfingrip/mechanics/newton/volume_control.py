@@ -42,7 +42,7 @@ class VolumeControl(Term):
         u: displacement (mm).
         pressure: control of the pressure, which becomes a result.
         volume: UFL form of the meshed cavity's volume (mm³).
-        copies: how many meshed parts make the whole.
+        copies: symmetry multiplicity, the number of meshed parts in the whole.
 
     Attributes:
         control: the volume of the whole cavity, at first the present one.
@@ -87,7 +87,7 @@ class VolumeControl(Term):
         return self.number.value * self.control.value / self._copies
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
-        """Add what is missing of the volume."""
+        """Add the residual V* − V."""
         gradient.add(self.number, (self.control.value - self.volume_mm3()) / self._copies)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:

@@ -13,20 +13,20 @@ FIRST, LONGEST = 1e-4, 0.1
 """First step of the volume, relative to the cavity's, and longest; each is twice the one before."""
 
 MOST = 20
-"""Steps: the last ends about the cavity's volume away."""
+"""Largest number of steps; together they are about the cavity's volume."""
 
 SHORTER = 4.0
-"""By how much a step that fails is shortened."""
+"""Factor by which a step that fails is shortened."""
 
 FALL = 1e-4
 """Part of the pressure by which it must fall to have had a maximum."""
 
 
 class LimitPointSearch:
-    """Leads the cavity's volume on from a state at which the pressure could not be raised.
+    """Increases the cavity's volume from a state at which the pressure could not be raised.
 
-    A limit point is where equilibrium goes on at a falling pressure, so it is looked for. A single
-    bellows that gives way among stiff ones hardly shows in any norm of the displacement.
+    A limit point is where equilibrium goes on at a falling pressure, so the search tests for that.
+    A single bellow that collapses among stiff ones hardly shows in any norm of the displacement.
 
     Args:
         model: with the pressure among its controls.

@@ -53,8 +53,8 @@ class LoadPath:
 
     A step starts from the state that the path so far predicts, as long as the path is straight. A
     step that fails is taken back and solved again with damping, then halved; steps grow again
-    after easy ones. With
-    damping the path may go on beyond a limit point, where the model snaps to another stable state.
+    after easy ones. With damping the path may go on beyond a limit point, where the model snaps to
+    another stable state.
     The solver's time limit counts from here, and is checked before each step.
 
     Args:
@@ -203,13 +203,13 @@ class LoadPath:
     def _runs_away(self, length: float, good: State) -> bool:
         """Whether a failed solve has gone far from ``good`` for so small a step.
 
-        A motion through a viscous medium that leaves a stable state and finds no other ends by
-        inverting elements, or not within its iterations.
+        A motion through a viscous medium that finds no other stable state inverts elements or
+        exceeds its iterations.
         """
         return self._stiffness(length, good) < AWAY * self._stiffest
 
     def _is_soft(self, controls: Mapping[str, float], length: float, good: State) -> bool:
-        """Whether the model answers a small step back much more softly than it once did.
+        """Whether the stiffness along a small step back is far below the largest on the path.
 
         Bergan's current stiffness parameter (Bergan, Horrigmoe, Kråkeland & Søreide, Int. J.
         Numer. Methods Eng. 12, 1978), which vanishes at a limit point. The pivots of a diverged

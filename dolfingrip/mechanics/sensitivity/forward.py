@@ -18,8 +18,8 @@ SMALL: Final = 1e-7
 Newton's tolerance, so that a one-sided difference is good to this part, and rounding to 1e-6."""
 
 CORRECTIONS: Final = 30
-"""Of derivatives where terms hold what the tangent does not know of, as friction its normal
-forces: each is a solve with the tangent at hand."""
+"""Largest number of corrections where terms hold something that the tangent leaves out, as friction
+holds its normal forces; each is a solve with the present tangent."""
 
 CLOSE: Final = 1e-6
 """Part of the first residual's derivative that may be left then."""
@@ -42,7 +42,7 @@ class Perturbation(Protocol):
         ...
 
     def applied(self, amount: float) -> AbstractContextManager[None]:
-        """The model as it is with the parameter changed by ``amount``, for as long as entered."""
+        """A context in which the model's parameter is changed by ``amount``."""
         ...
 
 
@@ -101,7 +101,7 @@ class ForwardSensitivity:
     def converged(self, before: State) -> None:
         """Take note of a converged load step from ``before``, not accepted yet.
 
-        Without history the last step alone tells all, so it is derived when asked for.
+        Without history only the last step matters, so it is derived when asked for.
         """
         self._before = before
         if before.history:
@@ -135,7 +135,7 @@ class ForwardSensitivity:
         return found
 
     def _is_derived(self, here: np.ndarray) -> bool:
-        """Whether the derivatives at hand are those of the unknowns ``here``, on all ranks."""
+        """Whether the present derivatives are those of the unknowns ``here``, on all ranks."""
         same = self._derived is not None and np.array_equal(self._derived, here)
         return bool(self._model.comm.allreduce(same, MPI.LAND))
 
@@ -152,8 +152,8 @@ class ForwardSensitivity:
         start = step.residual()
         found = np.zeros((len(start), len(self._perturbations)), order="F")
         first = np.inf
-        # a support that moves with numbers is held where they lead: what it moves as the mesh does
-        # is felt by the next residual
+        # a moving support is held at its numbers: how it moves with the mesh enters with the next
+        # residual
         exact = model.moving is None and all(each is None for each in held)
         for _ in range(1 if exact else CORRECTIONS):
             right = np.column_stack(
@@ -252,7 +252,7 @@ def _applied(perturbation: Perturbation | None, amount: float) -> AbstractContex
 
 
 def _rate(there: np.ndarray, here: np.ndarray, amount: float) -> np.ndarray:
-    """Difference quotient; 0 where a pair came or went, at which nothing can be derived."""
+    """Difference quotient; 0 where pairs of contact change, since there is no derivative."""
     if there.shape != here.shape or here.dtype.kind != "f":
         return np.zeros(here.shape)
     return np.asarray((there - here) / amount)
