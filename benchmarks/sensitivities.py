@@ -2,7 +2,7 @@
 benchmarks.sensitivities``.
 
 Each row is one parameter of one case: the largest difference over all readings and stops, as part
-of the reading's scale (its largest value on the way, for each ordinary change of the parameter).
+of the reading's scale (its largest value in the run, for each ordinary change of the parameter).
 The runs that are subtracted have the same mesh, moved, and the same load steps.
 """
 

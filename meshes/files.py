@@ -52,7 +52,7 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
 
 
 def write(path: Path, mesh: SolidMesh) -> None:
-    """Write a mesh; the suffix tells the format, an existing file is replaced.
+    """Write a mesh; the suffix determines the format, an existing file is replaced.
 
     Args:
         path: with the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group tags
@@ -95,7 +95,7 @@ def _read_vtk(path: Path) -> SolidMesh:
         found = reader(path)
     except OSError:
         raise
-    except Exception as error:  # whatever a broken file makes its parser stumble over
+    except Exception as error:  # any error of the parser on a broken file
         raise MeshError(f"not readable as VTK: {error or type(error).__name__}") from None
     tags = found.cell_data.get("group", [np.zeros(len(b.data), np.int64) for b in found.cells])
     solids: list[Ints] = []

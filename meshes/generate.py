@@ -17,7 +17,7 @@ from dolfingrip.meshes.target import meet
 from dolfingrip.sections.specimen import Finger, Mesh
 
 _OPTIONS = {
-    "Mesh.MeshSizeExtendFromBoundary": 0.0,  # the size field alone rules
+    "Mesh.MeshSizeExtendFromBoundary": 0.0,  # the size field alone determines sizes
     "Mesh.MeshSizeFromPoints": 0.0,
     "Mesh.MeshSizeFromCurvature": 0.0,
     # the best of what Debian's Gmsh has: Frontal-Delaunay faces and a Delaunay solid, every
@@ -29,7 +29,7 @@ _OPTIONS = {
 }
 
 _COARSE = 0.25
-"""Element size over the finger's depth, where only the shape matters."""
+"""Element size, as part of the finger's depth, of the mesh that shows concave edges."""
 
 
 def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:

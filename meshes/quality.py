@@ -1,4 +1,4 @@
-"""What must hold before a mesh is computed on, and the figures that tell how good it is."""
+"""Checks of a mesh before it is used, and measures of its quality."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ def _check_groups(mesh: SolidMesh) -> None:
 
 
 def _check_closed(mesh: SolidMesh) -> None:
-    """Each edge of the cavity leads back in a neighbour, or lies on the symmetry plane."""
+    """Each edge of the cavity has a neighbour in reverse, or lies on the symmetry plane."""
     corners = mesh.shape.facet_corners
     cavity, plane = (
         mesh.facets.get(name, np.empty((0, corners), dtype=np.int64))[:, :corners]

@@ -16,7 +16,7 @@ MOST_ELEMENTS: Final = 10_000_000
 
 
 class MeshError(ConfigError):
-    """A mesh that cannot be made, read or used, said in one line."""
+    """A mesh that cannot be made, read or used, in one line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def joined(name: str, parts: Sequence[Ints], cells: Ints) -> Ints:
     """Corners of a group's facets, shape (k, corners).
 
     Args:
-        name: of the group.
+        name: name of the group, for the error.
         parts: node indices of facets of any order, shape (·, nodes).
         cells: as in :class:`SolidMesh`.
 
@@ -159,7 +159,7 @@ def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
 def second_order(mesh: SolidMesh) -> SolidMesh:
     """A first-order mesh with a node in the middle of each straight edge.
 
-    The points there were come first and keep their numbers, elements and facets their order.
+    The old points come first and keep their numbers; elements and facets keep their order.
 
     Raises:
         MeshError: where the mesh is of second order, or a facet is no face on the boundary of the

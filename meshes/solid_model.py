@@ -29,7 +29,8 @@ def build(finger: Finger, half: bool) -> None:
 
     body, hollow, between = boxes(finger)
     channel, *chambers = map(add, hollow)
-    # one cavity before the cut: its coplanar faces are united, which the mesh would else feel
+    # one cavity before the cut: its coplanar faces are united, which would otherwise divide the
+    # mesh
     cavity, _ = gmsh.model.occ.fuse([channel], chambers)
     solid, _ = gmsh.model.occ.cut([add(body)], [*map(add, between), *cavity])
     gmsh.model.occ.synchronize()

@@ -1,4 +1,4 @@
-"""A finger on so few elements that a run takes seconds: right in kind, not in figures."""
+"""A finger on so few elements that a run takes seconds: for trends, not for figures."""
 
 from __future__ import annotations
 
