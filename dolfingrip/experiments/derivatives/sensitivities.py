@@ -100,7 +100,7 @@ class Sensitivities:
         self, parameter: Parameter, true: Mapping[str, float], slopes: Mapping[str, float]
     ) -> Row:
         """Derivatives of what the instruments display, by column."""
-        amount = SMALL * parameter.scale * parameter.way(self._config)
+        amount = SMALL * parameter.scale * parameter.direction(self._config)
         changed = self._config
         if parameter.entry is Entry.INSTRUMENT:
             changed = parameter.at(self._config, parameter.value(self._config) + amount)

@@ -72,9 +72,9 @@ class ParameterPerturbation:
         }
 
     @property
-    def way(self) -> float:
+    def direction(self) -> float:
         """1, or −1 where only smaller values are allowed."""
-        return self.parameter.way(self._config)
+        return self.parameter.direction(self._config)
 
     @contextmanager
     def applied(self, amount: float) -> Iterator[None]:

@@ -37,7 +37,7 @@ class Perturbation(Protocol):
     scale: float
 
     @property
-    def way(self) -> float:
+    def direction(self) -> float:
         """1, or −1 where only smaller values are allowed."""
         ...
 
@@ -182,7 +182,7 @@ class ForwardSensitivity:
     def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
         """Perturbations with what is known of their changes, and by how much they are taken."""
         for perturbation, change in zip(self._perturbations, self.changes, strict=True):
-            yield perturbation, change, SMALL * perturbation.scale * perturbation.way
+            yield perturbation, change, SMALL * perturbation.scale * perturbation.direction
 
 
 class _Step:
