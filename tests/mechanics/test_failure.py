@@ -36,7 +36,7 @@ def greatest_kPa() -> float:
 def overloaded(
     request: pytest.FixtureRequest, sphere: bodies.Body, greatest_kPa: float
 ) -> Iterator[tuple[LoadPath, Failure]]:
-    """The balloon pressurised beyond what it bears, in steps of at most so many kPa."""
+    """The balloon pressurised beyond its limit point, in steps of at most so many kPa."""
     settings = Solver(
         rtol=1e-11, max_iterations=10, max_step_kPa=request.param, min_step_kPa=SMALLEST_KPA
     )
@@ -139,7 +139,7 @@ def test_inverting_step_is_cut(tetrahedron: bodies.Body, way: float) -> None:
 
 
 def test_crushing_load_inverts_nothing(tetrahedron: bodies.Body) -> None:
-    """A load whose first full step would invert the element is borne with J > 0.
+    """A load whose first full step would invert the element is solved for with J > 0.
 
     The neo-Hookean energy goes to infinity as J → 0, so there is a solution to any weight.
     """

@@ -89,7 +89,7 @@ def test_state_is_a_copy(solid: bodies.Body) -> None:
 
 
 def test_path_does_not_depend_on_its_history(solid: bodies.Body) -> None:
-    """Restored and led the same way again, the model arrives at the same solution."""
+    """Restored and loaded the same way again, the model reaches the same solution."""
     path = LoadPath(Newton(solid.model, SETTINGS))
     path.advance({"pressure_kPa": 50.0})
     state = solid.model.state()

@@ -66,7 +66,7 @@ def test_prediction_saves_iterations_and_changes_nothing_else(
 
 
 def test_a_turn_is_a_new_path(solid: bodies.Body, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without its series nothing is predicted on the way back from what was seen before."""
+    """Without its series the way back is not predicted from earlier states."""
     guessed: list[bool] = []
     plain = Newton.solve
 
