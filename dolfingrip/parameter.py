@@ -204,6 +204,13 @@ def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
     return found
 
 
+def bounds_of(table: type[BaseModel], key: str) -> tuple[float, float]:
+    """Bounds of a number in a table, of each entry of a list; infinite where there are none."""
+    info = table.model_fields[key]
+    entries = _of_floats(info.annotation)
+    return _bounds(_bounds_of_entries(info.annotation) if entries else info.metadata)
+
+
 def _parts(key: str) -> list[str | int]:
     return [int(part) if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", key)]
 
@@ -237,11 +244,7 @@ def _numbers(key: str, value: Any, info: Any) -> Iterator[tuple[str, float, Sequ
     if isinstance(value, float):
         yield key, value, info.metadata
     elif isinstance(value, tuple) and _of_floats(info.annotation):
-        bounded = [
-            item
-            for field in _entry_metadata(info.annotation)
-            for item in getattr(field, "metadata", [field])
-        ]
+        bounded = _bounds_of_entries(info.annotation)
         for i, number in enumerate(value):
             yield f"{key}[{i}]", float(number), bounded
 
@@ -261,6 +264,10 @@ def _of_floats(hint: Any) -> bool:
 def _entry_metadata(hint: Any) -> Sequence[Any]:
     first = get_args(_bare(hint))[0]
     return get_args(first)[1:] if get_origin(first) is Annotated else ()
+
+
+def _bounds_of_entries(hint: Any) -> Sequence[Any]:
+    return [item for field in _entry_metadata(hint) for item in getattr(field, "metadata", [field])]
 
 
 def _bounds(metadata: Sequence[Any]) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from dolfingrip.design.campaign.answer import WORKER_LOST, Answer
 from dolfingrip.design.campaign.cluster import Where, connected
 from dolfingrip.design.campaign.evaluate import Task, work
 from dolfingrip.design.campaign.interrupts import interrupts_answered_by
-from dolfingrip.design.campaign.plan import Design, Plan
+from dolfingrip.design.campaign.plan import Design, Work
 from dolfingrip.design.campaign.spool import Spool
 from dolfingrip.design.campaign.store import Store
 
@@ -56,7 +56,7 @@ class Standing:
 
 
 def run(
-    plan: Plan,
+    plan: Work,
     out: Path,
     where: Where,
     *,
@@ -102,7 +102,7 @@ def run(
 
 def _compute(
     designs: Sequence[Design],
-    plan: Plan,
+    plan: Work,
     where: Where,
     store: Store,
     spool: Spool,

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.space import Inputs
@@ -23,6 +23,29 @@ QUANTITIES = ("cog_offset_mm", "force_N")
 
 TIME_LIMIT = "time_limit_s"
 """Of the section ``solver``; it may differ from call to call of a campaign."""
+
+
+class Work(Protocol):
+    """What a campaign computes: a plan of designs, or other simulations.
+
+    Attributes:
+        quantities: outputs that are wanted of each.
+        objective: import path ``module:function`` of what computes one.
+    """
+
+    @property
+    def quantities(self) -> tuple[str, ...]: ...
+
+    @property
+    def objective(self) -> str: ...
+
+    def designs(self) -> list[Design]:
+        """What there is to compute, each once."""
+        ...
+
+    def facts(self) -> dict[str, Any]:
+        """What all of it shares, to be compared with :func:`differences`."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +84,7 @@ class Plan:
     def designs(self) -> list[Design]:
         """The designs in order, each once."""
         base = self.base.model_dump(mode="json")
-        digest = _digest(self.base.mesh.file)
+        digest = digest_of(self.base.mesh.file)
         found: dict[str, Design] = {}
         for inputs in self.points:
             config = {section: dict(table) for section, table in base.items()}
@@ -73,17 +96,13 @@ class Plan:
         return list(found.values())
 
     def _key(self, config: dict[str, Any], digest: str | None) -> str:
-        # a finished result does not depend on the time that it was allowed
-        solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
-        resolved = {**config, "mesh": {**config["mesh"], "file": digest}, "solver": solver}
         content = {
             "schema": SCHEMA,
             "objective": self.objective,
             "quantities": sorted(self.quantities),
-            "config": resolved,
+            "config": decisive(config, digest),
         }
-        text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-        return hashlib.sha256(text.encode()).hexdigest()
+        return content_key(content)
 
     def facts(self) -> dict[str, Any]:
         """What all designs share, to be compared with :func:`differences`."""
@@ -129,7 +148,20 @@ def quantities(asked: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(asked))
 
 
-def _digest(file: Path | None) -> str | None:
+def decisive(config: dict[str, Any], digest: str | None) -> dict[str, Any]:
+    """What a finished result depends on of a configuration, whose mesh file has this digest."""
+    # not on the time that it was allowed
+    solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
+    return {**config, "mesh": {**config["mesh"], "file": digest}, "solver": solver}
+
+
+def content_key(content: dict[str, Any]) -> str:
+    """Hash of what is plain JSON."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def digest_of(file: Path | None) -> str | None:
     """A mesh file counts by its content, wherever it lies.
 
     Raises:

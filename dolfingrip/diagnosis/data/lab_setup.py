@@ -1,0 +1,266 @@
+"""How the laboratory tested: the TOML file beside a measured CSV.
+
+    experiment = ["bending", "blocked_force"]   # one text where there is one
+    rate_kPa_per_s = 2.0                        # where the CSV has no time_s
+    [finger]                                    # what differs from the configuration's finger
+    wall_mm = 1.8
+    [plate]
+    gap_mm = 1.0
+    tilt_deg = 0.0
+    [gravity]
+    direction = [0, 0, -1]
+    [angle]                                     # between which points chord_angle_deg is
+    from = "clamp"
+    to = "tip"
+    [specimen.B.finger]                         # of one specimen alone
+    wall_mm = 1.7
+    [noise]                                     # standard deviations by column
+    angle_deg = 0.3
+    [noise.correlated]                          # of the part that drifts along a run
+    angle_deg = 0.2
+    [nuisance]                                  # what the laboratory knows better, see NUISANCES
+    pressure_gain = 0.005
+
+A coupon needs ``gauge_length_mm`` and ``area_mm2``, or a table ``[coupon]`` with
+``gauge_length_mm``, ``width_mm`` and ``thickness_mm``. Texts under other keys, and
+``temperature_C``, are notes.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from dolfingrip.config import Config, ConfigError, Finger
+from dolfingrip.diagnosis.data.columns import (
+    EXPERIMENT_NAMES,
+    NOT_SIMULATED,
+    NUMBERS,
+    READING_COLUMNS,
+    near,
+)
+
+SECTIONS: Final = ("finger", "morph", "material", "plate", "gravity", "coupon")
+"""Sections of the configuration that a laboratory can tell about its set-up."""
+
+NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
+    "modulus": (0.2, "relative, of the material"),
+    "wall": (0.05, "relative, of finger.wall_mm"),
+    "pressure_gain": (0.015, "relative, of the regulator's scale"),
+    "pressure_offset_kPa": (2.0, "of the regulator's zero"),
+    "plate_gap_mm": (0.3, "of the force sensor's place, each time it is set"),
+    "specimen_scale": (0.015, "relative, of one specimen's stiffness where there are several"),
+    "coupon_area": (0.0, "relative, of the coupons' cross-section"),
+}
+"""Standard deviations of what no diagnosis names as a cause, in the key's unit, and what of."""
+
+CENTRES: Final = ("clamp", "tip")
+"""Points of the simulated chord: the centres of the two faces."""
+
+STANDARD_GRAVITY_m_s2: Final = 9.81
+
+_DIRECT: Final = ("gauge_length_mm", "area_mm2", "rate_kPa_per_s", "rate_mm_per_s")
+_TABLES: Final = (*SECTIONS, "noise", "nuisance", "specimen", "angle")
+_NOTES: Final = ("temperature_C",)
+
+
+@dataclass(frozen=True, slots=True)
+class LabSetup:
+    """The set-up of one specimen in one experiment.
+
+    Attributes:
+        sections: values that differ from the configuration's, by section and key.
+        noise: standard deviation by column, in its unit, where the laboratory tells it.
+        correlated_noise: likewise, of the part that drifts along a run.
+        correlation_time_s: how long that part keeps; None: as long as a run.
+        nuisances: standard deviation by key of :data:`NUISANCES`, those told in place of the usual.
+        told: keys of the nuisances that the laboratory told.
+        rate: of the ramps, in the led quantity's unit per second; None where it is not told.
+        chord: the points of ``chord_angle_deg``.
+    """
+
+    sections: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    noise: Mapping[str, float] = field(default_factory=dict)
+    correlated_noise: Mapping[str, float] = field(default_factory=dict)
+    correlation_time_s: float | None = None
+    nuisances: Mapping[str, float] = field(
+        default_factory=lambda: {key: std for key, (std, _) in NUISANCES.items()}
+    )
+    told: frozenset[str] = frozenset()
+    rate: float | None = None
+    chord: tuple[Any, Any] = CENTRES
+
+    def applied(self, config: Config) -> Config:
+        """``config`` with this set-up.
+
+        Raises:
+            ConfigError: one line naming the key, its value and the allowed range.
+        """
+        return config.changed(**self.sections) if self.sections else config
+
+
+class SetupFile:
+    """The TOML file beside a CSV.
+
+    Args:
+        csv: the measured CSV.
+
+    Attributes:
+        file: of the TOML.
+        experiments: that it names; empty where it names none.
+        warnings: a sentence for each key that is not understood.
+
+    Raises:
+        ConfigError: one line: no such file, not TOML, or a value that is not allowed.
+    """
+
+    def __init__(self, csv: Path) -> None:
+        self.file = csv.with_suffix(".toml")
+        try:
+            self._data = tomllib.loads(self.file.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise ConfigError(
+                f"{self.file}: missing; allowed: a TOML file of the same stem beside {csv.name}, "
+                "with the set-up"
+            ) from None
+        except OSError as error:
+            raise ConfigError(f"{self.file}: {error.strerror}") from None
+        except ValueError as error:
+            raise ConfigError(f"{self.file}: not TOML: {error}") from None
+        self.experiments = self._experiments()
+        for name in _TABLES:
+            if not isinstance(self._data.get(name, {}), dict) and name not in ("material",):
+                raise self._refuse(f"{name} = {self._data[name]}: allowed: a table, [{name}]")
+        self.warnings = [
+            f"{self.file}: {key} is not known and not used"
+            + (f"; {hint.strip()}" if (hint := near(key, (*_DIRECT, *_TABLES))) else "")
+            for key, value in self._data.items()
+            if key not in ("experiment", *_DIRECT, *_TABLES, *_NOTES) and not isinstance(value, str)
+        ]
+
+    def _refuse(self, what: str) -> ConfigError:
+        return ConfigError(f"{self.file}: {what}")
+
+    def _experiments(self) -> tuple[str, ...]:
+        told = self._data.get("experiment", [])
+        names = [told] if isinstance(told, str) else told
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            raise self._refuse(f"experiment = {told}: allowed: a name or a list of names")
+        for name in names:
+            if name not in (*EXPERIMENT_NAMES, *NOT_SIMULATED):
+                raise self._refuse(
+                    f"experiment = {name}: unknown; {near(name, EXPERIMENT_NAMES)}"
+                    f"allowed: {', '.join(EXPERIMENT_NAMES)}"
+                )
+        return tuple(names)
+
+    def check_specimens(self, names: set[str]) -> None:
+        """Raise where a table is of a specimen that is not in the CSV."""
+        for name in self._data.get("specimen", {}):
+            if name not in names:
+                raise self._refuse(
+                    f"[specimen.{name}]: not in the CSV; allowed: {', '.join(sorted(names))}"
+                )
+
+    def of(self, experiment: str, specimen: str) -> LabSetup:
+        """The set-up of one specimen in one experiment.
+
+        Raises:
+            ConfigError: one line naming the key, its value and what is allowed.
+        """
+        own = self._data.get("specimen", {}).get(specimen, {})
+        if not isinstance(own, dict):
+            raise self._refuse(f"specimen.{specimen} = {own}: allowed: a table")
+        sections = _merged(self._sections(self._data, ""), self._sections(own, specimen))
+        if experiment == "coupon":
+            self._check_coupon(sections.get("coupon", {}))
+        else:
+            sections.pop("coupon", None)
+        noise = dict(self._data.get("noise", {}))
+        correlated = noise.pop("correlated", {})
+        if not isinstance(correlated, dict):
+            raise self._refuse(f"noise.correlated = {correlated}: allowed: a table")
+        correlated = dict(correlated)
+        lasting = correlated.pop("correlation_time_s", None)
+        scale = {k: noise.pop(k) for k in ("specimen_scale",) if k in noise}
+        told = {**scale, **self._data.get("nuisance", {})}
+        rate = "rate_mm_per_s" if experiment == "coupon" else "rate_kPa_per_s"
+        numbers = {**self._data, **own}
+        angle = self._data.get("angle", {})
+        return LabSetup(
+            sections,
+            self._spreads("noise", noise, NUMBERS),
+            self._spreads("noise.correlated", correlated, READING_COLUMNS),
+            None
+            if lasting is None
+            else self._number("noise.correlated.correlation_time_s", lasting),
+            {k: std for k, (std, _) in NUISANCES.items()}
+            | self._spreads("nuisance", told, tuple(NUISANCES)),
+            frozenset(told),
+            self._number(rate, numbers[rate]) if rate in numbers else None,
+            (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
+        )
+
+    def _sections(self, data: Mapping[str, Any], specimen: str) -> dict[str, dict[str, Any]]:
+        """Values by section and key, flat keys put where they belong."""
+        where = f"specimen.{specimen}." if specimen else ""
+        found = {name: dict(data[name]) for name in SECTIONS if isinstance(data.get(name), dict)}
+        coupon = found.get("coupon", {})
+        if "gauge_length_mm" in data:
+            coupon["gauge_length_mm"] = self._number(
+                f"{where}gauge_length_mm", data["gauge_length_mm"]
+            )
+        if "area_mm2" in data:
+            side = math.sqrt(self._number(f"{where}area_mm2", data["area_mm2"]))
+            coupon |= {"width_mm": side, "thickness_mm": side}
+        if coupon:
+            found["coupon"] = coupon
+        if specimen:
+            known = {*SECTIONS, *_DIRECT}
+            for key, value in data.items():
+                if key in Finger.model_fields:
+                    found.setdefault("finger", {})[key] = value
+                elif key not in known and not isinstance(value, str):
+                    allowed = ", ".join([*SECTIONS, *Finger.model_fields])
+                    raise self._refuse(
+                        f"{where}{key}: unknown key; {near(key, tuple(Finger.model_fields))}"
+                        f"allowed: {allowed}"
+                    )
+        gravity = found.get("gravity")
+        if gravity is not None:
+            gravity.setdefault("acceleration_m_s2", STANDARD_GRAVITY_m_s2)
+        return found
+
+    def _check_coupon(self, told: Mapping[str, Any]) -> None:
+        for key, allowed in (("gauge_length_mm", "above 0 mm"), ("area_mm2", "above 0 mm²")):
+            parts = ("width_mm", "thickness_mm") if key == "area_mm2" else (key,)
+            if any(part not in told for part in parts):
+                raise self._refuse(f"{key}: missing; a coupon needs it; allowed: {allowed}")
+
+    def _spreads(
+        self, table: str, told: Mapping[str, Any], known: tuple[str, ...]
+    ) -> dict[str, float]:
+        for key in told:
+            if key not in known:
+                raise self._refuse(
+                    f"{table}.{key}: unknown key; {near(key, known)}allowed: {', '.join(known)}"
+                )
+        return {key: self._number(f"{table}.{key}", value, 0.0) for key, value in told.items()}
+
+    def _number(self, key: str, value: Any, low: float | None = None) -> float:
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        allowed = "above 0" if low is None else f"at least {low:g}"
+        if not number or not math.isfinite(value) or value < 0 or (low is None and value == 0):
+            raise self._refuse(f"{key} = {value}: allowed: {allowed}")
+        return float(value)
+
+
+def _merged(
+    common: Mapping[str, Mapping[str, Any]], own: Mapping[str, Mapping[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    names = dict.fromkeys([*common, *own])
+    return {name: {**common.get(name, {}), **own.get(name, {})} for name in names}

@@ -1,0 +1,173 @@
+"""A measurement: readings of specimens in experiments, with the set-up of each.
+
+measurement = read([Path("finger.csv"), Path("coupons.csv")])
+measurement.readings          # pandas: a row for each row of the files
+measurement.tests             # a SpecimenTest for each specimen in each experiment of each file
+measurement.listed()          # pandas: a row for each single reading; all arrays of a
+                              # diagnosis are aligned with it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.data import table
+from dolfingrip.diagnosis.data.columns import LED, READING_COLUMNS
+from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
+
+LISTED: Final = (
+    "row", "column", "value", "test", "experiment", "specimen", "cycle", "branch", "time_s", "led",
+)  # fmt: skip
+"""Columns of :meth:`Measurement.listed`."""
+
+
+@dataclass(frozen=True, slots=True)
+class SpecimenTest:
+    """One specimen in one experiment of one file.
+
+    Attributes:
+        number: its place in ``Measurement.tests``, and the column ``test`` of the readings.
+        file: of the CSV.
+        experiment: ``bending``, ``blocked_force`` or ``coupon``.
+        specimen: name of the finger or coupon.
+        setup: of the laboratory.
+    """
+
+    number: int
+    file: Path
+    experiment: str
+    specimen: str
+    setup: LabSetup
+
+    @property
+    def led(self) -> str:
+        """Column of what is led: ``pressure_kPa`` or ``displacement_mm``."""
+        return LED[self.experiment]
+
+    def __str__(self) -> str:
+        return f"{self.experiment} of {self.specimen} ({self.file.name})"
+
+
+@dataclass(slots=True)
+class Measurement:
+    """What was measured.
+
+    Attributes:
+        readings: a row for each row of the files: ``test``, ``line`` in the file, ``experiment``,
+            ``specimen``, ``cycle``, ``branch``, ``time_s``, ``pressure_kPa``, ``displacement_mm``
+            and the columns of readings, NaN where absent. Rows of a test stand in the order in
+            which they were read; ``time_s`` is never absent.
+        tests: by their numbers.
+        warnings: what is suspected of the data, a sentence each, for the verdict.
+    """
+
+    readings: pd.DataFrame
+    tests: Sequence[SpecimenTest]
+    warnings: list[str] = field(default_factory=list)
+
+    def rows(self, test: int) -> pd.DataFrame:
+        """The rows of a test."""
+        return self.readings[self.readings["test"] == test]
+
+    def listed(self) -> pd.DataFrame:
+        """A row for each single reading, in the order of the rows and, within one, of columns.
+
+        ``row`` is the place in ``readings``, ``column`` which reading it is, ``value`` its value in
+        the column's unit, ``led`` the pressure (kPa) or displacement (mm) that it was read at.
+        """
+        data = self.readings
+        wide = data[list(READING_COLUMNS)].to_numpy()
+        row, column = np.nonzero(~np.isnan(wide))
+        experiments = data["experiment"].to_numpy()[row]
+        led = np.array([LED[name] for name in experiments], dtype=object)
+        pressure, travel = (
+            data[name].to_numpy()[row] for name in ("pressure_kPa", "displacement_mm")
+        )
+        found: dict[str, object] = {
+            "row": row,
+            "column": np.array(READING_COLUMNS, dtype=object)[column],
+            "value": wide[row, column],
+            "led": np.where(led == "pressure_kPa", pressure, travel),
+        }
+        for name in ("test", "experiment", "specimen", "cycle", "branch", "time_s"):
+            found[name] = data[name].to_numpy()[row]
+        return pd.DataFrame(found)[list(LISTED)]
+
+
+def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
+    """Read measured CSV files, each with the TOML of the same stem.
+
+    Args:
+        files: of the CSVs.
+        config: that the set-ups are told as differences from; default: the reference finger.
+
+    Raises:
+        ConfigError: one line naming the file, the line or key, the value and what is allowed.
+    """
+    if not files:
+        raise ConfigError("no data; allowed: at least one CSV file")
+    base = config or Config()
+    tests: list[SpecimenTest] = []
+    tables: list[pd.DataFrame] = []
+    warnings: list[str] = []
+    seen: dict[Path, Path] = {}
+    for file in files:
+        if file.resolve() in seen:
+            raise ConfigError(f"{file}: given twice; allowed: each file once")
+        seen[file.resolve()] = file
+        told = SetupFile(file)
+        rows = table.read(file, told.experiments)
+        told.check_specimens(set(rows["specimen"]))
+        warnings += told.warnings
+        for (experiment, specimen), own in rows.groupby(["experiment", "specimen"], sort=False):
+            setup = told.of(str(experiment), str(specimen))
+            test = SpecimenTest(len(tests), file, str(experiment), str(specimen), setup)
+            _check_setup(test, base)
+            timed, doubts = _timed(test, own, base)
+            warnings += doubts + _doubts(test, own)
+            tests.append(test)
+            tables.append(timed.assign(test=test.number))
+    readings = pd.concat(tables, ignore_index=True)
+    return Measurement(readings, tests, warnings)
+
+
+def _check_setup(test: SpecimenTest, base: Config) -> None:
+    try:
+        test.setup.applied(base)
+    except ConfigError as error:
+        raise ConfigError(f"{test.file.with_suffix('.toml')}: {error}") from None
+
+
+def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.DataFrame, list[str]]:
+    """Rows with the time, from the rate where there are no time stamps."""
+    if rows["time_s"].notna().all():
+        return rows, []
+    if (rows["branch"] == "hold").any():
+        raise ConfigError(f"{test.file}: time_s: missing; allowed: in each row, as there are holds")
+    rate, doubts = test.setup.rate, []
+    if rate is None:
+        coupon = test.experiment == "coupon"
+        rate = base.coupon.rate_mm_per_s if coupon else base.experiment.rate_kPa_per_s
+        unit = "mm/s" if coupon else "kPa/s"
+        doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit} is assumed"]
+    led = rows[test.led].to_numpy()
+    steps = np.abs(np.diff(led, prepend=min(0.0, float(led[0]))))
+    return rows.assign(time_s=np.cumsum(steps) / rate), doubts
+
+
+def _doubts(test: SpecimenTest, rows: pd.DataFrame) -> list[str]:
+    """What the set-up says that the simulation does not do."""
+    if rows["chord_angle_deg"].notna().any() and test.setup.chord != CENTRES:
+        start, end = test.setup.chord
+        return [
+            f"{test}: chord_angle_deg is from {start} to {end}; simulated is the line from the "
+            "clamp's centre to the tip's, which turns by another factor"
+        ]
+    return []

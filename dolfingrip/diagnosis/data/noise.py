@@ -1,0 +1,113 @@
+"""How much the instruments' readings scatter: as told, else estimated from the readings.
+
+    σ² = Σ (Δᵈy)² / (n C(2d, d)),   d = 3,
+
+over the third differences Δ³y of the readings of one branch, in the order of what is led: where
+rows are dense the curve itself has none, and independent noise of σ gives them a variance of
+C(6, 3) σ² = 20 σ² (von Neumann, Ann. Math. Stat. 12, 1941, with first differences). Dense is a
+branch of at least :data:`DENSE` rows. Cycles from the second on are repeats of one another:
+half the variance of their differences counts where branches are not dense.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from math import comb
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.diagnosis.data.columns import READING_COLUMNS
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.experiments.synthetic import NOISE
+
+DENSE: Final = 20
+"""Rows of a branch from which on its third differences are noise."""
+
+ORDER: Final = 3
+
+_REPEATS: Final = 4
+"""Least number of differences that a spread is estimated from."""
+
+
+@dataclass(frozen=True, slots=True)
+class InstrumentNoise:
+    """Noise of every reading, aligned with ``Measurement.listed()``.
+
+    Attributes:
+        independent: (n,) standard deviation of the part that differs from reading to reading, in
+            the column's unit.
+        correlated: (n,) that of the part that drifts along a run; 0 where none is told.
+        correlation_time_s: (n,) how long it keeps; infinite: as long as the run.
+        led: (n,) standard deviation of the reading of what is led (kPa or mm).
+        sentences: where each number comes from, where the laboratory does not tell it.
+    """
+
+    independent: np.ndarray
+    correlated: np.ndarray
+    correlation_time_s: np.ndarray
+    led: np.ndarray
+    sentences: tuple[str, ...] = ()
+
+
+def noise(measurement: Measurement) -> InstrumentNoise:
+    """The noise of each reading of ``measurement``."""
+    listed = measurement.listed()
+    count = len(listed)
+    found = InstrumentNoise(
+        np.zeros(count), np.zeros(count), np.full(count, np.inf), np.zeros(count)
+    )
+    sentences: dict[str, None] = {}
+    for (number, column), part in listed.groupby(["test", "column"], sort=False):
+        test = measurement.tests[int(number)]
+        at = part.index.to_numpy()
+        told = test.setup.noise.get(str(column))
+        if told is None:
+            told, how = _estimated(measurement, test, str(column))
+            sentences[f"noise of {column} in {test}: {told:.3g}, {how}"] = None
+        found.independent[at] = told
+        found.correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
+        if test.setup.correlation_time_s is not None:
+            found.correlation_time_s[at] = test.setup.correlation_time_s
+        found.led[at] = test.setup.noise.get(test.led, 0.0)
+    return InstrumentNoise(
+        found.independent, found.correlated, found.correlation_time_s, found.led, tuple(sentences)
+    )
+
+
+def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tuple[float, str]:
+    """A standard deviation, and where it comes from."""
+    rows = measurement.rows(test.number)
+    dense = np.concatenate([np.empty(0), *_differences(rows, test.led, column)])
+    if len(dense) >= _REPEATS:
+        return float(np.sqrt(np.mean(dense**2))), "estimated from its scatter along a branch"
+    repeated = np.concatenate([np.empty(0), *_repeats(rows, test.led, column)])
+    if len(repeated) >= _REPEATS:
+        return float(np.sqrt(np.mean(repeated**2))), "estimated from repeated cycles"
+    usual = NOISE.get(column, NOISE["angle_deg"] if column in READING_COLUMNS else 0.0)
+    return usual, "an engineering guess, as the readings are too few to estimate it"
+
+
+def _differences(rows: pd.DataFrame, led: str, column: str) -> Iterator[np.ndarray]:
+    """Third differences of dense ramps, as parts of what noise of 1 gives them."""
+    for (_, branch), part in rows.groupby(["cycle", "branch"], sort=False):
+        value = part.sort_values(led)[column].dropna() if branch != "hold" else part[column]
+        if len(value) >= DENSE:
+            yield np.diff(value.dropna().to_numpy(), ORDER) / np.sqrt(comb(2 * ORDER, ORDER))
+
+
+def _repeats(rows: pd.DataFrame, led: str, column: str) -> Iterator[np.ndarray]:
+    """Differences between successive cycles from the second on, as parts of √2."""
+    for _, branch in rows[rows["cycle"] > 1].groupby("branch", sort=False):
+        cycles = [part for _, part in branch.groupby("cycle", sort=True)]
+        for before, after in pairwise(cycles):
+            if len(before) != len(after):
+                continue
+            away = after[led].to_numpy() - before[led].to_numpy()
+            if np.abs(away).max() > 0.05 * max(float(np.ptp(before[led])), 1e-9):
+                continue
+            change = after[column].to_numpy() - before[column].to_numpy()
+            yield change[~np.isnan(change)] / np.sqrt(2)

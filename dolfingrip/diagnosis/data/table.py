@@ -1,0 +1,228 @@
+"""A measured CSV as a checked table: each fault is one line that names file, line and column."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+import pandas as pd
+
+from dolfingrip.config import Branch, ConfigError
+from dolfingrip.diagnosis.data.columns import (
+    EXPERIMENT_NAMES,
+    IGNORED,
+    LED,
+    MEASURED,
+    NOT_SIMULATED,
+    NUMBERS,
+    RANGES,
+    READING_COLUMNS,
+    READINGS,
+    near,
+)
+
+BRANCHES = get_args(Branch)
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """A line of a file, to be named in a complaint."""
+
+    file: Path
+    number: int
+
+    def refuse(self, what: str) -> ConfigError:
+        return ConfigError(f"{self.file}: line {self.number}: {what}")
+
+
+def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
+    """The rows of a CSV in the measured-data format.
+
+    Args:
+        file: of the CSV.
+        experiments: those that its TOML names; the only one is meant where the CSV has no such
+            column.
+
+    Returns:
+        A row for each of the file: ``line`` in the file and the format's columns. An absent
+        specimen is called like the file, an absent cycle is 1, an absent branch is found from the
+        highest value of its cycle. Absent numbers are NaN.
+
+    Raises:
+        ConfigError: one line naming the file, the line, the column, its value and what is allowed.
+    """
+    rows = [_checked(line, cells, experiments) for line, cells in _cells(file)]
+    if not rows:
+        raise ConfigError(f"{file}: no rows; allowed: at least 2 readings")
+    table = pd.DataFrame(rows, columns=["line", *MEASURED])
+    table[list(NUMBERS)] = table[list(NUMBERS)].astype(float)
+    _check_together(file, table)
+    return table
+
+
+def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
+    """The entries that are not empty, by column, with their line in the file."""
+    try:
+        with file.open(encoding="utf-8-sig", newline="") as stream:
+            reader = csv.reader(stream)
+            lines = [(reader.line_num, cells) for cells in reader if any(map(str.strip, cells))]
+    except OSError as error:
+        raise ConfigError(f"{file}: {error.strerror}") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ConfigError(f"{file}: not a CSV in UTF-8: {error}") from None
+    if not lines:
+        raise ConfigError(f"{file}: empty; allowed: a header line and rows")
+    names = [name.strip() for name in lines[0][1]]
+    _check_header(file, names)
+    found = []
+    for number, cells in lines[1:]:
+        line = _Line(file, number)
+        if len(cells) != len(names):
+            raise line.refuse(f"{len(cells)} entries; allowed: as many as the header, {len(names)}")
+        row = zip(names, map(str.strip, cells), strict=True)
+        found.append((line, {name: text for name, text in row if text and name in MEASURED}))
+    return found
+
+
+def _check_header(file: Path, names: Sequence[str]) -> None:
+    for i, name in enumerate(names):
+        if name not in MEASURED and name not in IGNORED:
+            hint = near(name, MEASURED)
+            raise ConfigError(
+                f"{file}: column {name or '(no name)'}: unknown; {hint}"
+                f"allowed: {', '.join(MEASURED)}"
+            )
+        if name in names[:i]:
+            raise ConfigError(f"{file}: column {name}: twice; allowed: once")
+    if not set(names) & set(READING_COLUMNS):
+        raise ConfigError(
+            f"{file}: no reading; allowed: at least one column of {', '.join(READING_COLUMNS)}"
+        )
+
+
+def _checked(line: _Line, cells: dict[str, str], experiments: Sequence[str]) -> dict[str, Any]:
+    """One row by column."""
+    row: dict[str, Any] = {"line": line.number}
+    row["experiment"] = _experiment(line, cells.get("experiment"), experiments)
+    row["specimen"] = cells.get("specimen", line.file.stem)
+    row["cycle"] = _cycle(line, cells.get("cycle", "1"))
+    row["branch"] = cells.get("branch", "")
+    if row["branch"] not in ("", *BRANCHES):
+        raise line.refuse(f"branch = {row['branch']}: allowed: {', '.join(BRANCHES)}")
+    row |= {name: _number(line, name, cells[name]) for name in NUMBERS if name in cells}
+    led, readings = LED[row["experiment"]], READINGS[row["experiment"]]
+    if led not in row:
+        raise line.refuse(f"{led}: missing; allowed: a number in each row of {row['experiment']}")
+    foreign = [name for name in READING_COLUMNS if name in row and name not in readings]
+    if foreign:
+        raise line.refuse(
+            f"{foreign[0]} = {cells[foreign[0]]}: {row['experiment']} does not read it; are "
+            f"columns swapped? allowed: {', '.join(readings)}"
+        )
+    return row
+
+
+def _experiment(line: _Line, name: str | None, experiments: Sequence[str]) -> str:
+    if name is None:
+        if len(experiments) == 1:
+            return experiments[0]
+        raise line.refuse(f"experiment: missing; allowed: {', '.join(EXPERIMENT_NAMES)}")
+    if name in NOT_SIMULATED:
+        raise line.refuse(
+            f"experiment = {name}: not simulated yet; allowed: {', '.join(EXPERIMENT_NAMES)}"
+        )
+    if name not in EXPERIMENT_NAMES:
+        raise line.refuse(
+            f"experiment = {name}: unknown; {near(name, EXPERIMENT_NAMES)}"
+            f"allowed: {', '.join(EXPERIMENT_NAMES)}"
+        )
+    if experiments and name not in experiments:
+        raise line.refuse(
+            f"experiment = {name}: not in {line.file.with_suffix('.toml').name}; "
+            f"allowed: {', '.join(experiments)}"
+        )
+    return name
+
+
+def _cycle(line: _Line, text: str) -> int:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (value.is_integer() and value >= 1):
+        raise line.refuse(f"cycle = {text}: allowed: a whole number from 1 on")
+    return int(value)
+
+
+def _number(line: _Line, name: str, text: str) -> float:
+    low, high = RANGES[name]
+    unit = name.rpartition("_")[2]
+    allowed = f"allowed: {low:g} to {high:g} {unit}"
+    try:
+        value = float(text)
+    except ValueError:
+        raise line.refuse(f"{name} = {text}: not a number; {allowed}") from None
+    if not math.isfinite(value):
+        raise line.refuse(f"{name} = {text}: not a finite number; {allowed}, or nothing")
+    if not low <= value <= high:
+        raise line.refuse(f"{name} = {text}: {allowed}")
+    return value
+
+
+def _check_together(file: Path, table: pd.DataFrame) -> None:
+    """What only all rows of one specimen in one experiment show."""
+    for (experiment, specimen), rows in table.groupby(["experiment", "specimen"], sort=False):
+        who = f"{experiment} of {specimen}"
+        _check_time(file, rows, who)
+        _check_twice(file, rows, who)
+        count = int(rows[list(READING_COLUMNS)].count().sum())
+        if count < 2:
+            raise ConfigError(
+                f"{file}: {who}: {count} reading{'' if count == 1 else 's'}; allowed: at least 2"
+            )
+        named = rows["branch"] != ""
+        if not named.any():
+            table.loc[rows.index, "branch"] = _branches(rows, LED[str(experiment)])
+        elif not named.all():
+            line = _Line(file, int(rows["line"][~named].iloc[0]))
+            raise line.refuse(f"branch: missing; allowed: {', '.join(BRANCHES)}, or in no row")
+
+
+def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
+    time_s = rows["time_s"].to_numpy()
+    absent = pd.isna(time_s)
+    if absent.any():
+        if not absent.all():
+            line = _Line(file, int(rows["line"].to_numpy()[absent][0]))
+            raise line.refuse("time_s: missing; allowed: a number in each row, or in none")
+        return
+    for before, now, number in zip(time_s[:-1], time_s[1:], rows["line"].iloc[1:], strict=True):
+        if now < before:
+            raise _Line(file, int(number)).refuse(
+                f"time_s = {now:g}: before the row above of {who}; allowed: from {before:g} s on"
+            )
+
+
+def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
+    entries = rows.drop(columns="line")
+    again = entries.duplicated(keep="first")
+    if again.any() and rows["time_s"].notna().all():
+        second = int(again.to_numpy().argmax())
+        same = entries.eq(entries.iloc[second]) | (entries.isna() & entries.iloc[second].isna())
+        first = int(rows["line"].iloc[int(same.all(axis=1).to_numpy().argmax())])
+        raise _Line(file, int(rows["line"].iloc[second])).refuse(
+            f"the same as line {first} ({who}); allowed: each row once"
+        )
+
+
+def _branches(rows: pd.DataFrame, led: str) -> list[str]:
+    """Loading up to the highest value of each cycle, unloading after it."""
+    found: list[str] = []
+    for _, cycle in rows.groupby("cycle", sort=False):
+        top = int(cycle[led].to_numpy().argmax())
+        found += ["loading"] * (top + 1) + ["unloading"] * (len(cycle) - top - 1)
+    return found

@@ -1,0 +1,122 @@
+"""How a verdict depends on the noise: the same residual under several models of it.
+
+The models are hypotheses like the causes: each has a probability before measuring, and the
+density of the residual under each, averaged over causes, gives that after measuring.
+Probabilities of causes are averaged over the models, so a doubtful noise makes a cautious verdict.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import softmax
+
+from dolfingrip.diagnosis.inference.analysis import Analysis
+from dolfingrip.diagnosis.inference.arrays import Vector
+from dolfingrip.diagnosis.inference.noise import Along, ChannelNoise
+from dolfingrip.diagnosis.inference.posterior import mixed
+from dolfingrip.diagnosis.inference.verdict import Verdict
+from dolfingrip.diagnosis.inference.whiteness import NoiseCheck
+
+BELIEVED, LARGER, CORRELATED, BOTH = (
+    "as believed",
+    "1.5 times as large",
+    "correlated along runs",
+    "1.5 times as large, correlated along runs",
+)
+PRIOR = {BELIEVED: 0.55, LARGER: 0.15, CORRELATED: 0.15, BOTH: 0.15}
+"""Of the models of noise, where none was estimated from repeats."""
+SHARE = 0.8
+"""Part of the variance that is correlated in the alternatives."""
+
+
+def alternatives(
+    noise: Mapping[str, ChannelNoise], length: float, along: Along = "time_s"
+) -> dict[str, dict[str, ChannelNoise]]:
+    """Models of the noise to try, by name; the first is as believed.
+
+    Args:
+        noise: as believed, by channel.
+        length: over which correlated noise forgets, in the unit of ``along``.
+        along: whether that is time (s) or readings.
+    """
+
+    def correlated(believed: ChannelNoise) -> ChannelNoise:
+        share = max(SHARE, (believed.correlated_std / believed.total_std()) ** 2)
+        return believed.with_correlated_part(share, length, along)
+
+    return {
+        BELIEVED: dict(noise),
+        LARGER: {name: each.scaled(1.5) for name, each in noise.items()},
+        CORRELATED: {name: correlated(each) for name, each in noise.items()},
+        BOTH: {name: correlated(each).scaled(1.5) for name, each in noise.items()},
+    }
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """Verdicts under all models of the noise.
+
+    Attributes:
+        verdict: the one that holds: probabilities averaged over the models.
+        under: the verdict under each model alone, by its name.
+        probability: of each model after measuring, by its name.
+        check: whether what is left is noise as it was believed.
+        notes: how the verdict depends on the noise, a sentence each.
+    """
+
+    verdict: Verdict
+    under: Mapping[str, Verdict]
+    probability: Mapping[str, float]
+    check: NoiseCheck
+    notes: tuple[str, ...]
+
+
+def verdict_under(
+    analyses: Mapping[str, Analysis], residual: Vector, prior: Mapping[str, float] | None = None
+) -> Robustness:
+    """Judge a residual under several models of the noise.
+
+    Args:
+        analyses: by the model's name, the one believed first; with the same candidates.
+        residual: measured − simulated, shape (n,).
+        prior: probability of each model before measuring; :data:`PRIOR` where all have its names,
+            else all the same.
+    """
+    names = list(analyses)
+    if prior is None:
+        prior = PRIOR if set(names) == set(PRIOR) else dict.fromkeys(names, 1.0)
+    findings = {name: analysis.findings(residual) for name, analysis in analyses.items()}
+    logs = [findings[name].log_density + np.log(prior[name]) for name in names]
+    probability = dict(zip(names, (float(p) for p in softmax(logs)), strict=True))
+    averaged = mixed([findings[name].posterior for name in names], list(probability.values()))
+    best = max(names, key=lambda name: probability[name])
+    verdict = analyses[best].judge(findings[best], averaged)
+    under = {name: analyses[name].judge(findings[name]) for name in names}
+    believed = names[0]
+    check = analyses[believed].check(residual, findings[believed])
+    notes = _notes(verdict, under, probability, believed, best)
+    return Robustness(verdict, under, probability, check, (*notes, *check.notes()))
+
+
+def _notes(
+    verdict: Verdict,
+    under: Mapping[str, Verdict],
+    probability: Mapping[str, float],
+    believed: str,
+    best: str,
+) -> list[str]:
+    found = []
+    if best != believed:
+        found.append(
+            f"the readings speak for noise that is {best} "
+            f"(probability {probability[best]:.2f}, as believed {probability[believed]:.2f})"
+        )
+    others = [
+        f"with noise {name}, {each.sentence()}"
+        for name, each in under.items()
+        if (each.answer, set(each.names)) != (verdict.answer, set(verdict.names))
+    ]
+    return found + others

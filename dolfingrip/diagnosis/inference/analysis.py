@@ -1,0 +1,154 @@
+"""One analysis: covariance, candidates and thresholds, prepared once for any residual."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.diagnosis.inference import posterior as hypotheses
+from dolfingrip.diagnosis.inference import thresholds as calibration
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.candidate import Candidate
+from dolfingrip.diagnosis.inference.covariance import Covariance
+from dolfingrip.diagnosis.inference.pairs import Pairs, PairScores
+from dolfingrip.diagnosis.inference.posterior import HypothesisWeights, LogPriors, Posterior
+from dolfingrip.diagnosis.inference.screen import Score, Screen
+from dolfingrip.diagnosis.inference.thresholds import Thresholds
+from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
+from dolfingrip.diagnosis.inference.verdict import Verdict, decide
+from dolfingrip.diagnosis.inference.whiteness import NoiseCheck, check_noise
+
+FREE = 10.0
+"""Factor by which an effect's prior is widened where its strength is left free."""
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What one residual says under one covariance.
+
+    Attributes:
+        whitened: the residual, shape (n,).
+        scores: of each candidate alone.
+        pairs: of the visible candidates.
+        posterior: probabilities of all hypotheses.
+        log_density: ln of the residual's probability density, averaged over all hypotheses; it
+            compares covariances with one another.
+    """
+
+    whitened: Vector
+    scores: tuple[Score, ...]
+    pairs: PairScores
+    posterior: Posterior
+    log_density: float
+
+
+class Analysis:
+    """Everything that does not depend on the residual.
+
+    Attributes:
+        index: table of the readings.
+        covariance: of a residual without a cause.
+        screen, unknown, pairs: hypotheses, prepared for the covariance.
+    """
+
+    def __init__(
+        self,
+        index: pd.DataFrame,
+        covariance: Covariance,
+        noise_std: Vector,
+        candidates: Sequence[Candidate],
+        weights: HypothesisWeights | None = None,
+        thresholds: Thresholds | None = None,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            index: table of the n readings.
+            covariance: of a residual without a cause: noise, nuisances, mesh.
+            noise_std: standard deviation of each reading's noise alone, shape (n,).
+            candidates: effects that may be the cause.
+            weights: of the kinds of hypotheses.
+            thresholds: calibrated by simulation where None.
+        """
+        self.index = index
+        self.covariance = covariance
+        self.screen = Screen(candidates, covariance)
+        self.unknown = SmoothMisfit(index, covariance, noise_std)
+        self.pairs = Pairs(self.screen)
+        self.priors = LogPriors.of(weights or HypothesisWeights(), self.screen.visible)
+        self._thresholds = thresholds
+
+    @cached_property
+    def thresholds(self) -> Thresholds:
+        """Log odds above which something is claimed."""
+        return self._thresholds or calibration.of_analysis(self.screen, self.unknown, self.priors)
+
+    def findings(self, residual: Vector) -> Findings:
+        """Evidence and probabilities for a residual, measured − simulated, shape (n,)."""
+        whitened = self.covariance.whiten(residual)
+        scores = self.screen.scores(whitened)
+        pairs = self.pairs.scores(whitened)
+        one = whitened[:, None]
+        found, log_mean = hypotheses.posterior(
+            self.priors,
+            np.array([score.log_evidence for score in scores]),
+            pairs,
+            float(self.unknown.log_evidence(one)[0]),
+            self.unknown.beside(self.screen, one)[:, 0],
+        )
+        none = -0.5 * (whitened @ whitened + self.covariance.logdet)
+        density = float(none - 0.5 * len(whitened) * np.log(2 * np.pi) + log_mean)
+        return Findings(whitened, tuple(scores), pairs, found, density)
+
+    def verdict(self, residual: Vector) -> Verdict:
+        """The verdict on a residual, shape (n,)."""
+        return self.judge(self.findings(residual))
+
+    def judge(self, findings: Findings, posterior: Posterior | None = None) -> Verdict:
+        """The verdict on findings, or on another posterior with their scores."""
+        return decide(
+            posterior or findings.posterior,
+            self.screen,
+            findings.scores,
+            findings.pairs,
+            self.thresholds,
+        )
+
+    def check(self, residual: Vector, findings: Findings) -> NoiseCheck:
+        """Whether what the most probable hypothesis leaves is the noise that was assumed."""
+        columns = self._explanation(findings)
+        covariance = self.covariance.widened(columns) if columns.size else self.covariance
+        return check_noise(self.index, residual, covariance)
+
+    def _explanation(self, findings: Findings) -> Matrix:
+        """Changes by what is most probably there, strengths left free, shape (n, k)."""
+        found = findings.posterior
+        count = len(found.singles)
+        pair = np.unravel_index(found.pairs.argmax(), found.pairs.shape) if count else ()
+        options: list[tuple[float, tuple[int, ...], bool]] = [
+            (found.none, (), False),
+            (found.unknown, (), True),
+        ]
+        if count:
+            options += [
+                (float(found.singles.max()), (int(found.singles.argmax()),), False),
+                (float(found.pairs.max()), tuple(int(i) for i in pair), False),
+                (float(found.beside.max()), (int(found.beside.argmax()),), True),
+            ]
+        _, effects, misfit = max(options, key=lambda option: option[0])
+        parts = [self._free(findings.scores[i], i)[:, None] for i in effects]
+        if misfit:
+            parts.append(self.unknown.best(findings.whitened))
+        if not parts:
+            return np.zeros((len(self.index), 0))
+        return np.asarray(self.covariance.factor @ np.hstack(parts))
+
+    def _free(self, score: Score, i: int) -> Vector:
+        candidate = self.screen.candidates[i]
+        number = int(np.flatnonzero(self.screen.owner == i)[score.shape])
+        prior = self.screen.length[number] * np.hypot(candidate.mean, candidate.spread)
+        return np.asarray(FREE * max(prior, score.strength_sigma) * score.direction)

@@ -1,0 +1,122 @@
+"""Thresholds by simulation from the same covariance, so that false alarms are as rare as asked.
+
+Parametric bootstrap: residuals are drawn from the hypothesis that a claim rejects, the statistic is
+computed for each, and its upper quantile is the threshold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.posterior import LogPriors
+from dolfingrip.diagnosis.inference.screen import Screen
+from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
+
+FALSE_ALARMS = 0.05
+DRAWS = 400
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Log odds above which something is claimed.
+
+    Attributes:
+        something: against no cause.
+        unknown: of an unknown cause against none and those of the catalogue.
+    """
+
+    something: float = 0.0
+    unknown: float = 0.0
+
+
+def calibrated_threshold(
+    statistic: Callable[[Matrix], Vector],
+    draw: Callable[[np.random.Generator, int], Matrix],
+    level: float = FALSE_ALARMS,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> float:
+    """A threshold which the statistic exceeds with a probability of at most ``level``.
+
+    Args:
+        statistic: of samples of shape (n, draws), shape (draws,).
+        draw: samples from the hypothesis that is rejected, shape (n, draws).
+        level: probability of a false alarm, counted over the draws of the threshold, too.
+        draws: how many.
+        seed: of the random numbers.
+
+    Raises:
+        ValueError: where there are too few draws for the level.
+    """
+    place = int(np.ceil((1 - level) * (draws + 1)))
+    if place > draws:
+        raise ValueError(f"draws = {draws}: allowed: at least {int(np.ceil(1 / level))}")
+    values = statistic(draw(np.random.default_rng(seed), draws))
+    return float(np.sort(values)[place - 1])
+
+
+def of_analysis(
+    screen: Screen,
+    unknown: SmoothMisfit,
+    priors: LogPriors,
+    level: float = FALSE_ALARMS,
+    draws: int = DRAWS,
+    seed: int = 0,
+) -> Thresholds:
+    """Thresholds of both claims; never below even odds.
+
+    "Something" is calibrated on residuals without a cause, "unknown" on effects of the catalogue
+    with strengths from their priors. Pairs are left out: they lower the odds of "unknown", so the
+    threshold errs on the safe side.
+
+    Args:
+        screen, unknown, priors: of the analysis.
+        level: probability of a false alarm.
+        draws: residuals that are drawn for each.
+        seed: of the random numbers.
+    """
+
+    def none(rng: np.random.Generator, count: int) -> Matrix:
+        return rng.standard_normal((len(screen.covariance), count))
+
+    def single(rng: np.random.Generator, count: int) -> Matrix:
+        residuals = none(rng, count)
+        visible = np.flatnonzero(screen.visible)
+        for sample in range(count if len(visible) else 0):
+            residuals[:, sample] += screen.draw_change(int(rng.choice(visible)), rng)
+        return residuals
+
+    def something_odds(whitened: Matrix) -> Vector:
+        known, other = _totals(screen, unknown, priors, whitened)
+        return np.asarray(np.logaddexp(known, other) - priors.none)
+
+    def unknown_odds(whitened: Matrix) -> Vector:
+        known, other = _totals(screen, unknown, priors, whitened)
+        return np.asarray(other - np.logaddexp(known, priors.none))
+
+    return Thresholds(
+        something=max(0.0, calibrated_threshold(something_odds, none, level, draws, seed)),
+        unknown=max(0.0, calibrated_threshold(unknown_odds, single, level, draws, seed + 1)),
+    )
+
+
+def _totals(
+    screen: Screen, unknown: SmoothMisfit, priors: LogPriors, whitened: Matrix
+) -> tuple[Vector, Vector]:
+    """ln of prior times evidence of all single effects, and of unknown causes, per sample."""
+    singles = logsumexp(
+        np.vstack([priors.of_singles(screen.log_evidence(whitened)), _never(whitened)]), axis=0
+    )
+    beside = priors.of_beside(unknown.beside(screen, whitened))
+    alone = priors.unknown + unknown.log_evidence(whitened)
+    return np.asarray(singles), np.asarray(logsumexp(np.vstack([beside, alone]), axis=0))
+
+
+def _never(whitened: Matrix) -> Matrix:
+    """A row of −∞, so that a sum over no effect is 0."""
+    return np.full((1, whitened.shape[1]), -np.inf)

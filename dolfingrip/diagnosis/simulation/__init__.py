@@ -1,0 +1,20 @@
+"""What the simulation says about a measurement: its readings, and how they change with causes.
+
+From the bottom up:
+
+- :mod:`legs`: the stops of a simulation, and the weights by which its readings at the stops make
+  the readings at the measured rows;
+- :mod:`routes`: which stops a measurement asks for: one elastic curve, or the protocol in time;
+- :mod:`groups`: which specimens share a simulation;
+- :mod:`job`: one simulation, named by its content; :mod:`runner`: many of them on workers, kept in
+  a store;
+- :mod:`simulated`: ``simulate(measurement, config, cases, workers)`` gives all readings of a
+  measurement, and their derivatives, for each of several cases: this is what fits call, too;
+- :mod:`modulus`: exact scaling of a base simulation by the modulus;
+- :mod:`nuisances`, :mod:`strengths`, :mod:`closed_forms`, :mod:`secants`: what the readings change
+  by;
+- :mod:`base`: ``simulate_base(measurement, config, workers)`` puts these together.
+
+All arrays are aligned with ``Measurement.listed()``
+(:mod:`dolfingrip.diagnosis.data.measurement`); n is the number of single readings there.
+"""

@@ -1,0 +1,92 @@
+"""Effects whose change of the readings follows from the base simulation alone.
+
+Instruments display a function of the true readings, so theirs is exact. Those of the regulator, of
+the plate's gap and of printed dimensions are their parameter's forward sensitivity times the
+ordinary strength: nuisances have the same columns, and over their priors they are nearly linear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation import nuisances
+from dolfingrip.diagnosis.simulation.simulated import Simulated
+from dolfingrip.diagnosis.simulation.strengths import Ordinary
+from dolfingrip.extensions.index import effect
+from dolfingrip.parameter import find
+
+BY_SLOPE: Final[Mapping[str, str]] = {
+    "pressure_gain": nuisances.GAIN,
+    "pressure_offset": nuisances.OFFSET,
+    "plate_gap": nuisances.GAP,
+    "wall_offset": nuisances.WALL,
+    "base_layer_offset": nuisances.BASE_LAYER,
+}
+"""Parameter whose derivative an effect's change is, by effect; each is the effect's only one."""
+
+
+def has_closed_form(name: str) -> bool:
+    """Whether an effect needs no simulation of its own."""
+    return name in BY_SLOPE or effect(name).has("reading")
+
+
+def changes(
+    measurement: Measurement, config: Config, base: Simulated, tried: Ordinary
+) -> np.ndarray:
+    """(k, n) changes of the readings by the shapes of an effect, at its ordinary strength.
+
+    Args:
+        measurement: that ``base`` was simulated for.
+        config: without the effect.
+        base: with the gradients ``nuisances.KEYS``.
+        tried: an effect for which :func:`has_closed_form` is true.
+    """
+    if tried.effect in BY_SLOPE:
+        slope = base.slope(BY_SLOPE[tried.effect])
+        return np.array([slope * _step(config, tried, shape.overrides) for shape in tried.shapes])
+    return np.array(
+        [
+            _displayed(measurement, config, base, tried.effect, shape.overrides)
+            for shape in tried.shapes
+        ]
+    )
+
+
+def _step(config: Config, tried: Ordinary, overrides: tuple[str, ...]) -> float:
+    """From the neutral value to a shape's."""
+    (key,) = effect(tried.effect).neutral
+    (parameter,) = find(config.overridden(overrides), [f"extensions.{tried.effect}.{key}"])
+    value = parameter.value(config.overridden(overrides))
+    return value - float(effect(tried.effect).neutral[key])
+
+
+def _displayed(
+    measurement: Measurement,
+    config: Config,
+    base: Simulated,
+    name: str,
+    overrides: tuple[str, ...],
+) -> np.ndarray:
+    """(n,) what an instrument displays, less the true readings."""
+    instrument = getattr(config.overridden(overrides).extensions, name)
+    listed = measurement.listed()
+    place, column, test = (listed[key].to_numpy() for key in ("row", "column", "test"))
+    readings, count = measurement.readings, len(measurement.readings)
+    time_s = readings["time_s"] - readings.groupby("test")["time_s"].transform("first")
+    found = np.zeros(len(listed))
+    for run in base.runs:
+        true = {
+            key: run.route.at_rows(values, count)
+            for key, values in run.result.columns.items()
+            if key != "time_s"
+        }
+        shown = instrument.reading({**true, "time_s": time_s.to_numpy()})
+        for key, values in shown.items():
+            at = np.flatnonzero(np.isin(test, run.group.tests) & (column == key))
+            found[at] = (values - true[key])[place[at]]
+    return found

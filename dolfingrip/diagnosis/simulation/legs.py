@@ -1,0 +1,174 @@
+"""A leg: successive stops of a simulation, and the measured rows that are read between them.
+
+Readings at rows are weighted sums of those at stops, y_rows = W y_stops, by a cubic spline through
+the leg's stops in what is led (in time where that rests). A row that is a stop has that stop's
+reading itself. Beyond the ends a straight line goes on. W does not depend on what is
+interpolated, so changes and derivatives are interpolated as the readings themselves are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+SMOOTHER: Final = 2.0
+"""By how much the error falls at least where stops are twice as dense: 2 where bellows that touch
+make a kink between stops. Of a smooth curve it falls 16-fold, and is told 8 times too large."""
+
+OUTSIDE: Final = 0.05
+"""How far beyond the stops that were reached rows are read, as part of their range."""
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """Stops and rows along one branch.
+
+    Attributes:
+        stops: places of the stops in the simulation's list.
+        at: of each stop, what the leg is read by: pressure (kPa), travel (mm) or time (s).
+        rows: places of the rows in ``Measurement.readings``.
+        rows_at: of each row.
+        core: how many of the stops rows are read from up to the last of them; the others are for
+            rows beyond. 0: all. So a curve with headroom gives the same there as one without.
+    """
+
+    stops: np.ndarray
+    at: np.ndarray
+    rows: np.ndarray
+    rows_at: np.ndarray
+    core: int = 0
+
+    def weights(self, reached: int, rows_at: np.ndarray | None = None) -> np.ndarray:
+        """(rows, stops) weights with the first ``reached`` stops of the simulation.
+
+        Args:
+            reached: number of stops that there are readings of; the rest have no weight.
+            rows_at: in place of the leg's own.
+
+        Returns:
+            NaN in the rows that cannot be read, as the simulation did not come so far.
+        """
+        where = self.rows_at if rows_at is None else rows_at
+        return self._spread(where, reached, 0)
+
+    def slopes(self, reached: int) -> np.ndarray:
+        """(rows, stops) weights of the derivative by what the leg is read by."""
+        return self._spread(self.rows_at, reached, 1)
+
+    def _spread(self, where: np.ndarray, reached: int, derivative: int) -> np.ndarray:
+        there = np.flatnonzero(self.stops < reached)
+        found = np.zeros((len(where), len(self.stops)))
+        if not there.size:
+            found[:] = np.nan
+            return found
+        found[:, there] = _spline_weights(self.at[there], where, derivative)
+        if 0 < self.core < there.size:
+            own = there[: self.core]
+            inside = where <= self.at[own].max()
+            found[inside] = 0.0
+            found[np.ix_(inside, own)] = _spline_weights(self.at[own], where[inside], derivative)
+        if there.size < len(self.stops):
+            low, high = self.at[there].min(), self.at[there].max()
+            margin = OUTSIDE * (high - low)
+            found[(where > high + margin) | (where < low - margin)] = np.nan
+        return found
+
+    def error(self, values: np.ndarray) -> float:
+        """Error of interpolation between the stops, in the unit of ``values`` (stops,).
+
+        The largest change at the stops that are left out where every second one is, divided by
+        :data:`SMOOTHER`; 0 where every row is a stop.
+        """
+        at = self.at[: self.core or None]
+        exactly = np.isin(np.round(self.rows_at, 9), np.round(at, 9)).all()
+        if exactly or len(at) < 5:
+            return 0.0
+        kept = np.unique([*range(0, len(at), 2), len(at) - 1])
+        left_out = np.setdiff1d(np.arange(len(at)), kept)
+        coarse = _spline_weights(at[kept], at[left_out], 0) @ values[kept]
+        return float(np.abs(coarse - values[left_out]).max()) / SMOOTHER
+
+
+def _spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
+    """(where, at) weights of a value, or of a derivative."""
+    order = np.argsort(at, kind="stable")
+    # column j of unit: values at x of what is 1 at stop j and 0 at the others
+    x, unit = at[order], np.eye(len(at))[order]
+    if len(x) == 1:
+        return np.full((len(where), 1), float(derivative == 0))
+    spline = CubicSpline(x, unit)  # through two or three stops a line or a parabola
+    inside = np.clip(where, x[0], x[-1])
+    slopes = np.asarray(spline(inside, 1))
+    if derivative:
+        return slopes
+    return np.asarray(spline(inside) + (where - inside)[:, None] * slopes)
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """All stops of a simulation, in order, and its legs.
+
+    Attributes:
+        led: column of what is led.
+        time_s, value: of each stop.
+        cycle, branch: of each stop.
+        legs: every measured row is on one of them.
+    """
+
+    led: str
+    time_s: tuple[float, ...]
+    value: tuple[float, ...]
+    cycle: tuple[int, ...]
+    branch: tuple[str, ...]
+    legs: tuple[Leg, ...]
+
+    def protocol(self) -> dict[str, object]:
+        """The table ``[protocol]`` of the configuration."""
+        return {
+            "time_s": list(self.time_s),
+            self.led: list(self.value),
+            "cycle": list(self.cycle),
+            "branch": list(self.branch),
+        }
+
+    def at_rows(self, values: np.ndarray, count: int) -> np.ndarray:
+        """Readings at the measured rows from those at the stops.
+
+        Args:
+            values: (reached,) of one column, at the stops that were reached.
+            count: number of rows of the measurement.
+
+        Returns:
+            (count,) NaN in rows that are not on this route or were not reached.
+        """
+        return self._spread(values, count, [leg.weights(len(values)) for leg in self.legs])
+
+    def slopes(self, values: np.ndarray, count: int) -> np.ndarray:
+        """Likewise, the derivative by what is led; 0 where that rests."""
+        weights = [leg.slopes(len(values)) * float(not self.rests(leg)) for leg in self.legs]
+        return self._spread(values, count, weights)
+
+    def rests(self, leg: Leg) -> bool:
+        """Whether what is led rests on a leg, which then is read by time."""
+        return self.branch[int(leg.stops[-1])] == "hold"
+
+    def _spread(self, values: np.ndarray, count: int, weights: Sequence[np.ndarray]) -> np.ndarray:
+        found = np.full(count, np.nan)
+        padded = np.zeros(len(self.value))
+        padded[: len(values)] = values
+        for leg, weight in zip(self.legs, weights, strict=True):
+            found[leg.rows] = weight @ padded[leg.stops]
+        return found
+
+    def errors(self, columns: Mapping[str, np.ndarray]) -> dict[str, float]:
+        """Largest error of interpolation by column, in its unit."""
+        found = {}
+        for name, values in columns.items():
+            if len(values) < len(self.value):
+                continue
+            found[name] = max((leg.error(values[leg.stops]) for leg in self.legs), default=0.0)
+        return found

@@ -1,0 +1,122 @@
+"""What a laboratory can never know exactly, and no diagnosis names as a cause.
+
+Each is a change of all readings at one standard deviation. They come from the forward
+sensitivities of one base simulation; the numbers are those of
+:data:`dolfingrip.diagnosis.data.lab_setup.NUISANCES`, or the laboratory's own, in the table
+``[nuisance]`` of its TOML. A modulus that is far off is not linear: see
+:mod:`dolfingrip.diagnosis.simulation.modulus`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation.simulated import Simulated
+
+MODULUS: Final = "material.mu_MPa"
+WALL: Final = "finger.wall_mm"
+BASE_LAYER: Final = "finger.base_layer_mm"
+GAIN: Final = "extensions.pressure_gain.gain"
+OFFSET: Final = "extensions.pressure_offset.offset_kPa"
+GAP: Final = "plate.gap_mm"
+
+KEYS: Final = (MODULUS, WALL, BASE_LAYER, GAIN, OFFSET, GAP)
+"""Parameters that a base simulation is derived by; the base layer's serves an effect."""
+
+
+@dataclass(frozen=True, slots=True)
+class Nuisance:
+    """One nuisance.
+
+    Attributes:
+        name: key of the table ``[nuisance]``, and what it is of where there are several.
+        change: (n,) of the readings at one standard deviation, in the unit of each column.
+    """
+
+    name: str
+    change: np.ndarray
+
+
+def neutral_stages(config: Config) -> tuple[str, ...]:
+    """Overrides that make gain and offset of the regulator parameters, at values without effect.
+
+    An effect that is on already stays as it is.
+    """
+    found = []
+    if getattr(config.extensions, "pressure_gain") is None:  # noqa: B009
+        found.append(f"{GAIN}=1.0")
+    if getattr(config.extensions, "pressure_offset") is None:  # noqa: B009
+        found.append(f"{OFFSET}=0.0")
+    return tuple(found)
+
+
+def nuisances(measurement: Measurement, base: Simulated) -> list[Nuisance]:
+    """All nuisances that change any reading.
+
+    Args:
+        measurement: with the laboratory's standard deviations.
+        base: simulated with the gradients :data:`KEYS`.
+    """
+    listed = measurement.listed()
+    test = listed["test"].to_numpy()
+    configs = {number: run.config for run in base.runs for number in run.group.tests}
+    coupons = (listed["experiment"] == "coupon").to_numpy()
+
+    def spread(key: str, scale: Callable[[Config], float] = lambda config: 1.0) -> np.ndarray:
+        """(n,) standard deviation in the parameter's unit."""
+        by_test = {
+            each.number: each.setup.nuisances[key] * scale(configs[each.number])
+            for each in measurement.tests
+        }
+        return np.array([by_test[number] for number in test])
+
+    stiffness = base.slope(MODULUS) * np.array([configs[number].material.mu_MPa for number in test])
+    found = [
+        Nuisance("modulus", stiffness * spread("modulus")),
+        Nuisance("wall", base.slope(WALL) * spread("wall", lambda config: config.finger.wall_mm)),
+        Nuisance("pressure_gain", base.slope(GAIN) * spread("pressure_gain", _gain)),
+        Nuisance("pressure_offset_kPa", base.slope(OFFSET) * spread("pressure_offset_kPa")),
+        Nuisance("coupon_area", np.where(coupons, base.readings, 0.0) * spread("coupon_area")),
+    ]
+    found += _by_plate(measurement, base, configs, base.slope(GAP) * spread("plate_gap_mm"), test)
+    names = list(dict.fromkeys(each.specimen for each in measurement.tests))
+    if len(names) > 1:
+        specimen = listed["specimen"].to_numpy()
+        each_own = stiffness * spread("specimen_scale")
+        found += [
+            Nuisance(f"specimen_scale of {name}", np.where(specimen == name, each_own, 0.0))
+            for name in names
+        ]
+    return [nuisance for nuisance in found if np.nan_to_num(nuisance.change).any()]
+
+
+def _gain(config: Config) -> float:
+    """The regulator's gain, which the standard deviation is relative to."""
+    on = getattr(config.extensions, "pressure_gain")  # noqa: B009
+    return 1.0 if on is None else float(on.gain)
+
+
+def _by_plate(
+    measurement: Measurement,
+    base: Simulated,
+    configs: dict[int, Config],
+    change: np.ndarray,
+    test: np.ndarray,
+) -> list[Nuisance]:
+    """One for each time that the plate was set: each file, and each gap in it."""
+    times: dict[tuple[str, float], list[int]] = {}
+    for each in measurement.tests:
+        if each.experiment == "blocked_force":
+            gap_mm = configs[each.number].plate.gap_mm
+            times.setdefault((each.file.name, gap_mm), []).append(each.number)
+    found = []
+    for (file, gap_mm), numbers in times.items():
+        name = "plate_gap_mm" if len(times) == 1 else f"plate_gap_mm at {gap_mm:g} mm in {file}"
+        found.append(Nuisance(name, np.where(np.isin(test, numbers), change, 0.0)))
+    return found

@@ -1,0 +1,247 @@
+"""The stops that a test asks for: the protocol in time, or one curve where history does not matter.
+
+Branches of up to :data:`MOST` rows are simulated at their rows. Of more rows :data:`MOST` stops are
+made and the rows are interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has
+:data:`MOST_OF_A_WAIT` stops that grow ever sparser. What is led is taken as one-directional within
+a ramp and constant within a wait: the gauge's own noise is no motion of the finger.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.diagnosis.simulation.legs import Leg, Route
+from dolfingrip.sections.protocol_file import waits
+
+MOST: Final = 25
+"""Stops of a ramp."""
+
+MOST_OF_A_WAIT: Final = 6
+"""Stops of a wait."""
+
+HEADROOM: Final = 1.3
+"""An elastic curve goes on to so many times the highest pressure, so that it can be scaled to a
+modulus that is so much smaller."""
+
+CLOSEST: Final = 2e-3
+"""Least distance of two stops of a ramp, as part of the range of what is led."""
+
+JUMP: Final = 0.02
+"""A wait at another value begins where what is led changes by more than this part of its range."""
+
+FEWEST: Final = 4
+"""Stops of a ramp whose rows are closer to one another than the gauge's noise allows to tell."""
+
+CERTAIN: Final = 5.0
+"""Standard deviations of the gauge that are a change for certain."""
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """Successive rows of a test in one branch of one cycle.
+
+    Attributes:
+        cycle, branch: of all rows.
+        rows: places in ``Measurement.readings``.
+        time_s, value: of each row; time from the test's first row on where that is at rest.
+        size: largest value of the whole test.
+        sigma: standard deviation of the gauge that reads the values.
+    """
+
+    cycle: int
+    branch: str
+    rows: np.ndarray
+    time_s: np.ndarray
+    value: np.ndarray
+    size: float
+    sigma: float
+
+    @property
+    def end(self) -> float:
+        """Where it leads to."""
+        if self.branch == "hold":
+            return float(self.value.mean())
+        return float(self.value.max() if self.branch == "loading" else self.value.min())
+
+    @property
+    def lasts_s(self) -> float:
+        """From its first row to its last."""
+        return float(self.time_s[-1] - self.time_s[0])
+
+    @property
+    def jump(self) -> float:
+        """A change of what is led that is none of the gauge's noise."""
+        return max(JUMP * self.size, CERTAIN * self.sigma)
+
+    @property
+    def most(self) -> int:
+        """Stops that a ramp is worth: fewer where its rows lie within the gauge's noise."""
+        if not self.sigma:
+            return MOST
+        told_apart = int(np.ptp(self.value) / (CERTAIN * self.sigma))
+        return min(MOST, max(FEWEST, told_apart))
+
+
+def segments(rows: pd.DataFrame, led: str, sigma: float = 0.0) -> list[Segment]:
+    """The segments of one test's rows, in order.
+
+    Args:
+        rows: of the test.
+        led: column of what is led.
+        sigma: standard deviation of its gauge.
+    """
+    value, time_s = rows[led].to_numpy(), rows["time_s"].to_numpy()
+    cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
+    size = max(float(np.abs(value).max()), 1e-12)
+    jump = max(JUMP * size, CERTAIN * sigma)
+    if abs(value[0]) < jump:  # at rest, so that the clock's start means nothing
+        time_s = time_s - time_s[0]
+    new = (cycle[1:] != cycle[:-1]) | (branch[1:] != branch[:-1])
+    new |= (branch[1:] == "hold") & (np.abs(np.diff(value)) > jump)
+    cuts = np.flatnonzero(np.concatenate([[True], new]))
+    ends = [*cuts[1:], len(rows)]
+    places = rows.index.to_numpy()
+    return [
+        Segment(int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], value[a:b], size, sigma)
+        for a, b in zip(cuts, ends, strict=True)
+    ]
+
+
+def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
+    """Whether two tests went the same way, so that one simulation serves both."""
+    if [(s.cycle, s.branch) for s in first] != [(s.cycle, s.branch) for s in second]:
+        return False
+    size = max(abs(s.end) for s in first)
+    return all(
+        abs(a.end - b.end) <= 0.03 * size and abs(a.lasts_s - b.lasts_s) <= 0.1 * a.lasts_s + 0.5
+        for a, b in zip(first, second, strict=True)
+    )
+
+
+def elastic(tests: Sequence[Sequence[Segment]], led: str, headroom: float = 1.0) -> Route:
+    """One curve from rest to the largest value, from which all rows of ``tests`` are read.
+
+    For models without memory and clock.
+
+    Args:
+        tests: segments of each test.
+        led: column of what is led.
+        headroom: how far the curve goes on, by the largest value.
+    """
+    every = [segment for test in tests for segment in test]
+    values = np.concatenate([segment.value for segment in every])
+    low, high = min(0.0, float(values.min())), float(values.max())
+    ramps = [segment for segment in every if segment.branch == "loading"] or every
+    longest = max(ramps, key=lambda segment: len(segment.rows))
+    if len(longest.rows) <= MOST:
+        at = _rising([low, *np.sort(longest.value), high], CLOSEST * (high - low))
+    else:
+        at = np.linspace(low, high, MOST)
+    core = len(at)
+    if headroom > 1:
+        more = max(round((headroom - 1) * high / max(float(np.median(np.diff(at))), 1e-12)), 1)
+        at = np.append(at, np.linspace(high, headroom * high, min(more, MOST) + 1)[1:])
+    rows = np.concatenate([segment.rows for segment in every])
+    leg = Leg(np.arange(len(at)), at, rows, values, core)
+    time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
+    count = len(at)
+    return Route(led, tuple(time_s), tuple(at), (1,) * count, ("loading",) * count, (leg,))
+
+
+def in_time(tests: Sequence[Sequence[Segment]], led: str) -> Route:
+    """The way that the tests went, in time; all have to be alike.
+
+    The test with most rows says where the stops are.
+    """
+    told = max(tests, key=lambda test: sum(len(segment.rows) for segment in test))
+    stops: list[tuple[float, float, int, str]] = []
+    legs: list[Leg] = []
+    for i, segment in enumerate(told):
+        same = [test[i] for test in tests]
+        before = stops[-1] if stops else None
+        first = len(stops)
+        if segment.branch == "hold":
+            stops += _wait(segment, before)
+            joined = before is not None and before[1] == stops[-1][1]
+            by = 0
+        else:
+            stops += _ramp(segment, same, before)
+            joined, by = before is not None, 1
+        numbers = np.arange(first - int(joined), len(stops))
+        at = np.array([stops[k][by] for k in numbers])
+        rows = np.concatenate([each.rows for each in same])
+        start_s = segment.time_s[0]
+        rows_at = np.concatenate(
+            [each.value if by else each.time_s - each.time_s[0] + start_s for each in same]
+        )
+        legs.append(Leg(numbers, at, rows, rows_at))
+    time_s, value, cycle, branch = zip(*stops, strict=True)
+    return Route(led, time_s, value, cycle, branch, tuple(legs))
+
+
+def _ramp(
+    segment: Segment,
+    same: Sequence[Segment],
+    before: tuple[float, float, int, str] | None,
+) -> list[tuple[float, float, int, str]]:
+    """Stops of a ramp: time, value, cycle, branch."""
+    way = 1.0 if segment.branch == "loading" else -1.0
+    time_s, value = segment.time_s, segment.value
+    if len(value) > segment.most:
+        edges = np.linspace(0, len(value), segment.most + 1).astype(int)
+        parts = [slice(a, b) for a, b in pairwise(edges)]
+        value = np.array([value[part].mean() for part in parts])
+        time_s = np.array([time_s[part].mean() for part in parts])
+        value = np.append(value, way * max(way * each.end for each in same))
+        time_s = np.append(time_s, segment.time_s[-1])
+        if before is None:
+            value, time_s = np.append(segment.value[0], value), np.append(segment.time_s[0], time_s)
+    found: list[tuple[float, float, int, str]] = []
+    last_s, last = (before[0], before[1]) if before else (0.0, -np.inf * way)
+    for moment, here in zip(time_s, value, strict=True):
+        if way * (here - last) > CLOSEST * segment.size:
+            last_s, last = max(float(moment), last_s), float(here)
+            found.append((last_s, last, segment.cycle, segment.branch))
+    if not found:  # a ramp that does not move
+        found.append((max(float(time_s[-1]), last_s), float(last), segment.cycle, segment.branch))
+    return found
+
+
+def _wait(
+    segment: Segment, before: tuple[float, float, int, str] | None
+) -> list[tuple[float, float, int, str]]:
+    """Stops of a wait, at the value that came before where that is the same."""
+    value = segment.end
+    if before is not None and abs(value - before[1]) <= segment.jump:
+        value = before[1]
+    last_s = before[0] if before else 0.0
+    start_s, end_s = float(segment.time_s[0]), float(segment.time_s[-1])
+    if len(segment.rows) <= MOST_OF_A_WAIT:
+        moments = [float(moment) for moment in segment.time_s]
+    else:
+        since = last_s if before is not None and value == before[1] else start_s
+        moments = [since + after for after in waits(end_s - since, MOST_OF_A_WAIT)]
+        moments = [start_s, *(moment for moment in moments if moment > start_s)]
+    found: list[tuple[float, float, int, str]] = []
+    for moment in moments:
+        if (not found and before is None) or moment > last_s:
+            last_s = moment
+            found.append((moment, value, segment.cycle, "hold"))
+    return found or [(last_s + 1e-6, value, segment.cycle, "hold")]
+
+
+def _rising(values: Sequence[float], least: float) -> np.ndarray:
+    """Values that rise by more than ``least`` from one to the next; the ends stay."""
+    found = [values[0]]
+    for value in values[1:]:
+        if value > found[-1] + least:
+            found.append(value)
+    if values[-1] > found[-1]:
+        found[-1] = values[-1]
+    return np.array(found, dtype=float)

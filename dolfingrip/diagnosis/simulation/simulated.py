@@ -1,0 +1,211 @@
+"""All readings of a measurement, simulated, for each of several cases.
+
+cases = [Case(), Case(("extensions.prony.g=[0.2]",)), Case(gradients=("material.mu_MPa",))]
+base, prony, slopes = simulate(measurement, config, cases, Workers(folder, Where(workers=2)))
+prony.readings - base.readings     # (n,), aligned with measurement.listed()
+slopes.slope("material.mu_MPa")    # (n,)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
+from dolfingrip.diagnosis.simulation.job import Job, JobResult
+from dolfingrip.diagnosis.simulation.legs import Route
+from dolfingrip.diagnosis.simulation.runner import Workers
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What is changed for one simulation of all tests.
+
+    Attributes:
+        overrides: ``section.key=value`` as with ``--set``, applied after the set-up of each test.
+        gradients: keys of parameters that readings are derived by; those that an experiment does
+            not have are left out there.
+        headroom: go on beyond the highest pressure where the model has no memory, for
+            :mod:`dolfingrip.diagnosis.simulation.modulus`.
+        only_in: experiments that ``overrides`` are for; all where None.
+        elsewhere: overrides for the other experiments.
+        tilt_deg: turn of gravity in the plane of bending, towards the bellows for a finger that
+            hangs, from the direction that each test has.
+    """
+
+    overrides: tuple[str, ...] = ()
+    gradients: tuple[str, ...] = ()
+    headroom: bool = False
+    only_in: frozenset[str] | None = None
+    elsewhere: tuple[str, ...] = ()
+    tilt_deg: float = 0.0
+
+    def of(self, group: SimulationGroup) -> Config:
+        """The configuration that a group is simulated with, without its protocol."""
+        felt = self.only_in is None or group.experiment in self.only_in
+        config = group.config.overridden(self.overrides if felt else self.elsewhere)
+        if not (felt and self.tilt_deg and config.gravity.acceleration_m_s2):
+            return config
+        x, y, z = config.gravity.direction
+        cos, sin = math.cos(math.radians(self.tilt_deg)), math.sin(math.radians(self.tilt_deg))
+        return config.changed(gravity={"direction": [cos * x + sin * z, y, cos * z - sin * x]})
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedGroup:
+    """One simulation that was run, and the tests that it serves.
+
+    Attributes:
+        group: the tests.
+        config: of the simulation.
+        route: its stops.
+        result: readings at the stops.
+    """
+
+    group: SimulationGroup
+    config: Config
+    route: Route
+    result: JobResult
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationFailure:
+    """A simulation that did not come to its end.
+
+    Attributes:
+        tests: that it was for.
+        overrides: of its case.
+        failure_class: as the load path classifies it.
+        sentence: why, for people.
+    """
+
+    tests: tuple[SpecimenTest, ...]
+    overrides: tuple[str, ...]
+    failure_class: str
+    sentence: str
+
+
+@dataclass(slots=True)
+class Simulated:
+    """The readings of a measurement as one case has them.
+
+    Attributes:
+        case: what was simulated.
+        readings: (n,) in the unit of each column; NaN where a simulation did not come so far.
+        by_led: (n,) derivative by what is led, for each kPa or mm; 0 in waits.
+        slopes: (n,) derivative by each parameter, for each unit of it; 0 in experiments that do
+            not feel it.
+        failures: of simulations that left readings without a number.
+        interpolation_error: by column, in its unit: see ``Leg.error``.
+        runs: the simulations themselves.
+    """
+
+    case: Case
+    readings: np.ndarray
+    by_led: np.ndarray
+    slopes: Mapping[str, np.ndarray] = field(default_factory=dict)
+    failures: Sequence[SimulationFailure] = ()
+    interpolation_error: Mapping[str, float] = field(default_factory=dict)
+    runs: Sequence[SimulatedGroup] = ()
+
+    def slope(self, key: str) -> np.ndarray:
+        """(n,) derivative by a parameter, for each unit of it; 0 where nothing feels it."""
+        return self.slopes.get(key, np.zeros_like(self.readings))
+
+
+def simulate(
+    measurement: Measurement,
+    config: Config,
+    cases: Sequence[Case],
+    workers: Workers,
+) -> list[Simulated]:
+    """Simulate all tests of ``measurement`` for each of ``cases``.
+
+    Args:
+        measurement: whose protocols are followed.
+        config: that set-ups and cases differ from.
+        cases: what is changed; those that come to the same simulation share it.
+        workers: where simulations are computed and kept.
+
+    Raises:
+        ConfigError: one line, where a case is not allowed or there are no workers.
+        SchedulerGone: the workers are gone; what was computed is kept.
+    """
+    parts = groups(measurement, config)
+    planned = [[_planned(case, group) for group in parts] for case in cases]
+    results = workers.results([job for row in planned for *_, job in row])
+    found, place = [], 0
+    for case, row in zip(cases, planned, strict=True):
+        runs = []
+        for group, (own, route, _) in zip(parts, row, strict=True):
+            runs.append(SimulatedGroup(group, own, route, results[place]))
+            place += 1
+        found.append(_assembled(measurement, case, runs))
+    return found
+
+
+def _planned(case: Case, group: SimulationGroup) -> tuple[Config, Route, Job]:
+    config = case.of(group)
+    route = group.route(config, headroom=case.headroom)
+    # the gradients' keys of effects at their neutral values do not make the readings others
+    job = Job(
+        group.experiment,
+        config.changed(protocol=route.protocol()),
+        tuple(key for key in case.gradients if _has(group.experiment, config, key)),
+    )
+    return config, route, job
+
+
+def _has(experiment: str, config: Config, key: str) -> bool:
+    """Whether an experiment's readings can depend on a parameter."""
+    section = key.partition(".")[0]
+    if section == "extensions":
+        name = key.split(".")[1]
+        effect = next((on for on in config.extensions.active() if on.name() == name), None)
+        if effect is None:
+            return False
+        return experiment != "coupon" or effect.has("strain_energy") or effect.has("reading")
+    if section == "plate":
+        return experiment == "blocked_force"
+    if section in ("finger", "morph"):
+        return experiment != "coupon" and (config.mesh.file is None or section == "morph")
+    return section != "gravity" or experiment != "coupon"
+
+
+def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGroup]) -> Simulated:
+    listed = measurement.listed()
+    count = len(measurement.readings)
+    place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
+    readings = np.full(len(listed), np.nan)
+    by_led = np.full(len(listed), np.nan)
+    slopes = {key: np.zeros(len(listed)) for key in case.gradients}
+    failures: list[SimulationFailure] = []
+    errors: dict[str, float] = {}
+    for run in runs:
+        mine = np.isin(test, run.group.tests)
+        for name in set(column[mine]):
+            at = np.flatnonzero(mine & (column == name))
+            values = run.result.columns.get(str(name), np.empty(0))
+            readings[at] = run.route.at_rows(values, count)[place[at]]
+            by_led[at] = run.route.slopes(values, count)[place[at]]
+            for key in case.gradients:
+                slope = run.result.slopes.get((str(name), key))
+                if slope is not None:
+                    slopes[key][at] = run.route.at_rows(slope, count)[place[at]]
+        for name, error in run.route.errors(run.result.columns).items():
+            errors[name] = max(errors.get(name, 0.0), error)
+        if run.result.failure_class is not None and np.isnan(readings[mine]).any():
+            failures.append(
+                SimulationFailure(
+                    tuple(measurement.tests[number] for number in run.group.tests),
+                    case.overrides,
+                    run.result.failure_class,
+                    run.result.failure or "",
+                )
+            )
+    return Simulated(case, readings, by_led, slopes, failures, errors, runs)

@@ -1,0 +1,192 @@
+"""At what strength, and in what shapes, each effect of the catalogue is tried.
+
+An effect has an amplitude, the parameters that are ``neutral`` somewhere, and other parameters that
+give its fingerprint a shape. The ordinary strength is the prior's mean; where that is neutral, one
+spread away. Shape parameters go over the middle of their prior and :data:`APART` spreads to either
+side, one parameter at a time.
+
+Tangents at the neutral value mislead, since the fingerprint of a strong effect is another than that
+of a weak one; hence changes at an ordinary strength, one more simulation each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.index import EFFECTS
+from dolfingrip.parameter import bounds_of
+
+APART: Final = 1.5
+"""Spreads of a prior (of its logarithm where it is positive) from the middle to either side."""
+
+HELD: Final[Mapping[str, tuple[str, ...]]] = {
+    "gravity_pitch": ("pitch_deg",),
+    "print_anisotropy": ("raster_deg",),
+    "temperature_drift": ("modulus_per_degC",),
+    "bellows_friction": ("slip_mm",),
+}
+"""Parameters that give no other shape: they hardly matter, or multiply the amplitude."""
+
+CURVED: Final = ("ogden", "line_lag")
+"""Effects whose fingerprint changes its shape much with the amplitude: several amplitudes."""
+
+LEFT_OUT: Final = ("coarse_mesh",)
+"""The mesh's error is a nuisance, see :mod:`dolfingrip.diagnosis.simulation.meshes`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """One simulation of an effect.
+
+    Attributes:
+        label: values of its parameters, for people.
+        overrides: the same as with ``--set``.
+        part: strength by the ordinary one, which the change is divided by.
+        tilt_deg: turn of gravity in the plane of bending, from the direction that each test has.
+    """
+
+    label: str
+    overrides: tuple[str, ...]
+    part: float = 1.0
+    tilt_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Ordinary:
+    """What is tried of an effect.
+
+    Attributes:
+        effect: its name.
+        kind: as in the catalogue; ``numerical`` ones are choices of the model.
+        shapes: simulations.
+        spread: root mean square of the strength under the prior, by the ordinary strength.
+        one_sided: whether the amplitude cannot lie on the neutral value's other side.
+    """
+
+    effect: str
+    kind: str
+    shapes: tuple[Shape, ...]
+    spread: float
+    one_sided: bool
+
+
+def ordinary(config: Config) -> list[Ordinary]:
+    """What is tried beside ``config``: the catalogue's effects that are not on there."""
+    on = {effect.name() for effect in config.extensions.active()}
+    found = []
+    for effect in EFFECTS:
+        if effect.name() in on or effect.name() in LEFT_OUT:
+            continue
+        if effect.kind == "numerical":
+            found.append(_choice(effect, config))
+        elif effect.name() == "gravity_pitch" and config.gravity.acceleration_m_s2:
+            found.append(_askew(effect))
+        else:
+            found.append(_by_prior(effect))
+    return found
+
+
+def _by_prior(effect: type[Effect]) -> Ordinary:
+    priors = effect.priors()
+    amplitudes = [key for key in effect.neutral if key in priors]
+    steps = {key: _step(effect, key, priors[key]) for key in amplitudes}
+    middle = {key: _neutral(effect, key) + step for key, step in steps.items()}
+    free = [
+        key for key in priors if key not in amplitudes and key not in HELD.get(effect.name(), ())
+    ]
+    held = {
+        key: _middle(priors[key]) if key in free else priors[key].mean
+        for key in priors
+        if key not in amplitudes
+    }
+    shapes = [_shape(effect, {**middle, **held})]
+    for key in free:
+        shapes += [
+            _shape(effect, {**middle, **held, key: _away(priors[key], way * APART)})
+            for way in (-1, 1)
+        ]
+    if len(amplitudes) > 1:  # each by itself, too
+        neutral = {key: _neutral(effect, key) for key in amplitudes}
+        shapes += [_shape(effect, {**neutral, **held, key: middle[key]}) for key in amplitudes]
+    if effect.name() in CURVED:
+        (key,) = amplitudes
+        for way in (-1, 1):
+            value = _away(priors[key], way * APART)
+            part = (value - _neutral(effect, key)) / steps[key]
+            shapes.append(_shape(effect, {**held, key: value}, part))
+    spread = max(
+        math.hypot(priors[key].mean - _neutral(effect, key), priors[key].spread) / abs(steps[key])
+        for key in amplitudes
+    )
+    sides = all(_one_sided(effect, key) for key in amplitudes)
+    return Ordinary(effect.name(), effect.kind, tuple(shapes), spread, sides)
+
+
+def _choice(effect: type[Effect], config: Config) -> Ordinary:
+    """The other choice: where the configuration has made it already, its reversal."""
+    name = effect.name()
+    (key,) = effect.neutral
+    override, label = f"extensions.{name}.{key}=true", f"{key} = true"
+    if name == "no_self_contact" and not config.contact.self_contact:
+        override, label = "contact.self_contact=true", "contact between bellows"
+    if name == "locking" and config.solver.element == "P1":
+        override, label = 'solver.element="P2"', "quadratic tetrahedra"
+    return Ordinary(name, effect.kind, (Shape(label, (override,)),), 1.0, True)
+
+
+def _askew(effect: type[Effect]) -> Ordinary:
+    """Mounted a little askew, where weight is simulated already."""
+    tilt_deg = effect.priors()["pitch_deg"].spread
+    shape = Shape(f"pitch {tilt_deg:+g} deg", (), tilt_deg=tilt_deg)
+    return Ordinary(effect.name(), effect.kind, (shape,), 1.0, False)
+
+
+def _shape(effect: type[Effect], values: Mapping[str, float], part: float = 1.0) -> Shape:
+    label = ", ".join(f"{key} = {value:.4g}" for key, value in values.items())
+    overrides = tuple(
+        f"extensions.{effect.name()}.{key}={_toml(effect, key, value)}"
+        for key, value in values.items()
+    )
+    return Shape(label, overrides, part)
+
+
+def _toml(effect: type[Effect], key: str, value: float) -> str:
+    text = repr(float(f"{value:.6g}"))
+    return f"[{text}]" if isinstance(effect.model_fields[key].default, tuple) else text
+
+
+def _neutral(effect: type[Effect], key: str) -> float:
+    value: Any = effect.neutral[key]
+    return float(value[0] if isinstance(value, Sequence) else value)
+
+
+def _step(effect: type[Effect], key: str, prior: Prior) -> float:
+    """From the neutral value to the ordinary one."""
+    step = prior.mean - _neutral(effect, key)
+    return step if abs(step) > 1e-9 * prior.spread else prior.spread
+
+
+def _middle(prior: Prior) -> float:
+    """The prior's median."""
+    return _away(prior, 0.0)
+
+
+def _away(prior: Prior, spreads: float) -> float:
+    """So many standard deviations from the prior's median."""
+    if not prior.positive:
+        return prior.mean + spreads * prior.spread
+    variance = math.log1p((prior.spread / prior.mean) ** 2)
+    return prior.mean * math.exp(-variance / 2 + spreads * math.sqrt(variance))
+
+
+def _one_sided(effect: type[Effect], key: str) -> bool:
+    """Whether a bound of a parameter is its neutral value."""
+    low, high = bounds_of(effect, key)
+    return bool(np.isclose([low, high], _neutral(effect, key), rtol=0, atol=1e-12).any())

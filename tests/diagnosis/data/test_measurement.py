@@ -1,0 +1,101 @@
+"""What a measurement has in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.data.files import CSV, TOML, written
+
+from dolfingrip.config import Config, load
+from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.experiments import synthetic
+
+
+def test_readings_and_set_ups(tmp_path: Path) -> None:
+    found = read([written(tmp_path)])
+    assert [(t.experiment, t.specimen) for t in found.tests] == [
+        ("bending", "A"), ("blocked_force", "A")
+    ]  # fmt: skip
+    assert found.warnings == []
+    listed = found.listed()
+    assert list(listed["column"]) == [*4 * ["angle_deg"], "force_N", "angle_deg", "force_N"]
+    np.testing.assert_array_equal(listed["value"], [0.1, 12.5, 25.2, 13.0, 0.01, 1.5, 0.3])
+    np.testing.assert_array_equal(listed["led"], [0, 25, 50, 25, 0, 25, 25])
+    np.testing.assert_array_equal(listed["row"], [0, 1, 2, 3, 4, 5, 5])
+    applied = found.tests[1].setup.applied(Config())
+    assert (applied.finger.wall_mm, applied.plate.gap_mm) == (1.8, 0.5)
+    assert found.tests[0].setup.noise["angle_deg"] == 0.3
+    assert found.tests[0].setup.nuisances["modulus"] == 0.2
+
+
+def test_specimens_differ_and_a_laboratory_knows_better(tmp_path: Path) -> None:
+    more = """
+[noise.correlated]
+angle_deg = 0.2
+correlation_time_s = 30
+[nuisance]
+pressure_gain = 0.005
+[gravity]
+direction = [0, 0, -1]
+[specimen.B]
+wall_mm = 1.7
+[specimen.B.plate]
+gap_mm = 2.0
+"""
+    csv = CSV + "bending,B,1,loading,0,0,0.0,\nbending,B,1,loading,1,25,14.0,\n"
+    found = read([written(tmp_path, csv, TOML + more)])
+    first, *_, last = (test.setup for test in found.tests)
+    assert first.applied(Config()).finger.wall_mm == 1.8
+    applied = last.applied(Config())
+    assert (applied.finger.wall_mm, applied.plate.gap_mm) == (1.7, 2.0)
+    assert applied.gravity.acceleration_m_s2 == 9.81
+    assert last.nuisances["pressure_gain"] == 0.005
+    assert last.told == {"pressure_gain"}
+    assert (last.correlated_noise["angle_deg"], last.correlation_time_s) == (0.2, 30.0)
+
+
+def test_files_join_and_stay_apart(tmp_path: Path) -> None:
+    other = TOML.replace("0.5", "2.0", 1)
+    found = read([written(tmp_path), written(tmp_path, toml=other, name="second_gap")])
+    assert [test.number for test in found.tests] == [0, 1, 2, 3]
+    gaps = [test.setup.applied(Config()).plate.gap_mm for test in found.tests]
+    assert gaps == [0.5, 0.5, 2.0, 2.0]
+    assert len(found.readings) == 12
+    assert list(found.rows(2)["pressure_kPa"]) == [0, 25, 50, 25]
+
+
+def test_what_is_absent_has_a_meaning(tmp_path: Path) -> None:
+    """Time from the rate, branch from the top, specimen from the file."""
+    csv = "pressure_kPa,angle_deg,iterations\n0,0,3\n20,9,3\n50,22,4\n20,10,4\n"
+    found = read([written(tmp_path, csv, 'experiment = "bending"\nrate_kPa_per_s = 10\n')])
+    rows = found.readings
+    np.testing.assert_allclose(rows["time_s"], [0, 2, 5, 8])
+    assert list(rows["branch"]) == [*3 * ["loading"], "unloading"]
+    assert set(rows["specimen"]) == {"lab"}
+    assert found.warnings == []
+    again = read([written(tmp_path, csv, 'experiment = "bending"\nramp_kPa_per_s = 10\n')])
+    assert len(again.warnings) == 2
+    assert "ramp_kPa_per_s is not known and not used; did you mean rate_kPa" in again.warnings[0]
+    assert "neither time_s nor a rate is told; 25 kPa/s is assumed" in again.warnings[1]
+
+
+def test_a_chord_between_other_points_is_doubted(tmp_path: Path) -> None:
+    csv = "time_s,pressure_kPa,chord_angle_deg\n0,0,0\n1,20,9\n"
+    told = 'experiment = "bending"\n[angle]\nfrom = "film edge"\nto = "tip"\n'
+    (said,) = read([written(tmp_path, csv, told)]).warnings
+    assert "chord_angle_deg is from film edge to tip; simulated is the line from" in said
+
+
+def test_a_synthetic_coupon_is_read_as_it_was_written(tmp_path: Path) -> None:
+    told = load(None, ["coupon.max_strain=0.1", "coupon.gauge_length_mm=20"])
+    made = synthetic.measure(["coupon"], told, seed=4)
+    synthetic.write(made, tmp_path)
+    found = read([tmp_path / "measured.csv"])
+    assert isinstance(found, Measurement)
+    np.testing.assert_allclose(found.listed()["value"], [row["force_N"] for row in made.rows], 1e-5)
+    applied = found.tests[0].setup.applied(Config())
+    assert applied.coupon.gauge_length_mm == 20.0
+    assert applied.coupon.area_mm2 == pytest.approx(9.0)
+    assert found.tests[0].setup.noise["force_N"] == synthetic.NOISE["force_N"]

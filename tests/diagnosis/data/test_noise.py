@@ -1,0 +1,59 @@
+"""Noise: as told, else estimated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.data.files import TOML, written
+
+from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.data.noise import noise
+
+SEED = 5
+UNTOLD = 'experiment = "bending"\n'
+
+
+def measured(folder: Path, rows: int, cycles: int, toml: str) -> Measurement:
+    """A parabola that is read with noise of 0.4°, up and down."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    up = np.linspace(0, 100, rows)
+    lines = ["cycle,branch,time_s,pressure_kPa,angle_deg"]
+    time_s = 0
+    for cycle in range(1, cycles + 1):
+        for branch, values in (("loading", up), ("unloading", up[::-1])):
+            for value in values:
+                angle = 0.2 * value + 0.002 * value**2 + rng.normal(0, 0.4)
+                lines.append(f"{cycle},{branch},{time_s},{value:.3f},{angle:.4f}")
+                time_s += 1
+    return read([written(folder, "\n".join(lines) + "\n", toml)])
+
+
+def test_told(tmp_path: Path) -> None:
+    found = noise(read([written(tmp_path)]))
+    np.testing.assert_array_equal(found.independent, [*4 * [0.3], 0.02, 0.3, 0.02])
+    np.testing.assert_array_equal(found.led, np.full(7, 0.5))
+    assert not found.correlated.any()
+    assert np.isinf(found.correlation_time_s).all()
+    assert found.sentences == ()
+    assert "correlated" not in TOML
+
+
+@pytest.mark.parametrize(
+    ("rows", "cycles", "how"),
+    [(80, 1, "estimated from its scatter"), (8, 6, "estimated from repeated cycles")],
+)
+def test_estimated(tmp_path: Path, rows: int, cycles: int, how: str) -> None:
+    """Of 150 and 64 differences: three standard errors of a standard deviation are 30 %."""
+    found = noise(measured(tmp_path, rows, cycles, UNTOLD))
+    assert found.independent == pytest.approx(0.4, rel=0.3)
+    (said,) = found.sentences
+    assert how in said
+
+
+def test_guessed_where_readings_are_few(tmp_path: Path) -> None:
+    found = noise(measured(tmp_path, 6, 1, UNTOLD))
+    assert set(found.independent) == {0.3}
+    assert "engineering guess" in found.sentences[0]

@@ -1,0 +1,108 @@
+"""Slips of units, signs and columns, against a stand-in for the simulation that is itself wrong."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dolfingrip.diagnosis.data.lab_setup import LabSetup
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.suspicion import Suspicion, suspicions
+from dolfingrip.diagnosis.data.table import MEASURED
+
+pd = pytest.importorskip("pandas")
+
+PRESSURE = np.linspace(0.0, 250.0, 11)
+
+
+def angle_deg(pressure_kPa: np.ndarray) -> np.ndarray:
+    """The reference finger's angle, roughly (invented to be of its character)."""
+    return 0.5 * pressure_kPa + 4e-4 * pressure_kPa**2
+
+
+def force_N(pressure_kPa: np.ndarray) -> np.ndarray:
+    """Its blocked force, likewise."""
+    return 0.0119 * pressure_kPa + 0.008 * np.maximum(pressure_kPa - 150, 0)
+
+
+def pulled_N(travel_mm: np.ndarray) -> np.ndarray:
+    """Tensile force of an incompressible neo-Hookean bar of 33 mm and 9 mm², μ = 2.93 MPa."""
+    stretch = 1 + travel_mm / 33
+    return 9 * 2.93 * (stretch - stretch**-2)
+
+
+def found(columns: dict[str, np.ndarray], pressure: np.ndarray, wrong: float) -> list[Suspicion]:
+    """Suspicions of readings, where the simulation is ``wrong`` times the truth."""
+    test = SpecimenTest(0, Path("lab.csv"), "blocked_force", "A", LabSetup())
+    table = pd.DataFrame(np.nan, index=range(len(pressure)), columns=list(MEASURED))
+    table = table.astype({"experiment": object, "specimen": object, "branch": object})
+    table[["experiment", "specimen", "branch"]] = ["blocked_force", "A", "loading"]
+    table["cycle"], table["pressure_kPa"], table["test"] = 1, pressure, 0
+    for name, values in columns.items():
+        table[name] = values
+    measurement = Measurement(table, [test])
+    simulated = {"angle_deg": wrong * angle_deg(pressure), "force_N": wrong * force_N(pressure)}
+    listed = measurement.listed()
+    y0 = np.array([simulated[c][r] for r, c in zip(listed["row"], listed["column"], strict=True)])
+    return suspicions(measurement, y0)
+
+
+@pytest.mark.parametrize("wrong", [0.75, 1.0, 1.3])
+@pytest.mark.parametrize(
+    ("column", "factor", "meaning"),
+    [
+        ("angle_deg", 180 / math.pi, "radians"),
+        ("angle_deg", -1.0, "sign"),
+        ("force_N", 1 / 101.97, "grams"),
+        ("force_N", -1.0, "sign"),
+        ("force_N", 9.81, "in kg"),
+    ],
+)
+def test_a_column_in_another_unit(wrong: float, column: str, factor: float, meaning: str) -> None:
+    true = {"angle_deg": angle_deg(PRESSURE), "force_N": force_N(PRESSURE)}
+    true[column] = true[column] / factor
+    (said,) = found(true, PRESSURE, wrong)
+    assert said.column == column
+    assert said.factor == pytest.approx(factor, rel=1e-3)
+    assert meaning in said.sentence()
+
+
+@pytest.mark.parametrize("wrong", [0.8, 1.0, 1.25])
+@pytest.mark.parametrize(("factor", "unit"), [(100, "bar"), (1000, "MPa"), (6.895, "psi")])
+def test_pressure_in_another_unit(wrong: float, factor: float, unit: str) -> None:
+    true = {"angle_deg": angle_deg(PRESSURE), "force_N": force_N(PRESSURE)}
+    said = found(true, PRESSURE / factor, wrong)
+    of_pressure = [each for each in said if each.column == "pressure_kPa"]
+    assert [each.factor for each in of_pressure] == [factor]
+    assert unit in of_pressure[0].sentence()
+
+
+def test_swapped_columns() -> None:
+    (said,) = found({"angle_deg": force_N(PRESSURE), "force_N": angle_deg(PRESSURE)}, PRESSURE, 0.9)
+    assert "swapped with force_N" in said.sentence()
+
+
+@pytest.mark.parametrize("wrong", [0.5, 0.8, 1.0, 1.5, 2.0])
+def test_a_poor_simulation_is_no_slip(wrong: float) -> None:
+    assert (
+        found({"angle_deg": angle_deg(PRESSURE), "force_N": force_N(PRESSURE)}, PRESSURE, wrong)
+        == []
+    )
+
+
+@pytest.mark.parametrize("wrong", [0.8, 1.25])
+def test_travel_in_another_unit(wrong: float) -> None:
+    """Where a force in mN would do as well, both are said."""
+    test = SpecimenTest(0, Path("lab.csv"), "coupon", "A", LabSetup())
+    travel_mm = np.linspace(0, 16, 9)
+    table = pd.DataFrame(np.nan, index=range(9), columns=list(MEASURED))
+    table = table.astype({"experiment": object, "specimen": object, "branch": object})
+    table[["experiment", "specimen", "branch"]] = ["coupon", "A", "loading"]
+    table["test"], table["displacement_mm"] = 0, travel_mm / 1000
+    table["force_N"] = pulled_N(travel_mm)
+    said = suspicions(Measurement(table, [test]), wrong * pulled_N(travel_mm / 1000))
+    assert {each.column for each in said} == {"displacement_mm", "force_N"}
+    assert any("a displacement in m? (factor 1000)" in each.sentence() for each in said)

@@ -1,0 +1,220 @@
+"""Noise: estimates from repeats, checks of what is left, verdicts under other noise."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pandas as pd
+import pytest
+from diagnosis.inference import synthetic
+from scipy.stats import chi2, multivariate_normal
+
+from dolfingrip.diagnosis.inference.alternatives import CORRELATED, alternatives, verdict_under
+from dolfingrip.diagnosis.inference.analysis import Analysis
+from dolfingrip.diagnosis.inference.covariance import Covariance
+from dolfingrip.diagnosis.inference.noise import ChannelNoise, noise_matrix
+from dolfingrip.diagnosis.inference.noise_estimate import from_repeats, resolve_noise
+from dolfingrip.diagnosis.inference.repeats import places
+from dolfingrip.diagnosis.inference.whiteness import check_noise
+
+DRIFTING = {name: each.with_correlated_part(0.9, 60.0) for name, each in synthetic.NOISE.items()}
+
+
+def angles(specimens: int) -> pd.DataFrame:
+    table = synthetic.index(specimens)
+    return table[table["channel"] == "angle_deg"].reset_index(drop=True)
+
+
+def measured(
+    table: pd.DataFrame, noise: dict[str, ChannelNoise], rng: np.random.Generator
+) -> np.ndarray:
+    """Readings of specimens whose stiffness scatters by 5 %."""
+    names = table["specimen"]
+    scale = dict(zip(names.unique(), 1 + 0.05 * rng.normal(size=names.nunique()), strict=True))
+    true = synthetic.base(table) * names.map(scale).to_numpy()
+    return true + Covariance.of(noise_matrix(table, noise)).sample(rng, 1)[:, 0]
+
+
+def test_places_are_shared_by_specimens_or_by_cycles() -> None:
+    table = synthetic.index(specimens=2, cycles=2, points=3)
+    by_specimen = places(table)
+    assert np.bincount(by_specimen).tolist() == [2] * 24
+    assert np.bincount(places(table, ("specimen", "cycle"))).tolist() == [4] * 12
+    other = table.copy()
+    other.loc[other["specimen"] == "finger 1", "pressure_kPa"] += 20
+    assert np.bincount(places(other)).max() == 1
+    with pytest.raises(ValueError, match="repeats across rate"):
+        places(table, ("rate",))
+
+
+def test_independent_noise_is_found_without_bias() -> None:
+    seed = 30
+    print("seed", seed)
+    rng, table = np.random.default_rng(seed), angles(3)
+    found = [
+        from_repeats(table, measured(table, synthetic.NOISE, rng), places(table)) for _ in range(25)
+    ]
+    std = [each.noise.total_std() for each in found if each is not None]
+    correlated = np.mean([each.correlation_p < 0.05 for each in found if each is not None])
+    print(f"{np.mean(std):.3f} ± {np.std(std):.3f}, called correlated {correlated}")
+    assert len(std) == 25
+    assert np.mean(std) == pytest.approx(0.3, rel=0.05)
+    assert correlated <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 25)
+
+
+def test_correlated_noise_is_found() -> None:
+    seed = 31
+    print("seed", seed)
+    rng, table = np.random.default_rng(seed), angles(4)
+    found = [from_repeats(table, measured(table, DRIFTING, rng), places(table)) for _ in range(8)]
+    noises = [each.noise for each in found if each is not None and each.correlation_p < 0.05]
+    lengths = [noise.length for noise in noises]
+    print(f"{len(noises)} of 8, length {np.median(lengths):.0f} s")
+    assert len(noises) >= 7
+    assert np.median([noise.correlated_std for noise in noises]) == pytest.approx(0.285, rel=0.3)
+    assert 25 < np.median(lengths) < 150
+
+
+def test_the_restricted_likelihood_is_that_of_the_contrasts() -> None:
+    # reference: normal density of contrasts that are free of the fixed effects; it differs by a
+    # constant, so differences between hyperparameters are compared
+    from scipy.linalg import null_space
+
+    from dolfingrip.diagnosis.inference import noise_estimate as module
+    from dolfingrip.diagnosis.inference.readings import tracks
+
+    table = angles(2)
+    y = measured(table, DRIFTING, np.random.default_rng(32))
+    fixed = module._fixed_effects(table, y, places(table))
+    runs = tracks(table)
+    times = [table["time_s"].to_numpy()[rows] for rows in runs]
+    problem = module._Reml(y, fixed, runs, times)
+    contrasts = null_space(fixed.T)
+
+    def direct(std: float, correlated: float, length: float) -> float:
+        noise = {"angle_deg": ChannelNoise(std, correlated, length)}
+        matrix = contrasts.T @ noise_matrix(table, noise) @ contrasts
+        return float(multivariate_normal(np.zeros(len(matrix)), matrix).logpdf(contrasts.T @ y))
+
+    one, other = (0.3, 0.1, 20.0), (0.2, 0.4, 70.0)
+    difference = problem.log_likelihood(*one) - problem.log_likelihood(*other)
+    assert difference == pytest.approx(direct(*one) - direct(*other), abs=1e-8)
+
+
+def test_where_the_noise_comes_from_is_said() -> None:
+    table = synthetic.index(2)
+    y = measured(table, synthetic.NOISE, np.random.default_rng(33))
+    stated = {"force_N": ChannelNoise(0.05)}
+    found = resolve_noise(table, y, places(table), stated)
+    assert found.source == {"angle_deg": "repeats", "force_N": "stated"}
+    assert found.trusted
+    assert "noise of angle_deg is 0." in found.notes[0]
+    single = synthetic.index()
+    alone = resolve_noise(single, synthetic.base(single), places(single), stated)
+    assert alone.source["angle_deg"] == "default"
+    assert not alone.trusted
+    assert "neither stated nor are there repeats" in alone.notes[0]
+    with pytest.raises(ValueError, match="noise of odd is not stated"):
+        resolve_noise(single.assign(channel="odd"), np.zeros(44), places(single))
+
+
+def test_the_check_is_chi_squared() -> None:
+    # reference: the sum of squares of readings with independent noise, no nuisances
+    table = synthetic.index()
+    noise = noise_matrix(table, synthetic.NOISE)
+    r = np.sqrt(np.diag(noise)) * np.random.default_rng(34).normal(size=44)
+    found = check_noise(table, r, Covariance.of(noise)).tests[0]
+    total = float((r**2 / np.diag(noise)).sum())
+    assert found.value == pytest.approx(np.sqrt(total / 44))
+    assert found.p == pytest.approx(2 * min(chi2.sf(total, 44), chi2.cdf(total, 44)))
+
+
+@pytest.mark.parametrize("believed_right", [True, False])
+def test_noise_of_the_wrong_size_is_noticed(believed_right: bool) -> None:
+    seed, draws = 35, 150
+    print("seed", seed)
+    table, rng = synthetic.index(), np.random.default_rng(seed)
+    believed = synthetic.covariance(table)
+    factor = 1.0 if believed_right else 1.5
+    true = {name: each.scaled(factor) for name, each in synthetic.NOISE.items()}
+    residuals = synthetic.covariance(table, true).sample(rng, draws)
+    checks = [check_noise(table, r, believed) for r in residuals.T]
+    share = np.mean([check.too_small for check in checks])
+    failed = np.mean([bool(check.failed) for check in checks])
+    print(f"too small {share}, any {failed}")
+    if believed_right:
+        assert failed <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / draws)
+    else:
+        assert share > 0.8
+        worst = max(checks, key=lambda check: check.tests[0].value)
+        assert "times the noise that was assumed" in worst.notes()[0]
+
+
+def test_correlated_noise_believed_independent_is_noticed() -> None:
+    seed, draws = 36, 150
+    print("seed", seed)
+    table, rng = synthetic.index(), np.random.default_rng(seed)
+    residuals = synthetic.covariance(table, DRIFTING).sample(rng, draws)
+    checks = [check_noise(table, r, synthetic.covariance(table)) for r in residuals.T]
+    share = np.mean([check.correlated for check in checks])
+    print(f"noticed {share}")
+    assert share > 0.8
+    assert any("neighbouring readings" in note for check in checks for note in check.notes())
+
+
+@cache
+def analyses() -> dict[str, Analysis]:
+    table = synthetic.index()
+    return {
+        name: Analysis(
+            table,
+            synthetic.covariance(table, noise),
+            synthetic.noise_std(table, noise),
+            synthetic.candidates(table),
+        )
+        for name, noise in alternatives(synthetic.NOISE, 60.0).items()
+    }
+
+
+@pytest.mark.parametrize("trap", ["correlated", "larger"])
+def test_doubtful_noise_makes_no_false_alarms(trap: str) -> None:
+    seed, draws = 37, 30
+    print("seed", seed)
+    table, rng = synthetic.index(), np.random.default_rng(seed)
+    larger = {name: each.scaled(1.5) for name, each in synthetic.NOISE.items()}
+    true = DRIFTING if trap == "correlated" else larger
+    found = [
+        verdict_under(analyses(), r) for r in synthetic.covariance(table, true).sample(rng, draws).T
+    ]
+    naive = np.mean([each.under["as believed"].answer != "none" for each in found])
+    careful = np.mean([each.verdict.answer != "none" for each in found])
+    noticed = np.mean(
+        [each.probability["as believed"] < 0.5 or bool(each.check.failed) for each in found]
+    )
+    print(f"false alarms: as believed {naive}, over models {careful}; noticed {noticed}")
+    assert careful < naive
+    assert careful <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / draws)
+    assert noticed > 0.8
+
+
+def test_a_strong_effect_is_named_under_all_models() -> None:
+    table = synthetic.index()
+    rng = np.random.default_rng(38)
+    r = (
+        synthetic.columns(table)["hardening"] * 1.2
+        + synthetic.covariance(table).sample(rng, 1)[:, 0]
+    )
+    found = verdict_under(analyses(), r)
+    assert found.verdict.names == ("hardening",)
+    assert sum(found.probability.values()) == pytest.approx(1.0)
+    assert found.probability["as believed"] > 0.3
+
+
+def test_how_a_verdict_depends_on_the_noise_is_said() -> None:
+    table, rng = synthetic.index(), np.random.default_rng(39)
+    r = 1.5 * synthetic.covariance(table, DRIFTING).sample(rng, 1)[:, 0]
+    found = verdict_under(analyses(), r)
+    assert found.probability["as believed"] < 0.5
+    assert any("the readings speak for noise that is" in note for note in found.notes)
+    assert CORRELATED in found.under

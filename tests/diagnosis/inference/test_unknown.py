@@ -1,0 +1,71 @@
+"""Unknown causes: closed forms against direct normal densities."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from diagnosis.inference import synthetic
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from dolfingrip.diagnosis.inference.screen import Screen
+from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
+
+TABLE = synthetic.index(specimens=2, cycles=2, points=4)
+COVARIANCE = synthetic.covariance(TABLE)
+MISFIT = SmoothMisfit(TABLE, COVARIANCE, synthetic.noise_std(TABLE), sizes=(1.0, 8.0))
+
+
+def processes() -> list[np.ndarray]:
+    """Covariances of all processes on the grid, unwhitened."""
+    factor = COVARIANCE.factor
+    return [
+        factor @ (system.vectors * system.values * size**2) @ system.vectors.T @ factor.T
+        for system in MISFIT.systems
+        for size in MISFIT.sizes
+    ]
+
+
+def test_evidence_alone_is_the_average_of_normal_densities() -> None:
+    r = COVARIANCE.sample(np.random.default_rng(15), 1)[:, 0]
+    r += 2 * synthetic.noise_std(TABLE) * np.sin(4 * synthetic.load(TABLE))
+    zero = np.zeros(len(r))
+    logs = [multivariate_normal(zero, COVARIANCE.matrix + k).logpdf(r) for k in processes()]
+    expected = logsumexp(logs) - np.log(len(logs)) - COVARIANCE.log_density(r)
+    found = MISFIT.log_evidence(COVARIANCE.whiten(r)[:, None])[0]
+    assert found == pytest.approx(expected, abs=1e-6)
+
+
+def test_evidence_beside_an_effect_is_that_of_both() -> None:
+    r = COVARIANCE.sample(np.random.default_rng(16), 1)[:, 0]
+    candidate = synthetic.candidates(TABLE)[2]
+    candidate = type(candidate)("hardening", candidate.shapes, 0.3, 0.5)
+    v = candidate.shapes[0].change
+    logs = [
+        multivariate_normal(0.3 * v, COVARIANCE.matrix + k + 0.25 * np.outer(v, v)).logpdf(r)
+        for k in processes()
+    ]
+    expected = logsumexp(logs) - np.log(len(logs)) - COVARIANCE.log_density(r)
+    screen = Screen([candidate], COVARIANCE)
+    found = MISFIT.beside(screen, COVARIANCE.whiten(r)[:, None])[0, 0]
+    assert found == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_process_is_common_to_specimens_and_separate_by_channel() -> None:
+    # system 0: all channels, full likeness between branches and cycles, the shortest length
+    kernel = processes()[0]
+    angle = synthetic.is_angle(TABLE)
+    first = (TABLE["specimen"] == "finger 0").to_numpy()
+    assert kernel[np.ix_(first, first)] == pytest.approx(kernel[np.ix_(first, ~first)], abs=1e-4)
+    assert np.abs(kernel[np.ix_(angle, ~angle)]).max() < 1e-10
+    assert np.diag(kernel)[angle] == pytest.approx(0.09, rel=1e-4)
+    # reference: the squared exponential of the distance in load
+    i, j = np.flatnonzero(angle & first)[:2]
+    assert kernel[i, j] == pytest.approx(0.09 * np.exp(-0.5 * (1 / 3 / 0.15) ** 2), rel=1e-2)
+
+
+def test_readings_on_hold_are_smooth_in_the_logarithm_of_time() -> None:
+    table = TABLE.copy()
+    table.loc[table["branch"] == "unloading", "branch"] = "hold"
+    misfit = SmoothMisfit(table, COVARIANCE, synthetic.noise_std(table))
+    assert np.isfinite(misfit.log_evidence(np.ones((len(table), 1)))[0])

@@ -1,0 +1,236 @@
+"""Verdicts are calibrated: Monte Carlo on synthetic columns, and the traps."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from diagnosis.inference import synthetic
+
+from dolfingrip.diagnosis.inference.analysis import Analysis
+from dolfingrip.diagnosis.inference.bound import attainable, exact_posterior
+from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
+from dolfingrip.diagnosis.inference.covariance import total_covariance
+from dolfingrip.diagnosis.inference.noise import noise_matrix
+from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
+from dolfingrip.diagnosis.inference.verdict import Verdict
+
+TIED = {"plate_friction", "no_self_contact"}
+
+
+def hidden(
+    analysis: Analysis, rng: np.random.Generator, strength_sigma: float | None = None
+) -> tuple[str, np.ndarray]:
+    """A residual with one effect, and its name."""
+    number = int(rng.integers(len(analysis.screen.candidates)))
+    change = analysis.screen.draw_change(number, rng)
+    if strength_sigma is not None:
+        change = change * strength_sigma / np.linalg.norm(change)
+    residual = analysis.covariance.factor @ (change + rng.standard_normal(len(change)))
+    return analysis.screen.candidates[number].name, residual
+
+
+def test_false_alarms_are_rare() -> None:
+    seed, draws = 20, 150
+    print("seed", seed)
+    analysis, rng = synthetic.analysis(), np.random.default_rng(seed)
+    answers = Counter(analysis.verdict(r).answer for r in analysis.covariance.sample(rng, draws).T)
+    print(answers)
+    # at most 5 %, and two standard errors of that many draws
+    assert 1 - answers["none"] / draws <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / draws)
+
+
+def test_claims_are_right_and_ties_are_not_resolved() -> None:
+    seed, draws = 21, 150
+    print("seed", seed)
+    analysis, rng = synthetic.analysis(), np.random.default_rng(seed)
+    outcomes, called_unknown = [], 0
+    for _ in range(draws):
+        true, residual = hidden(analysis, rng)
+        verdict = analysis.verdict(residual)
+        called_unknown += verdict.answer == "unknown"
+        for found in verdict.named:
+            assert not TIED & set(found.names) or set(found.names) >= TIED
+        if verdict.answer == "cause" and verdict.probability >= 0.9:
+            outcomes.append(true in verdict.names)
+    print(f"{len(outcomes)} claims of {draws}, right {np.mean(outcomes)}, unknown {called_unknown}")
+    assert len(outcomes) > 0.6 * draws
+    assert np.mean(outcomes) >= 0.97 - 2 * np.sqrt(0.03 * 0.97 / len(outcomes))
+    assert called_unknown <= (0.05 + 2 * np.sqrt(0.05 * 0.95 / draws)) * draws
+
+
+def test_probabilities_of_weak_effects_are_frequencies() -> None:
+    # at strengths where mistakes happen, claims of probability p are right in p of the cases
+    seed, draws = 22, 400
+    print("seed", seed)
+    table, rng = synthetic.index(points=6), np.random.default_rng(seed)
+    covariance = synthetic.covariance(table)
+    weak = [
+        Candidate(name, (Shape(0.12 * v),), 0.0, 1.5)
+        for name, v in synthetic.columns(table).items()
+        if name != "no_self_contact"
+    ]
+    p, right = [], []
+    for _ in range(draws):
+        true = int(rng.integers(len(weak)))
+        _, strength = weak[true].draw(rng)
+        residual = strength * weak[true].shapes[0].change + covariance.sample(rng, 1)[:, 0]
+        found = exact_posterior(residual, weak, covariance)[1:]
+        p.append(found.max())
+        right.append(found.argmax() == true)
+    p, right = np.array(p), np.array(right)
+    for low, high in ((0.0, 0.4), (0.4, 0.8), (0.8, 1.01)):
+        chosen = (p >= low) & (p < high)
+        error = np.sqrt((p[chosen] * (1 - p[chosen])).sum()) / chosen.sum()
+        print(f"{low}–{high}: said {p[chosen].mean():.3f}, right {right[chosen].mean():.3f}")
+        assert chosen.sum() > 20
+        assert right[chosen].mean() == pytest.approx(p[chosen].mean(), abs=3 * error)
+
+
+def test_more_noise_makes_verdicts_more_cautious() -> None:
+    table = synthetic.index()
+    plain, doubled = synthetic.analysis(), synthetic.analysis(2.0)
+    residual = synthetic.columns(table)["softening"]
+    one, other = plain.verdict(residual), doubled.verdict(residual)
+    assert other.none > one.none
+    index = [score.name for score in one.scores].index("softening")
+    assert other.scores[index].amplitude.std > 1.3 * one.scores[index].amplitude.std
+    assert other.table[0].probability < one.table[0].probability
+
+
+def test_shuffled_readings_are_no_cause_of_the_catalogue() -> None:
+    # an effect's change in random order and of random signs points nowhere: names are right by
+    # chance, and cannot be claimed
+    seed, draws = 23, 80
+    print("seed", seed)
+    analysis, rng = synthetic.analysis(), np.random.default_rng(seed)
+    first, claims = 0, 0
+    for _ in range(draws):
+        true, residual = hidden(analysis, rng, 6.0)
+        white = rng.permutation(analysis.covariance.whiten(residual)) * rng.choice([-1, 1], 44)
+        verdict = analysis.verdict(analysis.covariance.factor @ white)
+        best = max(verdict.scores, key=lambda score: score.log_evidence)
+        first += best.name == true
+        claims += verdict.answer == "cause" and verdict.probability >= 0.9
+    chance = 1 / len(analysis.screen.candidates)
+    print(f"first {first / draws} (chance {chance}), claims {claims / draws}")
+    assert first / draws == pytest.approx(chance, abs=3 * np.sqrt(chance / draws))
+    assert claims / draws < 0.15
+
+
+def outsider(analysis: Analysis, rng: np.random.Generator, unexplained: float) -> np.ndarray:
+    """A smooth change by no candidate: what the best of them leaves has this length (σ)."""
+    table, screen = analysis.index, analysis.screen
+    x, angle = synthetic.load(table), synthetic.is_angle(table)
+    unit = np.where(angle, 0.3 * rng.normal(), 0.02 * rng.normal())
+    change = unit * np.sin(rng.uniform(2, 6) * x + rng.uniform(0, 6))
+    white = analysis.covariance.whiten(change)
+    along = np.abs(screen.score_sigma(white[:, None])[:, 0]).max() / np.linalg.norm(white)
+    white *= unexplained / (np.linalg.norm(white) * np.sqrt(1 - along**2))
+    return analysis.covariance.factor @ (white + rng.standard_normal(len(white)))
+
+
+def test_outsiders_that_nothing_explains_are_called_unknown() -> None:
+    seed, draws = 24, 40
+    print("seed", seed)
+    analysis, rng = synthetic.analysis(), np.random.default_rng(seed)
+    share = {
+        sigma: np.mean(
+            [
+                analysis.verdict(outsider(analysis, rng, sigma)).answer == "unknown"
+                for _ in range(draws)
+            ]
+        )
+        for sigma in (4.0, 8.0)
+    }
+    print(share)
+    # an oracle finds .99 above 7 σ, a process beside the best effect .94 above 5
+    assert share[8.0] >= 0.94 - 2 * np.sqrt(0.06 * 0.94 / draws)
+
+
+def test_a_twin_that_was_left_out_is_called_by_the_others_name() -> None:
+    analysis = synthetic.analysis()
+    others = [c for c in analysis.screen.candidates if c.name != "no_self_contact"]
+    alone = Analysis(
+        analysis.index, analysis.covariance, synthetic.noise_std(analysis.index), others
+    )
+    verdict = alone.verdict(synthetic.columns(analysis.index)["no_self_contact"])
+    assert verdict.names == ("plate_friction",)
+
+
+def test_the_mesh_fools_who_does_not_count_it() -> None:
+    seed, draws = 25, 30
+    print("seed", seed)
+    rng, table = np.random.default_rng(seed), synthetic.index()
+    x = synthetic.load(table)
+    graded_less_ungraded = synthetic.base(table) * 0.1 * np.sin(3 * x)
+    noise, nuisances = noise_matrix(table, synthetic.NOISE), synthetic.nuisances(table)
+    counted = total_covariance(noise, nuisances, mesh=graded_less_ungraded)
+    aware = Analysis(table, counted, synthetic.noise_std(table), synthetic.candidates(table))
+    residuals = counted.sample(rng, draws)  # the graded mesh's own error, and no cause
+    without = synthetic.analysis()
+    ignored = np.mean([without.verdict(r).answer == "none" for r in residuals.T])
+    known = np.mean([aware.verdict(r).answer == "none" for r in residuals.T])
+    print(f"none: mesh ignored {ignored}, counted {known}")
+    assert known >= 0.9
+    assert ignored < 0.6
+
+
+def test_a_verdict_says_what_it_is() -> None:
+    analysis = synthetic.analysis()
+    change = synthetic.columns(analysis.index)
+
+    def said(residual: np.ndarray) -> Verdict:
+        return analysis.verdict(residual)
+
+    tied = said(change["plate_friction"])
+    assert tied.sentence().startswith("the cause is ")
+    assert "cannot tell them apart" in tied.sentence()
+    assert set(tied.names) == TIED
+    assert tied.table[0].strength_sigma == pytest.approx(22.7, rel=0.1)
+    assert said(np.zeros(44)).sentence().startswith("no cause can be seen")
+    total = said(0.3 * change["set"])
+    assert 0 <= total.none + total.unknown <= 1
+
+
+def test_without_candidates_there_are_still_none_and_unknown() -> None:
+    table = synthetic.index()
+    analysis = Analysis(table, synthetic.covariance(table), synthetic.noise_std(table), [])
+    assert analysis.verdict(np.zeros(44)).answer == "none"
+    far = 40 * synthetic.noise_std(table) * np.sin(5 * synthetic.load(table))
+    assert analysis.verdict(far).answer == "unknown"
+
+
+def test_what_cannot_be_seen_takes_nothing_from_none() -> None:
+    table = synthetic.index()
+    blind = [Candidate(f"blind {k}", (Shape(np.zeros(44)),)) for k in range(20)]
+    analysis = Analysis(
+        table,
+        synthetic.covariance(table),
+        synthetic.noise_std(table),
+        [*synthetic.candidates(table), *blind],
+    )
+    r = synthetic.covariance(table).sample(np.random.default_rng(26), 1)[:, 0]
+    assert analysis.verdict(r).none == pytest.approx(synthetic.analysis().verdict(r).none)
+    assert "blind 3 cannot be seen in these readings" in analysis.verdict(r).notes
+
+
+def test_weights_are_checked() -> None:
+    with pytest.raises(ValueError, match="weight of none = 0"):
+        HypothesisWeights(none=0)
+    with pytest.raises(ValueError, match="weight of pair = -1"):
+        HypothesisWeights(pair=-1)
+
+
+def test_the_bound() -> None:
+    seed = 27
+    print("seed", seed)
+    table = synthetic.index()
+    arguments = synthetic.candidates(table), synthetic.covariance(table), 150, seed
+    weak, strong = (attainable(*arguments, strength_sigma=s) for s in (3.0, 12.0))
+    drawn = attainable(*arguments)
+    print(weak, strong, drawn, sep="\n")
+    assert strong.class_first > 0.97
+    assert weak.effect_first < strong.effect_first < strong.class_first
+    assert drawn.right_of_claimed >= 0.97 - 2 * np.sqrt(0.03 * 0.97 / (150 * drawn.claimed))

@@ -1,0 +1,106 @@
+"""The whole of it on coupons, whose simulation is cheap and whose closed forms are known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.data.files import written
+from diagnosis.simulation.here import Here
+
+from dolfingrip.config import Config, load
+from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation.simulated import Case, simulate
+from dolfingrip.experiments import run, synthetic
+
+TOLD = "gauge_length_mm = 33.0\narea_mm2 = 9.0\n[nuisance]\ncoupon_area = 0.18\n"
+SHARP = ("force_N=0", "displacement_mm=0")
+HIDDEN = "extensions.mooney_rivlin.C01_MPa=1.0"
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("store")
+
+
+@pytest.fixture(scope="module")
+def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
+    """Two coupons of Mooney and Rivlin's material, 101 rows each, to 50 % and without noise."""
+    told = load(None, ["coupon.step_strain=0.005"])
+    hidden = told.overridden([HIDDEN])
+    silent = synthetic.noise_from(SHARP)
+    made = synthetic.measure(["coupon"], told, hidden=hidden, noise=silent)
+    lines = ["specimen,time_s,displacement_mm,force_N"]
+    for name in "AB":
+        for row in made.rows:
+            entries = (row[key] for key in ("time_s", "displacement_mm", "force_N"))
+            lines.append(",".join([name, *(f"{entry:.8g}" for entry in entries)]))
+    folder = tmp_path_factory.mktemp("coupons")
+    csv = "\n".join(lines) + "\n"
+    return read([written(folder, csv, 'experiment = "coupon"\n' + TOLD)])
+
+
+@pytest.fixture(scope="module")
+def base(measurement: Measurement, store: Path) -> BaseSimulation:
+    tried = ("mooney_rivlin", "prony", "force_gain", "force_offset", "plate_gap", "line_lag")
+    return simulate_base(measurement, Config(), Here(store), effects=tried)
+
+
+def nuisance(base: BaseSimulation, name: str) -> np.ndarray:
+    return next(each.change for each in base.nuisance_list if each.name == name)
+
+
+def test_readings_are_those_of_a_run_at_every_row(
+    base: BaseSimulation, measurement: Measurement
+) -> None:
+    """25 stops stand for 101 rows: the error is below what is told, and that below the noise."""
+    every = run("coupon", load(None, ["coupon.step_strain=0.005"])).column("force_N")
+    error = np.abs(base.readings - np.tile(every, 2)).max()
+    told = base.simulated.interpolation_error["force_N"]
+    print("error", error, "N, told", told)
+    assert len(base.simulated.runs) == 1
+    assert error < told < 0.02
+
+
+def test_nuisances(base: BaseSimulation, measurement: Measurement) -> None:
+    """The force is proportional to modulus and area."""
+    names = [each.name for each in base.nuisance_list]
+    assert names == ["modulus", "coupon_area", "specimen_scale of A", "specimen_scale of B"]
+    np.testing.assert_allclose(nuisance(base, "modulus"), 0.2 * base.readings, atol=1e-4)
+    np.testing.assert_allclose(nuisance(base, "coupon_area"), 0.18 * base.readings)
+    first = (measurement.listed()["specimen"] == "A").to_numpy()
+    own = nuisance(base, "specimen_scale of A")
+    np.testing.assert_allclose(own, 0.015 * np.where(first, base.readings, 0), atol=1e-5)
+    assert base.nuisances.shape == (202, 4)
+    assert base.mesh.shape == (202, 0)
+
+
+def test_modulus_scales(base: BaseSimulation, measurement: Measurement, store: Path) -> None:
+    assert base.scales
+    soft = simulate(measurement, Config(), [Case(("material.mu_MPa=2.344",))], Here(store))
+    np.testing.assert_allclose(base.at_modulus(0.8), soft[0].readings, rtol=1e-5, atol=1e-6)
+
+
+def test_candidates(base: BaseSimulation, measurement: Measurement) -> None:
+    """What was hidden is, to second order in its amplitude, its secant's part."""
+    by_name = {each.name: each for each in base.candidates}
+    mooney = by_name["mooney_rivlin"]
+    misfit = measurement.listed()["value"].to_numpy() - base.readings
+    part = mooney.shapes[0] @ misfit / (mooney.shapes[0] @ mooney.shapes[0])
+    assert part == pytest.approx(1.0 / 1.36, rel=0.02)
+    assert np.linalg.norm(misfit - part * mooney.shapes[0]) < 0.05 * np.linalg.norm(misfit)
+    assert (mooney.one_sided, mooney.kind) == (True, "elastic")
+    assert by_name["prony"].shapes.shape == (3, 202)
+    np.testing.assert_allclose(by_name["force_gain"].shapes[0], 0.01 * base.readings)
+    np.testing.assert_allclose(by_name["force_offset"].shapes[0], 0.02)
+    assert not by_name["plate_gap"].felt
+    assert not by_name["line_lag"].felt
+
+
+def test_gauge_noise_counts_by_the_slope(base: BaseSimulation, measurement: Measurement) -> None:
+    listed = measurement.listed()
+    led, first = listed["led"].to_numpy(), (listed["specimen"] == "A").to_numpy()
+    slope = np.gradient(base.readings[first], led[first])
+    np.testing.assert_allclose(base.by_led[first][2:-2], slope[2:-2], rtol=2e-3)

@@ -1,0 +1,146 @@
+"""The whole of it on a short, coarse finger: free and blocked, up, a wait and down."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.data.files import written
+from diagnosis.simulation.here import Here
+from experiments import small
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.simulation import modulus
+from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation.nuisances import GAP, WALL
+from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.experiments import run
+
+TRIED = ("mooney_rivlin", "permanent_set", "plate_tilt", "angle_definition", "pressure_gain")
+TOLD = """experiment = ["bending", "blocked_force"]
+[plate]
+gap_mm = 0.1
+"""
+UP, DOWN = (0, 20, 40, 60), (30, 0)
+
+
+def finger() -> Config:
+    """Two bellows, graded a little, so that there is something to take off."""
+    return small.short("mesh.edge_size_mm=4", "solver.rtol=1e-9")
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("store")
+
+
+@pytest.fixture(scope="module")
+def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
+    """No readings of anything: what is simulated matters here."""
+    lines = ["experiment,branch,time_s,pressure_kPa,angle_deg,force_N"]
+    for name, entries in (("bending", "1,"), ("blocked_force", "1,1")):
+        way = [("loading", p) for p in UP] + [("hold", 60), *(("unloading", p) for p in DOWN)]
+        lines += [f"{name},{branch},{i},{p},{entries}" for i, (branch, p) in enumerate(way)]
+    folder = tmp_path_factory.mktemp("fingers")
+    return read([written(folder, "\n".join(lines) + "\n", TOLD)], finger())
+
+
+@pytest.fixture(scope="module")
+def base(measurement: Measurement, store: Path) -> BaseSimulation:
+    return simulate_base(measurement, finger(), Here(store), effects=TRIED)
+
+
+def one(measurement: Measurement, store: Path, *overrides: str) -> Simulated:
+    return simulate(measurement, finger(), [Case(overrides)], Here(store))[0]
+
+
+def of(measurement: Measurement, experiment: str, column: str = "angle_deg") -> np.ndarray:
+    listed = measurement.listed()
+    return ((listed["experiment"] == experiment) & (listed["column"] == column)).to_numpy()
+
+
+def test_one_curve_serves_all_branches(base: BaseSimulation, measurement: Measurement) -> None:
+    """Readings are those of a run through all branches; of five stops 30 kPa is between two."""
+    config = finger().changed(
+        plate={"gap_mm": 0.1}, protocol={"time_s": range(7), "pressure_kPa": [*UP, 60, *DOWN]}
+    )
+    for name, column in (("bending", "angle_deg"), ("blocked_force", "force_N")):
+        whole = run(name, config).column(column)
+        got = base.readings[of(measurement, name, column)]
+        stops = [0, 1, 2, 3, 4, 6]
+        np.testing.assert_allclose(got[stops], whole[stops], atol=2e-5 * whole.max())
+        assert got[5] == pytest.approx(whole[5], abs=5e-3 * whole.max())
+
+
+def test_modulus_scales_exactly(
+    base: BaseSimulation, measurement: Measurement, store: Path
+) -> None:
+    """Against simulations with all moduli changed, to what interpolation over 20 kPa leaves: of the
+    angle little, of the force a part where the gap of 0.1 mm closes."""
+    assert base.scales
+    for factor in (0.8, 1.25):
+        changed = one(measurement, store, *modulus.overrides(base.simulated.runs[1].config, factor))
+        for name, column, allowed in (
+            ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
+        ):  # fmt: skip
+            at = of(measurement, name, column)
+            there = changed.readings[at]
+            off = np.abs(base.at_modulus(factor)[at] - there).max()
+            print(factor, column, "off by", off, "of", there.max())
+            assert off < allowed * there.max()
+
+
+def test_nuisances_are_derivatives_by_their_standard_deviation(
+    base: BaseSimulation, measurement: Measurement, store: Path
+) -> None:
+    """Against central differences; the wall's moves the mesh, so a thicker one is meshed alike."""
+    names = [each.name for each in base.nuisance_list]
+    assert names == ["modulus", "wall", "pressure_gain", "pressure_offset_kPa", "plate_gap_mm"]
+    columns = dict(zip(names, base.nuisances.T, strict=True))
+    free = of(measurement, "bending")
+    assert not columns["plate_gap_mm"][free].any()
+    np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.simulated.slope(GAP))
+    np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.simulated.slope(WALL))
+    ends = [
+        one(measurement, store, f"extensions.pressure_gain.gain={gain}") for gain in (1.005, 0.995)
+    ]
+    expected = 1.5 * (ends[0].readings - ends[1].readings)
+    np.testing.assert_allclose(columns["pressure_gain"], expected, atol=2e-3)
+    # by the exact scaling, too: dα/dln c = -p dα/dp
+    pressure = measurement.listed()["led"].to_numpy()
+    np.testing.assert_allclose(
+        columns["modulus"][free], -0.2 * (pressure * base.by_led)[free], atol=0.02
+    )
+
+
+def test_candidates(base: BaseSimulation, measurement: Measurement, store: Path) -> None:
+    """Changes between two simulations on the ungraded mesh; in time where there is memory."""
+    by_name = {each.name: each for each in base.candidates}
+    assert set(by_name) == set(TRIED)
+    mooney, lasting = by_name["mooney_rivlin"], by_name["permanent_set"]
+    assert (mooney.mesh, lasting.mesh) == ("ungraded", "ungraded")
+    assert by_name["angle_definition"].mesh == "graded"
+    assert lasting.shapes.shape == (3, 21)
+    flat = "mesh.edge_size_mm=6.0"
+    plain = one(measurement, store, flat)
+    for found in (mooney, lasting):
+        there = one(measurement, store, flat, *found.overrides[0])
+        np.testing.assert_allclose(found.shapes[0], there.readings - plain.readings, atol=1e-9)
+    free = of(measurement, "bending")
+    assert not by_name["plate_tilt"].shapes[0][free].any()
+    assert by_name["plate_tilt"].felt
+    # what yields does not come back
+    assert np.abs(mooney.shapes[0][free][-1]) < 1e-6
+    assert lasting.shapes[0][free][-1] > 0.02
+    np.testing.assert_allclose(base.mesh[:, 0], 0.3 * (base.readings - plain.readings))
+    assert np.abs(base.mesh).max() > 1e-4
+
+
+def test_an_angle_definition_is_exact(
+    base: BaseSimulation, measurement: Measurement, store: Path
+) -> None:
+    (found,) = (each for each in base.candidates if each.name == "angle_definition")
+    there = one(measurement, store, *found.overrides[0]).readings
+    np.testing.assert_allclose(found.shapes[0], there - base.readings, atol=2e-4)

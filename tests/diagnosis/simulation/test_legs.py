@@ -1,0 +1,79 @@
+"""Interpolation between stops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dolfingrip.diagnosis.simulation.legs import Leg, Route
+
+
+def leg(stops: np.ndarray, rows_at: np.ndarray) -> Leg:
+    return Leg(np.arange(len(stops)), stops, np.arange(len(rows_at)), rows_at)
+
+
+def test_a_cubic_is_met_and_a_stop_is_itself() -> None:
+    stops = np.array([50.0, 30.0, 20.0, 5.0, 0.0])  # unloading: falling
+
+    def cubic(p: np.ndarray) -> np.ndarray:
+        return 1 + p - 0.1 * p**2 + 1e-3 * p**3
+
+    made = leg(stops, np.array([50.0, 41.0, 20.0, 2.5]))
+    np.testing.assert_allclose(made.weights(5) @ cubic(stops), cubic(made.rows_at), rtol=1e-12)
+    np.testing.assert_allclose(made.weights(5)[2], [0, 0, 1, 0, 0], atol=1e-14)
+    slope = 1 - 0.2 * made.rows_at + 3e-3 * made.rows_at**2
+    np.testing.assert_allclose(made.slopes(5) @ cubic(stops), slope, rtol=1e-12)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_stops(count: int) -> None:
+    stops = np.array([0.0, 10.0, 25.0])[:count]
+    made = leg(stops, np.array([0.0, 5.0]))
+    np.testing.assert_allclose(made.weights(count) @ np.full(count, 7.0), 7.0)
+    if count > 1:
+        np.testing.assert_allclose(made.weights(count) @ (2 * stops), [0.0, 10.0], atol=1e-12)
+
+
+def test_beyond_the_last_stop_a_line_goes_on() -> None:
+    stops = np.linspace(0, 10, 6)
+    made = leg(stops, np.array([12.0]))
+    np.testing.assert_allclose(made.weights(6) @ stops**2, 100 + 2 * 20)
+
+
+def test_what_was_not_reached_has_no_number() -> None:
+    stops = np.linspace(0, 100, 5)
+    made = leg(stops, np.array([10.0, 51.0, 75.0]))
+    found = made.weights(3) @ stops
+    np.testing.assert_allclose(found[:2], [10.0, 51.0])
+    assert np.isnan(found[2])
+    assert np.isnan(made.weights(0)).all()
+
+
+@pytest.mark.parametrize("kink", [0.0, 0.02])
+def test_error_is_about_what_it_is(kink: float) -> None:
+    """Of a curve of the finger's character, smooth or with bellows that touch at 140 kPa."""
+
+    def curve(p: np.ndarray) -> np.ndarray:
+        return 4 * np.sin(p / 200) + kink * np.maximum(p - 143, 0)
+
+    stops, rows_at = np.linspace(0, 250, 11), np.linspace(0, 250, 300)
+    made = leg(stops, rows_at)
+    real = float(np.abs(made.weights(11) @ curve(stops) - curve(rows_at)).max())
+    told = made.error(curve(stops))
+    print("kink", kink, "real", real, "told", told)
+    assert real / 2 < told < 20 * real
+    assert leg(stops, stops).error(curve(stops)) == 0.0
+
+
+def test_a_route_puts_legs_together() -> None:
+    up = Leg(np.array([0, 1, 2]), np.array([0.0, 10, 20]), np.array([0, 1]), np.array([0.0, 15]))
+    wait = Leg(np.array([2, 3]), np.array([2.0, 12.0]), np.array([2]), np.array([7.0]))
+    made = Route(
+        "pressure_kPa", (0.0, 1.0, 2.0, 12.0), (0.0, 10.0, 20.0, 20.0), (1, 1, 1, 1),
+        ("loading", "loading", "loading", "hold"), (up, wait),
+    )  # fmt: skip
+    found = made.at_rows(np.array([0.0, 5.0, 10.0, 12.0]), 4)
+    np.testing.assert_allclose(found[:3], [0.0, 7.5, 11.0])
+    assert np.isnan(found[3])
+    np.testing.assert_allclose(made.slopes(np.array([0.0, 5.0, 10.0, 12.0]), 4)[:3], [0.5, 0.5, 0])
+    assert made.protocol()["pressure_kPa"] == [0.0, 10.0, 20.0, 20.0]
