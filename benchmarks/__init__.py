@@ -1,5 +1,5 @@
 """Speed, accuracy and memory of dolfingrip, and of its peers on the same meshes.
 
-``scripts/benchmark`` runs this. Each run is a process of its own (:mod:`benchmarks.job`), what it
-yields is kept in ``benchmarks/outcomes``, and ``benchmarks/results.md`` is written from there.
+``scripts/benchmark`` runs this. Each run is a separate process (:mod:`benchmarks.job`). Its outcome
+is kept in ``benchmarks/outcomes``, from which ``benchmarks/results.md`` is written.
 """

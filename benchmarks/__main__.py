@@ -17,11 +17,11 @@ SCRATCH = measure.ROOT / "out" / "benchmarks"
 
 
 TIP = ("pressure_kPa", "tip_x_mm", "tip_z_mm", "iterations", "load_steps")
-"""What is read from CalculiX' output."""
+"""Columns that are read from CalculiX' output."""
 
 
 def say(text: str) -> None:
-    """Progress, at once."""
+    """Print progress at once."""
     print(f"benchmark: {text}", flush=True)
 
 
@@ -30,7 +30,7 @@ def run_calculix(ccx: Calculix, spec: Spec, name: str) -> dict[str, Any]:
     SCRATCH.mkdir(parents=True, exist_ok=True)
     deck = SCRATCH / f"{name}.inp"
     for old in (deck.with_suffix(suffix) for suffix in (".dat", ".sta")):
-        old.unlink(missing_ok=True)  # what a failure leaves must not be taken for a result
+        old.unlink(missing_ok=True)  # files of an earlier run must not be taken for results
     settings = {**spec, "overrides": [*spec["overrides"], "mesh.order=2"], "deck": str(deck)}
     written = measure.run({**settings, "work": "deck"}, pinned=False)
     timed = ccx.run(deck)
@@ -42,7 +42,7 @@ def run_calculix(ccx: Calculix, spec: Spec, name: str) -> dict[str, Any]:
 def run_part(name: str, repeats: int, resume: bool, ccx: Calculix) -> None:
     """Run a part; its outcome is written after every run.
 
-    The labels take turns, so that a machine that gets busier slows all alike.
+    The labels alternate, so that a busier machine slows all of them alike.
     """
     part: Part = PARTS[name]
     kept = outcomes.read(name) if resume else None

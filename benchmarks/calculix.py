@@ -79,7 +79,7 @@ def loaded_faces(mesh: SolidMesh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def read_tip(path: Path, mesh: SolidMesh) -> tuple[float, np.ndarray]:
-    """What is printed last in the ``.dat`` file.
+    """The last tip displacement in the ``.dat`` file.
 
     Returns:
         The part of the pressure that was reached, less than 1 where CalculiX gave up, and

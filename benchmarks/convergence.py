@@ -11,7 +11,7 @@ from benchmarks.parts import UNGRADED_MM
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """What is read off at 250 kPa."""
+    """A reading at 250 kPa."""
 
     name: str
     column: str
@@ -91,9 +91,9 @@ def series(outcome: Outcome, kind: str, name: str) -> list[Point]:
 
 
 def limits(outcome: Outcome) -> dict[str, Limit]:
-    """What angle and force tend to, by experiment, from divisions of the default mesh.
+    """Limits of angle and force, by experiment, from divisions of the default mesh.
 
-    All other meshes, which approach by other ways, widen the uncertainty where they lie beyond.
+    Other series of meshes widen the uncertainty where their values lie beyond.
     """
     found = {}
     for kind in QUANTITIES:

@@ -18,7 +18,7 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs.finger import pressure_field, strain_energy
+from dolfingrip.experiments.rigs.material import pressure_field, strain_energy
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import displacement_element
 from dolfingrip.mechanics.model.model import Control, Model

@@ -1,10 +1,10 @@
-"""What each effect does to angle and force: a page of small plots and a table.
+"""The influence of each effect on angle and force: a page of small plots and a table.
 
     scripts/run python -m benchmarks.fingerprints [--only prony,mullins] [--out FOLDER] [--publish]
 
 Each effect at its default values against the base model, loading and unloading, effects with a
-clock at two rates. A finger that is there already is not computed again, so that the script can be
-stopped and started; what is there is drawn. ``--publish`` makes ``benchmarks/fingerprints.csv``
+clock at two rates. A finger that has been computed is not computed again, so that the script can be
+stopped and started; finished ones are drawn. ``--publish`` makes ``benchmarks/fingerprints.csv``
 and ``docs/fingerprints.png`` of it. The whole takes about 16 minutes of CPU time.
 """
 
@@ -34,7 +34,7 @@ OVERRIDES = (
     f"mesh.edge_size_mm={UNGRADED_MM}",
 )
 """The reference finger to 250 kPa and back, read often enough to see where bellows touch; on an
-ungraded mesh, as what is told is what an effect changes."""
+ungraded mesh, since only changes are shown."""
 
 RATES = {"fast": 100.0, "slow": 2.0}
 """kPa/s."""
@@ -46,7 +46,7 @@ COLOURS = {"fast": theme.BLUE, "slow": theme.ORANGE}
 ACROSS = 3
 """Effects side by side."""
 ROUNDING = 1e-4
-"""Angles (°) and forces (N) below which nothing has changed but where Newton's method stopped."""
+"""Angles (°) and forces (N) below which a change is within Newton's tolerance."""
 HERE = Path(__file__).resolve().parent
 TABLE, PAGE = HERE / "fingerprints.csv", HERE.parent / "docs" / "fingerprints.png"
 

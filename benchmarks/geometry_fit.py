@@ -1,4 +1,4 @@
-"""Which dimensions of the reconstructed finger give the paper's findings on its three optima.
+"""Dimensions of the reconstructed finger by which it meets the paper's findings on its optima.
 
     scripts/run python -m benchmarks.geometry_fit --out out/fit --number 12 \\
         --parameter finger.gap_mm=0.8:2 --parameter finger.channel_width_mm=8:16
@@ -45,10 +45,10 @@ GAINS = {limit: gain for limit, (_, _, gain) in PAPER.items()} | {3.0: 12.1}
 
 TURNING_KPA = 175.0
 ORIGINAL_MM = (2.5, 3.0)
-"""COG offset of the original: between the limits of which one lowers the force and one does not."""
+"""COG offset of the original: between a limit that lowers the force and one that does not."""
 
 RESIDUAL_MM = 0.03
-"""Of the three offsets; it moves an optimum by 0.01 in ξ."""
+"""Allowed error of the three offsets (mm); it moves an optimum by 0.01 in ξ."""
 
 PLANES_MM = np.arange(6.0, 13.0, 0.05)
 XI = ("morph.xi1", "morph.xi2")
@@ -94,7 +94,7 @@ def centroid_mm(finger: Finger, morph: Morph) -> float:
 
 @dataclass(frozen=True)
 class Offsets:
-    """How well a plane d meets the paper's COG offsets.
+    """The fit of a plane d to the paper's COG offsets.
 
     Attributes:
         x_ref_mm: origin that fits the three optima best.
@@ -224,7 +224,7 @@ def show(table: list[dict[str, Any]], console: Console) -> None:
 
 
 def sampled(base: Config, parameters: Iterable[str], number: int, seed: int) -> list[Inputs]:
-    """``number`` candidates that meet the offsets, from as long a Sobol sequence as it takes."""
+    """``number`` candidates that meet the offsets, from a Sobol sequence."""
     varied = [space.parse(text) for text in parameters]
     for longer in (4, 16, 64):
         points = space.points(varied, "sobol", longer * number, seed)

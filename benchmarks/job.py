@@ -1,6 +1,6 @@
-"""One run in a process of its own: ``python -m benchmarks.job '{"work": "experiment", …}'``.
+"""One run in a separate process: ``python -m benchmarks.job '{"work": "experiment", …}'``.
 
-Prints what it yields as one line of JSON, the last that starts with :data:`MARK`.
+Prints its outcome as one line of JSON, the last that starts with :data:`MARK`.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def experiment(spec: dict[str, Any]) -> dict[str, Any]:
 
 
 def bending(spec: dict[str, Any]) -> dict[str, Any]:
-    """Free bending without self-contact, as a peer does it."""
+    """Free bending without self-contact, as the peers compute it."""
     from benchmarks.bending import bend
     from dolfingrip import config
 
@@ -104,7 +104,7 @@ def tip(spec: dict[str, Any]) -> dict[str, Any]:
 
 
 def versions(_spec: dict[str, Any]) -> dict[str, Any]:
-    """Versions of what computes."""
+    """Versions of the software that computes."""
     import felupe as peer
 
     from dolfingrip.experiments.results import record

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 class JobError(RuntimeError):
-    """A run that failed, with the last of what it said."""
+    """A run that failed, with the last lines of its output."""
 
 
 def idlest_core(seconds: float = 0.5) -> int:
@@ -44,14 +44,14 @@ def _start(spec: dict[str, Any], core: int | None) -> list[str]:
 
 
 def run(spec: dict[str, Any], *, pinned: bool = True) -> dict[str, Any]:
-    """Run a job in a process of its own.
+    """Run a job in a separate process.
 
     Args:
         spec: of :mod:`benchmarks.job`, with ``ranks`` where it runs under ``mpirun``.
         pinned: to the idlest core; several ranks never are.
 
     Returns:
-        What the job yields, with the process' wall and processor time, start-up
+        The job's outcome, with the process' wall and processor time, start-up
         included (``process_s``, ``process_processor_s``), and the load averages of the last
         minute before and after it.
 
@@ -104,7 +104,7 @@ class Calculix:
     def run(self, deck: Path) -> dict[str, Any]:
         """Run a deck, pinned to the idlest core; times as of :func:`run`.
 
-        CalculiX' exit code tells little: what it has reached is to be read from its output.
+        CalculiX' exit code says little; its output says how far it got.
 
         Raises:
             JobError: where CalculiX cannot be run.

@@ -1,4 +1,4 @@
-"""How long NSGA-II takes on a surrogate, and what the hyperparameter study will.
+"""Time of NSGA-II on a surrogate, and of the hyperparameter study.
 
     scripts/run python -m benchmarks.optimisation out/surrogate
 

@@ -14,7 +14,7 @@ ORDERS = (0.5, 4.0)
 
 @dataclass(frozen=True, slots=True)
 class Limit:
-    """What values tend to as the mesh is refined.
+    """The limit of values as the mesh is refined.
 
     Attributes:
         value: extrapolated.

@@ -10,12 +10,12 @@ from dolfingrip.sections.specimen import HEXAHEDRON_MM
 Spec = dict[str, Any]
 
 FREE = ["contact.self_contact=false"]
-"""As the peers bend it; the bellows of a free finger do not meet anyway."""
+"""As the peers compute it; the bellows of a free finger do not touch."""
 
 PAPER = [
     "solver.element=P1", "mesh.half=false", "mesh.target_elements=35140", "mesh.size_mm=1.457",
 ]  # fmt: skip
-"""The paper's mesh: linear tetrahedra, whole finger; of a size that gives so many at once."""
+"""The paper's mesh: linear tetrahedra, whole finger; the size gives that number."""
 
 REFERENCE = ["mesh.target_elements=4953", "experiment.max_pressure_kPa=100"]
 """The quadratic half finger by which machines are compared, and how far it is bent."""
@@ -24,7 +24,7 @@ REFERENCE_NODES = 10_159
 """Its nodes: a third of its dofs."""
 
 LONG = ["experiment.step_kPa=50", "solver.max_step_kPa=50"]
-"""Load steps that a linear mesh bears: 15 iterations instead of 20."""
+"""Load steps that converge on a linear mesh: 15 iterations instead of 20."""
 
 FELUPE_STEPS = 40
 """Equal steps to 250 kPa: FElupe's plain Newton diverges with longer ones on the finer meshes."""
@@ -73,7 +73,7 @@ COOK_NU = 0.4999
 FINGER_NU = 0.499
 FINGER_MM = (6.0, 4.0, 2.8)
 FINEST = {"cook": 32, "finger": 2.0}
-"""Meshes of the mixed element by which errors are told."""
+"""Meshes of the mixed element that errors refer to."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Robustness table: random fingers, free and blocked, each led to 300 kPa.
+"""Robustness table: random fingers, free and blocked, each pressurised to 300 kPa.
 
     scripts/robustness [--number 200] [--seed 0] [--workers 1] [--out out/robustness]
                        [--retry-failed]
@@ -28,7 +28,7 @@ across a wall, coarse, yet within a few percent of the limit.
 
 A run ends by reaching 300 kPa, at a limit point (a physical end: no greater pressure can be
 borne), or otherwise, which is a failure of the solver. The fingers are two campaigns, ``free`` and
-``blocked`` in ``--out``, so a call that was killed goes on where it was. Beside them are
+``blocked`` in ``--out``, so a call resumes one that was killed. Beside them are
 ``outcomes.csv`` with a row for each finger, ``summary.md``, and ``failures/`` with the
 configuration of each run that did not reach 300 kPa and, in its first line, the command that
 repeats it.
@@ -79,9 +79,9 @@ OURS = (
     "solver.max_step_kPa=50",
     "solver.min_step_kPa=1",
 )
-"""Where the settings differ from those of ``dolfingrip doe``: many of these fingers are too soft
-for its long steps, and one that ends at a limit point costs as much as several that do not, the
-more the closer it is to be approached."""
+"""Settings that differ from those of ``dolfingrip doe``: many of these fingers are too soft
+for its long steps. One that ends at a limit point costs as much as several that do not, and
+more the closer the approach."""
 
 SIZE_KEY = "mesh.size_mm"
 WALLS, LARGEST_MM = 3.5, 6.0
@@ -95,7 +95,7 @@ RUNS = {"free": ("angle_deg", "bend"), "blocked": ("force_N", "force")}
 
 REACHED, LIMIT = "reached", "limit point"
 GOAL = 0.99
-"""Part of the runs that is to end well."""
+"""Required part of runs that reach the end or a limit point."""
 
 
 def base(overrides: Sequence[str] = ()) -> Config:
@@ -202,7 +202,7 @@ def summary(rows: Sequence[dict[str, Any]], seed: int) -> str:
     every = sum((ends[run] for run in kinds), Counter())
     others = sorted(set(every) - {REACHED, LIMIT})
     lines = [
-        f"{len(rows)} random fingers of seed {seed}, led to 300 kPa.",
+        f"{len(rows)} random fingers of seed {seed}, pressurised to 300 kPa.",
         "",
         "| end | free | blocked |",
         "|---|--:|--:|",
@@ -229,8 +229,8 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("out/robustness"), metavar="FOLDER")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
     parser.add_argument(
-        "--retry-failed", action="store_true", help="compute anew what ended neither well nor at a "
-        "limit point",
+        "--retry-failed", action="store_true", help="compute again what ended neither well nor at "
+        "a limit point",
     )  # fmt: skip
     asked = parser.parse_args()
     for name in ("number", "workers"):

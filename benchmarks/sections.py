@@ -22,11 +22,11 @@ from benchmarks.plots import growth_points
 Found = dict[str, Outcome]
 
 TABLED = ("convergence", "growth", "incompressible")
-"""Parts with a table of their own."""
+"""Parts with a separate table."""
 
 
 def preamble(found: Found, speed: float) -> str:
-    """What the table means."""
+    """The explanation of the table."""
     machine = "CalculiX was not run, so the goals in seconds are taken as they are."
     if "machine" in found and not isnan(found["machine"].median("calculix", "run_s")):
         seconds = found["machine"].median("calculix", "run_s")
@@ -37,7 +37,7 @@ def preamble(found: Found, speed: float) -> str:
         )
     return (
         "Written by `scripts/benchmark` from `benchmarks/outcomes`; medians of repeated runs, one "
-        "at a time, each a process of its own on one core with one thread, its forms compiled "
+        "at a time, each a separate process on one core with one thread, its forms compiled "
         "before. Seconds are of the whole run (mesh, setup, load path), Python's start-up left "
         f"out; where they exceed the processor time by far, the machine was busy. {machine}"
     )
@@ -107,7 +107,7 @@ def _calculix(found: Found) -> Iterator[str]:
         "instead of 5e-3, the loosest tried whose tip is within 0.5 %, `calculix tight` to 1e-5. "
         "The same check found that CalculiX ends an increment while the angle is still up to "
         "0.13 % off, whatever residual is asked for. `calculix short` therefore bends in "
-        f"increments of at most {100 * CALCULIX_SHORT:g} kPa, to tell that error from a "
+        f"increments of at most {100 * CALCULIX_SHORT:g} kPa, to separate that error from a "
         "difference of the models"
         + ("." if "calculix short" in machine.runs else "; it has not been run yet.")
     )
@@ -228,6 +228,6 @@ def _circumstances(found: Found) -> Iterator[str]:
     if newest is not None:
         versions = newest.facts.get("versions", {})
         said = ", ".join(f"{name} {version}" for name, version in versions.items())
-        yield f"Versions: {said}; CalculiX as `ccx -v` tells, 2.20 in Debian 12."
+        yield f"Versions: {said}; CalculiX as `ccx -v` says, 2.20 in Debian 12."
     yield ""
     yield "`+` after a commit: files of the solver had changed since."

@@ -2,7 +2,7 @@
 benchmarks.sensitivities``.
 
 Each row is one parameter of one case: the largest difference over all readings and stops, as part
-of the reading's scale (its largest value on the way, for each ordinary change of the parameter).
+of the reading's scale (its largest value in the run, for each ordinary change of the parameter).
 The runs that are subtracted have the same mesh, moved, and the same load steps.
 """
 
@@ -134,11 +134,11 @@ def difference(
         if parameter.entry is Entry.SHAPE:
             moving += rate * velocity(parameter, config, domain.mesh.geometry.x)
     ends = []
-    for way in (STEP, -STEP):
+    for sign in (STEP, -STEP):
         changed = config
         for parameter, rate in direction.items():
-            changed = parameter.at(changed, parameter.value(config) + way * rate)
-        ends.append(rows(experiment, config, changed, way * moving))
+            changed = parameter.at(changed, parameter.value(config) + sign * rate)
+        ends.append(rows(experiment, config, changed, sign * moving))
     return [
         {name: (there[name] - back[name]) / (2 * STEP) for name in there}
         for there, back in zip(*ends, strict=True)

@@ -1,4 +1,4 @@
-"""What derivatives by all parameters cost: ``python -m benchmarks.sensitivity_cost``.
+"""The cost of derivatives by all parameters: ``python -m benchmarks.sensitivity_cost``.
 
 Processor time of a run of the default mesh with derivatives of all readings by all parameters at
 all stops, as a multiple of the same run without. Forms are compiled before.

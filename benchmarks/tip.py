@@ -1,4 +1,4 @@
-"""The tip's mean displacement from nodal values: what all programs are compared by."""
+"""The tip's mean displacement from nodal values, by which all programs are compared."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class Config(Setup):
         return checked(type(self), data)
 
     def adapted(self) -> Self:
-        """The configuration that is meshed and solved: with extensions of geometry applied."""
+        """The configuration that is meshed and solved, with extensions of geometry applied."""
         done = self
         for effect in self.extensions.active("adapt"):
             done = effect.adapt(done)
@@ -77,11 +77,11 @@ def load(
 
     Args:
         file: TOML file, or the ``run.json`` of an earlier run; the reference finger where None.
-            A mesh file in it is sought from its folder.
-        overrides: ``section.key=value`` strings, applied in order; a mesh file is sought from
-            the working folder.
-        defaults: likewise, where a command's differ from the reference finger's; the file
-            and the overrides go before them.
+            Its mesh file is relative to its folder.
+        overrides: ``section.key=value`` strings, applied in order; a mesh file is relative
+            to the working folder.
+        defaults: likewise, where a command's defaults differ from the reference finger's; the file
+            and the overrides take precedence.
 
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.

@@ -138,8 +138,8 @@ class Parameter:
             return ((0, 1.5), (-1, -2.0), (-2, 0.5))
         return ((1, 0.5), (-1, -0.5))
 
-    def way(self, config: Config) -> float:
-        """The way in which it may change: 1, or −1 at the upper end of its range."""
+    def direction(self, config: Config) -> float:
+        """Sign of its changes: 1, or −1 at the upper end of its range."""
         return 1.0 if self.value(config) + STEP * self.scale <= self.high else -1.0
 
     def derivative[T: (float, np.ndarray)](

@@ -1,4 +1,4 @@
-"""Pressure against volume of a thin-walled bellows finger, led by either.
+"""Pressure against volume of a thin-walled bellows finger, under pressure and under volume control.
 
     scripts/run python examples/thin_bellows.py
 
@@ -38,11 +38,11 @@ def draw(by_volume: Result, by_pressure: Result, path: Path) -> None:
         figure, panels = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained")
         rest = by_volume.column("cavity_volume_mm3")[0]
         for result, style, label in (
-            (by_volume, {"color": theme.BLUE, "marker": "o", "ms": 3}, "volume led"),
+            (by_volume, {"color": theme.BLUE, "marker": "o", "ms": 3}, "volume control"),
             (
                 by_pressure,
                 {"color": theme.ORANGE, "marker": "s", "ms": 5, "ls": ""},
-                "pressure led",
+                "pressure control",
             ),
         ):
             ratio = result.column("cavity_volume_mm3") / rest
@@ -70,9 +70,9 @@ def draw(by_volume: Result, by_pressure: Result, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    led = bend()
+    by_volume = bend()
     stopped = bend(
         "experiment.control=pressure", "experiment.max_pressure_kPa=300", "experiment.step_kPa=10"
     )
-    draw(led, stopped, PICTURE)
+    draw(by_volume, stopped, PICTURE)
     print(f"wrote {PICTURE}")

@@ -13,7 +13,7 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.core.expr import Expr
 
 SOLID = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
-"""Where an expression in coordinates lives: UFL asks for a domain, and this one has no cells."""
+"""Domain of expressions in coordinates, which UFL requires; it has no cells."""
 
 
 def number(

@@ -1,4 +1,4 @@
-"""Viscous overstress of a network whose chains detach and attach anew: a Maxwell branch.
+"""Viscous overstress of a network whose chains detach and reattach: a Maxwell branch.
 
     ψ = m/2 (A : C̄ − ln det A − 3),   dA/dt = (C̄⁻¹ − A)/τ,
 
@@ -12,9 +12,9 @@ Within a load step of length Δt C̄⁻¹ is taken as linear in time, from C̄�
 
     A' = r A + s C̄₀⁻¹ + (1 − r − s) C̄⁻¹,   r = exp(−Δt/τ),   s = (1 − r) τ/Δt − r.
 
-The last part gives no stress, since C̄⁻¹ : dC̄ = d ln det C̄ = 0. So the step's incremental potential
-is m/2 (r A + s C̄₀⁻¹) : C̄. Its stress is that at A', which is second-order accurate in time, and its
-tangent is symmetric.
+The last part gives no stress, since C̄⁻¹ : dC̄ = d ln det C̄ = 0. So the step's incremental
+potential is m/2 (r A + s C̄₀⁻¹) : C̄. Its stress is that at A', which is second-order accurate in
+time, and its tangent is symmetric.
 """
 
 import ufl

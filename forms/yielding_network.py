@@ -1,4 +1,4 @@
-"""Stress of a network whose chains detach and attach anew once they are stretched too much.
+"""Stress of a network whose chains detach and reattach once they are stretched too much.
 
     ψ = m/2 (A : C̄ − ln det A − 3),   q = A : C̄ − ln det A − 3 ≤ q_y,
 
@@ -22,7 +22,7 @@ from dolfingrip.forms.invariants import isochoric_tensor
 
 
 def _stretched(strain: Expr, a: Expr) -> Expr:
-    """How far the network is stretched: q (–)."""
+    """Stretch of the network q (–)."""
     return ufl.inner(a, isochoric_tensor(strain)) - ufl.ln(ufl.det(a)) - 3
 
 

@@ -1,1 +1,1 @@
-"""Tetrahedral meshes of the finger: geometry, generation, files and checks; no UFL, no MPI."""
+"""Meshes of the finger: geometry, generation, morph, files and checks; no UFL, no MPI."""

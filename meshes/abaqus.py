@@ -31,7 +31,7 @@ from dolfingrip.meshes.solid import (
 )
 
 ELEMENT_TYPES: Final = {4: "C3D4", 10: "C3D10", 8: "C3D8", 20: "C3D20R"}
-"""What an element is written as, by its number of nodes."""
+"""Abaqus' element type, by the number of nodes."""
 
 _SOLIDS: Final = {"C3D4": 4, "C3D10": 10, "C3D8": 8, "C3D20": 20}
 _SURFACES: Final = {
@@ -48,7 +48,7 @@ _CLAIM: Final = (groups.CLAMP, groups.TIP, groups.SYMMETRY, groups.CAVITY, group
 
 @dataclass
 class _Deck:
-    """What a deck says, in its own numbering."""
+    """The mesh of a deck, in its own numbering."""
 
     nodes: dict[int, list[float]] = field(default_factory=dict)
     solids: dict[int, list[int]] = field(default_factory=dict)
@@ -68,7 +68,7 @@ class _Deck:
 
 
 def read(path: Path) -> SolidMesh:
-    """Read a deck; only the groups that it has.
+    """Read a deck, with those of the groups that it has.
 
     Raises:
         MeshError: Where it cannot be understood.
@@ -131,7 +131,7 @@ def write(path: Path, mesh: SolidMesh) -> None:
         float_fmt=".13e",  # CalculiX reads no number of more than 20 characters
     )
     deck_text = path.read_text(encoding="utf-8")
-    # meshio's choice may be a hybrid, which CalculiX has none of
+    # meshio may choose a hybrid type, which CalculiX lacks
     deck_text = re.sub(r"TYPE=C3D\w+\n", f"TYPE={kind}\n", deck_text, count=1)
     path.write_text(deck_text, encoding="utf-8")
     with path.open("a", encoding="utf-8") as deck:  # meshio knows no surfaces
@@ -171,7 +171,7 @@ def _plain(name: str) -> str:
 
 
 def _parse(text: str) -> _Deck:
-    """Collect the blocks of a deck that say something about its mesh."""
+    """Collect the blocks of a deck that define its mesh."""
     deck = _Deck()
     keyword, start = "", 0
     options: dict[str, str] = {}

@@ -16,24 +16,16 @@ Floats = NDArray[np.float64]
 class CellShape:
     """An element's shape, of first order or, with a node amid each edge, of second.
 
-    Attributes
-    ----------
-    name, facet_name
-        Of the element and of its faces, as basix has them.
-    corners, facet_corners
-        Number of corners.
-    edges
-        Corners of each edge, shape (e, 2); the node amid edge ``i`` is ``corners + i``.
-    faces
-        Local nodes of each face, shape (f, 2 · facet_corners): the corners
-        counter-clockwise seen from outside, then the nodes amid the edges from each corner to
-        the next. The order of the faces is Abaqus' (S1, S2, …).
-    vtk_edges
-        Rows of ``edges`` in the order of VTK, Abaqus and meshio, shape (e,).
-    reference
-        Coordinates of the reference element's corners, shape (corners, 3).
-    spokes
-        Corners joined to each corner, the edges to them right-handed, shape (corners, 3).
+    Attributes:
+        name, facet_name: of the element and of its faces, as basix has them.
+        corners, facet_corners: number of corners.
+        edges: corners of each edge, shape (e, 2); the node amid edge ``i`` is ``corners + i``.
+        faces: local nodes of each face, shape (f, 2 · facet_corners): the corners counter-clockwise
+            seen from outside, then the nodes amid the edges from each corner to the next. The order
+            of the faces is Abaqus' (S1, S2, …).
+        vtk_edges: rows of ``edges`` in the order of VTK, Abaqus and meshio, shape (e,).
+        reference: coordinates of the reference element's corners, shape (corners, 3).
+        spokes: corners joined to each corner, the edges to them right-handed, shape (corners, 3).
     """
 
     name: str

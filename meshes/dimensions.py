@@ -1,8 +1,8 @@
-"""How the points of a finger's mesh move as its dimensions change, cells and groups staying.
+"""Motion of the points of a finger's mesh as its dimensions change; cells and groups stay.
 
 All faces of a bellows finger lie in planes x, y or z = const that follow from its dimensions, so a
 mesh of any kind follows a change of a dimension by moving along each axis: the planes go where the
-new dimensions put them, and what lies between two planes keeps its share of the way.
+new dimensions put them, and points between two planes keep their relative position.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dolfingrip.sections.specimen import Finger
 
 
 def moved(points: Floats, finger: Finger, changed: Finger) -> Floats:
-    """Points of a mesh of ``finger`` where ``changed`` has them.
+    """Points of a mesh of ``finger``, moved to the dimensions of ``changed``.
 
     Args:
         points: (n, 3) before any morph (mm).
@@ -26,7 +26,7 @@ def moved(points: Floats, finger: Finger, changed: Finger) -> Floats:
         (n, 3) points (mm).
 
     Raises:
-        MeshError: the two have not the same planes in the same order.
+        MeshError: the two fingers differ in the order of their planes.
     """
     found = points.copy()
     for axis, (before, after) in enumerate(zip(_planes(finger), _planes(changed), strict=True)):
@@ -39,10 +39,10 @@ def moved(points: Floats, finger: Finger, changed: Finger) -> Floats:
         before, after = before[order], after[order]
         first = np.concatenate([[True], np.diff(before) > TOLERANCE_MM])
         group = np.cumsum(first) - 1
-        # planes that are one in the mesh stay one, on the average of where they ought to be
+        # planes that coincide in the mesh stay one, at the mean of their new positions
         target = np.bincount(group, after) / np.bincount(group)
         if (np.diff(target) <= 0).any():
-            raise MeshError(f"finger: {changed} has its faces in another order; mesh it anew")
+            raise MeshError(f"finger: {changed} has its faces in another order; remesh it")
         found[:, axis] = np.interp(points[:, axis], before[first], target)
     return found
 

@@ -31,7 +31,7 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
         path: A .msh file of Gmsh, the groups being its physical groups, an .inp file of Abaqus (see
             :mod:`dolfingrip.meshes.abaqus`), or a .vtk or .vtu file, the groups being the tags in
             the cells' array ``group``.
-        needed: Groups that it must have.
+        needed: groups that it must have.
 
     Raises:
         MeshError: Where the file cannot be read or lacks a needed group.
@@ -52,12 +52,12 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
 
 
 def write(path: Path, mesh: SolidMesh) -> None:
-    """Write a mesh; the suffix tells the format, an existing file is replaced.
+    """Write a mesh; the suffix determines the format, an existing file is replaced.
 
     Args:
-        path: With the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group tags
+        path: with the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group tags
             of elements and facets as the cells' array ``group``.
-        mesh: In mm.
+        mesh: in mm.
 
     Raises:
         MeshError: Where the suffix is another or the file cannot be written.
@@ -95,7 +95,7 @@ def _read_vtk(path: Path) -> SolidMesh:
         found = reader(path)
     except OSError:
         raise
-    except Exception as error:  # whatever a broken file makes its parser stumble over
+    except Exception as error:  # any error of the parser on a broken file
         raise MeshError(f"not readable as VTK: {error or type(error).__name__}") from None
     tags = found.cell_data.get("group", [np.zeros(len(b.data), np.int64) for b in found.cells])
     solids: list[Ints] = []

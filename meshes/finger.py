@@ -12,7 +12,7 @@ TOLERANCE_MM = 1e-5
 """Larger than the padding of OpenCASCADE's bounding boxes, smaller than any dimension."""
 
 THINNEST_MM = 0.01
-"""Least distance of two parallel faces; the kernel may drop what is much thinner."""
+"""Least distance of two parallel faces; the kernel may drop much thinner parts."""
 
 Interval = tuple[float, float]
 Box = tuple[Interval, Interval, Interval]
@@ -40,11 +40,9 @@ def gap_intervals(finger: Finger) -> list[tuple[float, float]]:
 def boxes(finger: Finger) -> tuple[Box, list[Box], list[Box]]:
     """The finger's body, its cavity (chambers and channel) and the gaps between its bellows.
 
-    Returns
-    -------
-    tuple
-        The body; the cavity's boxes, which overlap; the gaps. A box is its extent (mm) along
-        x, y and z.
+    Returns:
+        The body; the cavity's boxes, which overlap; the gaps. A box is its extent (mm) along x, y
+        and z.
     """
     floor, wall, depth = finger.base_layer_mm, finger.wall_mm, finger.depth_mm
     roof = floor + finger.channel_mm
@@ -64,7 +62,11 @@ def boxes(finger: Finger) -> tuple[Box, list[Box], list[Box]]:
 
 
 def refuse_slivers(finger: Finger) -> None:
-    """Faces closer than the kernel can tell apart are no geometry."""
+    """Refuse dimensions that leave faces closer than :data:`THINNEST_MM`.
+
+    Raises:
+        MeshError: one line naming the dimension.
+    """
     beside = finger.chamber_width_mm - finger.channel_width
     distances = {
         "length_mm": finger.length_mm,

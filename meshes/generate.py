@@ -17,7 +17,7 @@ from dolfingrip.meshes.target import meet
 from dolfingrip.sections.specimen import Finger, Mesh
 
 _OPTIONS = {
-    "Mesh.MeshSizeExtendFromBoundary": 0.0,  # the size field alone rules
+    "Mesh.MeshSizeExtendFromBoundary": 0.0,  # the size field alone determines sizes
     "Mesh.MeshSizeFromPoints": 0.0,
     "Mesh.MeshSizeFromCurvature": 0.0,
     # the best of what Debian's Gmsh has: Frontal-Delaunay faces and a Delaunay solid, every
@@ -29,28 +29,21 @@ _OPTIONS = {
 }
 
 _COARSE = 0.25
-"""Element size over the finger's depth, where only the shape matters."""
+"""Element size, as part of the finger's depth, of the mesh that shows concave edges."""
 
 
 def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
     """Mesh a finger.
 
-    Parameters
-    ----------
-    finger
-        Dimensions.
-    mesh
-        Half or whole, sizes or target number of elements, order of the elements.
+    Args:
+        finger: dimensions.
+        mesh: half or whole, sizes or target number of elements, order of the elements.
 
-    Returns
-    -------
-    SolidMesh
+    Returns:
         Points in mm.
 
-    Raises
-    ------
-    MeshError
-        Where Gmsh fails, or the target number of elements is not met within 1 %.
+    Raises:
+        MeshError: where Gmsh fails, or the target number of elements is not met within 1 %.
     """
     size, edge_size = mesh.tetrahedra_mm()
     if edge_size > size:

@@ -25,19 +25,14 @@ _OPTIONS: Final = {
 
 @contextmanager
 def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[None]:
-    """A Gmsh model of its own; everything is as it was before when the block is left.
+    """A context with a new Gmsh model, which restores Gmsh's previous state.
 
-    Parameters
-    ----------
-    about
-        What is being done, for the error's line.
-    options
-        Gmsh's numbers by name, for the block only.
+    Args:
+        about: the task, for the error's line.
+        options: Gmsh's numbers by name, for the block only.
 
-    Raises
-    ------
-    MeshError
-        In place of Gmsh's own exceptions.
+    Raises:
+        MeshError: in place of Gmsh's own exceptions.
     """
     options = {**_OPTIONS, **(options or {})}
     ours = not gmsh.isInitialized()
@@ -68,12 +63,11 @@ def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[
 
 
 def current_mesh() -> SolidMesh:
-    """The mesh of the current Gmsh model, with those of our groups that it has.
+    """The mesh of the current Gmsh model, with those groups of :mod:`.groups` that it has.
 
-    Raises
-    ------
-    MeshError
-        Where there are no tetrahedra or hexahedra, all of one order, or others besides.
+    Raises:
+        MeshError: where there are no tetrahedra or hexahedra, all of one order, or there are other
+            elements.
     """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)

@@ -23,9 +23,7 @@ def concave_curves() -> list[int]:
     gives the outward normals, so the test holds for the cavity's edges and the outer ones;
     a coarse mesh will do.
 
-    Returns
-    -------
-    list of int
+    Returns:
         Tags of the curves.
     """
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
@@ -52,16 +50,11 @@ def concave_curves() -> list[int]:
 def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1") -> None:
     """Set the element sizes of the current Gmsh model.
 
-    Parameters
-    ----------
-    curves
-        Tags of the curves to refine at.
-    size
-        Element size away from them (mm).
-    edge_size
-        Element size at them (mm).
-    scale
-        Factor on both, as an expression of Gmsh's MathEval field in x, y, z (mm).
+    Args:
+        curves: tags of the curves to refine at.
+        size: element size away from them (mm).
+        edge_size: element size at them (mm).
+        scale: factor on both, as an expression of Gmsh's MathEval field in x, y, z (mm).
     """
     field = gmsh.model.mesh.field
     for tag in field.list():
@@ -98,10 +91,8 @@ def expected_elements(curves: list[int], size: float, edge_size: float) -> tuple
     A regular tetrahedron with edges h fills 0.118 h³. Around an edge the solid fills three
     quarters of a circle, in which the size grows with the distance.
 
-    Parameters
-    ----------
-    curves, size, edge_size
-        As in :func:`set_sizes`.
+    Args:
+        curves, size, edge_size: as in :func:`set_sizes`.
     """
     volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3))
     length = sum(gmsh.model.occ.getMass(1, curve) for curve in curves)

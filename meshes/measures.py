@@ -30,7 +30,8 @@ _CHECKED: Final = {
     8: _cube(np.linspace(0, 1, 3), 3),
     20: _cube(np.linspace(0, 1, 6), 3),
 }
-"""Points at which Jacobians are checked, by an element's nodes; they determine them.
+"""Points at which Jacobians are checked, by the number of an element's nodes. They determine the
+polynomial.
 
 The Jacobian is a polynomial of degree 0 and 3 in a tetrahedron, and of degree 2 and 5 in each
 coordinate in a hexahedron.
@@ -62,8 +63,8 @@ CELL_QUADRATURE: Final = {
 def jacobians(mesh: SolidMesh) -> Floats:
     """Determinant of each element's Jacobian (mm³), shape (m, points).
 
-    That of a first-order tetrahedron is constant and given once; those of the others are
-    polynomials, given at the 20, 27 (hexahedron) or 216 (of second order) points that
+    A first-order tetrahedron has one, which is constant. Those of a second-order tetrahedron and of
+    hexahedra of first and second order are polynomials, given at the 20, 27 and 216 points that
     determine them. For a straight tetrahedron it is six times the volume, for a box once.
     """
     nodes = mesh.cells.shape[1]
@@ -84,12 +85,9 @@ def enclosed_volume(points: Floats, facets: Ints) -> float:
 
     A surface that ends on planes through the origin encloses its volume with them.
 
-    Parameters
-    ----------
-    points
-        Shape (n, 3), mm.
-    facets
-        As in :class:`SolidMesh`, shape (k, nodes).
+    Args:
+        points: shape (n, 3), mm.
+        facets: as in :class:`SolidMesh`, shape (k, nodes).
     """
     x = points[facets]
     nodes = facets.shape[1]
@@ -165,14 +163,12 @@ def centroid(mesh: SolidMesh) -> Floats:
 
 
 def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
-    """How fast :func:`centroid` moves as the points do, shape (3,).
+    """Rate of :func:`centroid` for a velocity of the points, shape (3,).
 
-    Parameters
-    ----------
-    mesh
-        n points.
-    velocity
-        Of the points, shape (n, 3); that of an edge's middle does not count.
+    Args:
+        mesh: n points.
+        velocity: of the points, shape (n, 3); the middle of an edge follows its ends, whatever its
+            own.
     """
     at, weights = CELL_QUADRATURE[mesh.shape]
     functions = shape_functions.of_cell(mesh.shape.corners)

@@ -30,12 +30,9 @@ _NO_EDGES: Final = np.empty((0, 3), dtype=np.int64)
 class Morph:
     """Shares by which the two regions thicken, and the plane between them.
 
-    Attributes
-    ----------
-    xi1, xi2
-        Relative change of the thickness of region A and of region B, above −1.
-    d_mm
-        Plane between the regions in the mesh that is to be moved.
+    Attributes:
+        xi1, xi2: relative change of the thickness of region A and of region B, above −1.
+        d_mm: plane between the regions in the mesh that is to be moved.
     """
 
     xi1: float
@@ -50,10 +47,8 @@ class Morph:
     def inverse(self) -> Morph:
         """The morph that restores what this one moved.
 
-        Raises
-        ------
-        MeshError
-            Where a region has no thickness left.
+        Raises:
+            MeshError: where a region has no thickness left.
         """
         if min(self.xi1, self.xi2) <= -1:
             raise MeshError(f"{self}: cannot be undone; allowed: xi1 and xi2 above -1")
@@ -74,12 +69,9 @@ class Morph:
     def points(self, points: Floats, edges: Ints = _NO_EDGES) -> Floats:
         """Moved points.
 
-        Parameters
-        ----------
-        points
-            Shape (n, 3), mm.
-        edges
-            Those of :func:`second_order_edges`, shape (k, 3): node indices.
+        Args:
+            points: shape (n, 3), mm.
+            edges: those of :func:`second_order_edges`, shape (k, 3): node indices.
         """
         moved = points.copy()
         moved[:, 0] = self.moved(points[:, 0])
@@ -101,14 +93,10 @@ class Morph:
     def velocity(self, points: Floats) -> Floats:
         """Derivatives of the moved points with respect to ξ1 and ξ2.
 
-        Parameters
-        ----------
-        points
-            Vertices before the morph, shape (n, 3), mm.
+        Args:
+            points: vertices before the morph, shape (n, 3), mm.
 
-        Returns
-        -------
-        Floats
+        Returns:
             Shape (2, n, 3), mm; it does not depend on ξ, the morph being linear in it.
         """
         field = np.zeros((2, *points.shape))
@@ -123,27 +111,27 @@ class Morph:
 def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
     """A mesh with the morph's points; its cells and groups are those of ``mesh``.
 
-    Raises
-    ------
-    MeshError
-        Where elements are turned inside out, naming ξ.
+    Raises:
+        MeshError: where elements are turned inside out, naming ξ.
     """
     if morph.is_identity:
         return mesh
     new = replace(mesh, points=morph.points(mesh.points, second_order_edges(mesh.cells)))
     least = jacobians(new).min(axis=1)
-    if least.min() <= 0:
-        raise inverted(morph, int((least <= 0).sum()), len(least), float(least.min()))
+    number = int((least <= 0).sum())
+    if number:
+        raise MeshError(
+            f"{morph}: turns {number} of {len(least)} elements inside out "
+            f"(Jacobian {least.min():.3g} mm³); allowed: xi nearer to 0, both above -1"
+        )
     return new
 
 
 def second_order_edges(cells: Ints) -> Ints:
     """Middle and ends of each second-order edge once, shape (k, 3), none for first order.
 
-    Parameters
-    ----------
-    cells
-        As in :class:`SolidMesh`, shape (m, nodes).
+    Args:
+        cells: as in :class:`SolidMesh`, shape (m, nodes).
     """
     shape = BY_NODES[cells.shape[1]]
     if cells.shape[1] == shape.corners:
@@ -151,11 +139,3 @@ def second_order_edges(cells: Ints) -> Ints:
     middles = cells[:, shape.corners :, None]
     edges = np.concatenate([middles, cells[:, shape.edges]], axis=2).reshape(-1, 3)
     return edges[np.unique(edges[:, 0], return_index=True)[1]]
-
-
-def inverted(morph: Morph, number: int, of: int, least_mm3: float) -> MeshError:
-    """The complaint about elements that a morph turned inside out."""
-    return MeshError(
-        f"{morph}: turns {number} of {of} elements inside out (Jacobian {least_mm3:.3g} mm³); "
-        "allowed: xi nearer to 0, both above -1"
-    )

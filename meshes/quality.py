@@ -1,4 +1,4 @@
-"""What must hold before a mesh is computed on, and the figures that tell how good it is."""
+"""Checks of a mesh before it is used, and measures of its quality."""
 
 from __future__ import annotations
 
@@ -26,18 +26,15 @@ _OFF_PLANE: Final = 1e-6
 class Quality:
     """Figures of a checked mesh.
 
-    Attributes
-    ----------
-    shape, order, points, cells
-        Name of the elements (``tetrahedra``, ``hexahedra``), their order, and the numbers.
-    volume_mm3, cavity_mm3
-        Volume of the solid and of the cavity it encloses (of the half, for a half finger).
-    scaled_jacobian_min, scaled_jacobian_median
-        1 for the regular tetrahedron and for boxes, 0 for flat elements; of straight edges.
-    dihedral_min_deg
-        Smallest angle between two faces of an element.
-    edge_min_mm
-        Shortest edge between corners.
+    Attributes:
+        shape, order, points, cells: name of the elements (``tetrahedra``, ``hexahedra``), their
+            order, and the numbers.
+        volume_mm3, cavity_mm3: volume of the solid and of the cavity it encloses (of the half, for
+            a half finger).
+        scaled_jacobian_min, scaled_jacobian_median: 1 for the regular tetrahedron and for boxes, 0
+            for flat elements; of straight edges.
+        dihedral_min_deg: smallest angle between two faces of an element.
+        edge_min_mm: shortest edge between corners.
     """
 
     shape: str
@@ -66,12 +63,10 @@ class Quality:
 def check(mesh: SolidMesh) -> Quality:
     """Check a mesh and measure its quality.
 
-    Raises
-    ------
-    MeshError
-        Where a needed group is empty, a Jacobian is not positive, the facets are not the
-        solid's boundary facing outward with exactly one group each, the cavity is not
-        closed, or the symmetry group does not lie in y = 0.
+    Raises:
+        MeshError: where a needed group is empty, a Jacobian is not positive, the facets are not the
+            solid's boundary facing outward with exactly one group each, the cavity is not closed,
+            or the symmetry group does not lie in y = 0.
     """
     missing = [name for name in groups.NEEDED if not len(mesh.facets.get(name, ()))]
     if missing:
@@ -129,7 +124,7 @@ def _check_groups(mesh: SolidMesh) -> None:
 
 
 def _check_closed(mesh: SolidMesh) -> None:
-    """Each edge of the cavity leads back in a neighbour, or lies on the symmetry plane."""
+    """Each edge of the cavity has a neighbour in reverse, or lies on the symmetry plane."""
     corners = mesh.shape.facet_corners
     cavity, plane = (
         mesh.facets.get(name, np.empty((0, corners), dtype=np.int64))[:, :corners]

@@ -24,12 +24,9 @@ _FACETS: Final = {3: TETRAHEDRON.reference[:3, :2], 4: HEXAHEDRON.reference[:4, 
 class ShapeFunctions:
     """Polynomials that are 1 at one node of a reference element and 0 at the others.
 
-    Attributes
-    ----------
-    exponents
-        Of each monomial, shape (nodes, d).
-    coefficients
-        Of each monomial in each shape function, shape (nodes, nodes).
+    Attributes:
+        exponents: of each monomial, shape (nodes, d).
+        coefficients: of each monomial in each shape function, shape (nodes, nodes).
     """
 
     exponents: Ints

@@ -16,27 +16,23 @@ MOST_ELEMENTS: Final = 10_000_000
 
 
 class MeshError(ConfigError):
-    """A mesh that cannot be made, read or used, said in one line."""
+    """A mesh that cannot be made, read or used, in one line."""
 
 
 @dataclass(frozen=True, slots=True)
 class SolidMesh:
     """Elements of one shape and order and the facets of each surface group.
 
-    Attributes
-    ----------
-    points
-        Coordinates in mm, shape (n, 3).
-    cells
-        Node indices: of tetrahedra, shape (m, 4) or (m, 10), or of hexahedra, shape (m, 8)
-        or (m, 20); corners first, then the midpoints of the edges, in Gmsh's order (see
-        :class:`~dolfingrip.meshes.cells.CellShape`); VTK, Abaqus and meshio have the
-        midpoints in another, see :func:`~dolfingrip.meshes.cells.to_vtk`.
-    facets
-        Node indices of each surface group's triangles, shape (k, 3) or (k, 6), or
-        quadrilaterals, shape (k, 4) or (k, 8): corners counter-clockwise seen from outside
-        the solid (normals point out of it, into the cavity on the cavity's surface), then
-        the midpoints of the edges from each corner to the next.
+    Attributes:
+        points: coordinates in mm, shape (n, 3).
+        cells: node indices: of tetrahedra, shape (m, 4) or (m, 10), or of hexahedra, shape (m, 8)
+            or (m, 20); corners first, then the midpoints of the edges, in Gmsh's order (see
+            :class:`~dolfingrip.meshes.cells.CellShape`); VTK, Abaqus and meshio have the midpoints
+            in another, see :func:`~dolfingrip.meshes.cells.to_vtk`.
+        facets: node indices of each surface group's triangles, shape (k, 3) or (k, 6), or
+            quadrilaterals, shape (k, 4) or (k, 8): corners counter-clockwise seen from outside the
+            solid (normals point out of it, into the cavity on the cavity's surface), then the
+            midpoints of the edges from each corner to the next.
     """
 
     points: Floats
@@ -57,14 +53,10 @@ class SolidMesh:
 def faces(cells: Ints) -> Ints:
     """All faces of all cells, outward, face ``f`` of cell ``c`` in row ``faces · c + f``.
 
-    Parameters
-    ----------
-    cells
-        As in :class:`SolidMesh`, shape (m, nodes).
+    Args:
+        cells: as in :class:`SolidMesh`, shape (m, nodes).
 
-    Returns
-    -------
-    Ints
+    Returns:
         Shape (m · faces, nodes of a facet).
     """
     shape = BY_NODES[cells.shape[1]]
@@ -75,10 +67,8 @@ def faces(cells: Ints) -> Ints:
 def labels(facets: Ints) -> Ints:
     """A number from 0 for each facet, equal where the corners are, shape (k,).
 
-    Parameters
-    ----------
-    facets
-        Node indices, corners first and in any order, shape (k, nodes).
+    Args:
+        facets: node indices, corners first and in any order, shape (k, nodes).
     """
     corners = np.sort(facets[:, : FACET_CORNERS[facets.shape[1]]], axis=1)
     order = np.lexsort(corners.T)
@@ -98,16 +88,11 @@ def boundary(cells: Ints) -> Ints:
 def match(facets: Ints, cells: Ints) -> Ints:
     """Boundary face of each facet: a row of :func:`faces`, or -1 where there is none.
 
-    Parameters
-    ----------
-    facets
-        Node indices, corners first and in any order, shape (k, nodes).
-    cells
-        As in :class:`SolidMesh`.
+    Args:
+        facets: node indices, corners first and in any order, shape (k, nodes).
+        cells: as in :class:`SolidMesh`.
 
-    Returns
-    -------
-    Ints
+    Returns:
         Shape (k,).
     """
     rows = boundary(cells)
@@ -121,19 +106,13 @@ def match(facets: Ints, cells: Ints) -> Ints:
 def joined(name: str, parts: Sequence[Ints], cells: Ints) -> Ints:
     """Corners of a group's facets, shape (k, corners).
 
-    Parameters
-    ----------
-    name
-        Of the group.
-    parts
-        Node indices of facets of any order, shape (·, nodes).
-    cells
-        As in :class:`SolidMesh`.
+    Args:
+        name: name of the group, for the error.
+        parts: node indices of facets of any order, shape (·, nodes).
+        cells: as in :class:`SolidMesh`.
 
-    Raises
-    ------
-    MeshError
-        Where facets have not the shape of the elements' faces.
+    Raises:
+        MeshError: where facets have not the shape of the elements' faces.
     """
     shape = BY_NODES[cells.shape[1]]
     for part in parts:
@@ -157,19 +136,13 @@ def _rows(name: str, facets: Ints, cells: Ints) -> Ints:
 def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
     """A mesh from facets in any orientation, without the points that no element has.
 
-    Parameters
-    ----------
-    points
-        Shape (n, 3), mm.
-    cells
-        As in :class:`SolidMesh`.
-    facets
-        Corners of each group's facets first, shape (k, nodes).
+    Args:
+        points: shape (n, 3), mm.
+        cells: as in :class:`SolidMesh`.
+        facets: corners of each group's facets first, shape (k, nodes).
 
-    Raises
-    ------
-    MeshError
-        Where a facet is no face on the boundary of the solid.
+    Raises:
+        MeshError: where a facet is no face on the boundary of the solid.
     """
     used, inverse = np.unique(cells, return_inverse=True)
     new = np.full(len(points), -1, dtype=np.int64)
@@ -186,12 +159,11 @@ def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
 def second_order(mesh: SolidMesh) -> SolidMesh:
     """A first-order mesh with a node in the middle of each straight edge.
 
-    The points there were come first and keep their numbers, elements and facets their order.
+    The old points come first and keep their numbers; elements and facets keep their order.
 
-    Raises
-    ------
-    MeshError
-        Where the mesh is of second order, or a facet is no face on the boundary of the solid.
+    Raises:
+        MeshError: where the mesh is of second order, or a facet is no face on the boundary of the
+            solid.
     """
     if mesh.order != 1:
         raise MeshError(f"mesh: {mesh.shape.plural} of order {mesh.order}; allowed: order 1")

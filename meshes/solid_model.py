@@ -13,17 +13,12 @@ from dolfingrip.sections.specimen import Finger
 def build(finger: Finger, half: bool) -> None:
     """Add the finger to the current Gmsh model, with its physical groups.
 
-    Parameters
-    ----------
-    finger
-        Dimensions.
-    half
-        Only y >= 0, with the group ``symmetry`` on y = 0.
+    Args:
+        finger: dimensions.
+        half: only y >= 0, with the group ``symmetry`` on y = 0.
 
-    Raises
-    ------
-    MeshError
-        Where a part of the finger is too thin to be modelled.
+    Raises:
+        MeshError: where a part of the finger is too thin to be modelled.
     """
     refuse_slivers(finger)
 
@@ -34,7 +29,8 @@ def build(finger: Finger, half: bool) -> None:
 
     body, hollow, between = boxes(finger)
     channel, *chambers = map(add, hollow)
-    # one cavity before the cut: its coplanar faces are united, which the mesh would else feel
+    # one cavity before the cut: its coplanar faces are united, which would otherwise divide the
+    # mesh
     cavity, _ = gmsh.model.occ.fuse([channel], chambers)
     solid, _ = gmsh.model.occ.cut([add(body)], [*map(add, between), *cavity])
     gmsh.model.occ.synchronize()

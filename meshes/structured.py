@@ -21,25 +21,22 @@ from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh,
 from dolfingrip.sections.specimen import Finger, Mesh
 
 GROWTH: Final = 7.0
-"""From one cell to the next away from a concave edge. Steep: the stress decays as r^-0.46."""
+"""Ratio of neighbouring cells' sizes away from a concave edge; the stress decays as r^-0.46."""
 
 SOLID, CAVITY, OUTSIDE = 0, 1, 2
-"""What a cell of the grid is."""
+"""Kinds of a cell of the grid."""
 
 NEIGHBOUR: Final = ((2, 0), (2, 1), (1, 0), (0, 1), (1, 1), (0, 0))
-"""Axis and side (0: low, 1: high) that each face of a hexahedron looks to."""
+"""Axis and side (0: low, 1: high) of each face of a hexahedron."""
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """Planes of a rectilinear grid and what its cells are.
+    """Planes of a rectilinear grid and the kind of its cells.
 
-    Attributes
-    ----------
-    planes
-        Coordinates (mm) along x, y and z, ascending, shapes (n + 1,).
-    kind
-        :data:`SOLID`, :data:`CAVITY` or :data:`OUTSIDE` of each cell, shape (nx, ny, nz).
+    Attributes:
+        planes: coordinates (mm) along x, y and z, ascending, shapes (n + 1,).
+        kind: :data:`SOLID`, :data:`CAVITY` or :data:`OUTSIDE` of each cell, shape (nx, ny, nz).
     """
 
     planes: tuple[Floats, Floats, Floats]
@@ -49,22 +46,15 @@ class Grid:
 def structured_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
     """Mesh a finger in hexahedra.
 
-    Parameters
-    ----------
-    finger
-        Dimensions.
-    mesh
-        Half or whole, sizes, refinement.
+    Args:
+        finger: dimensions.
+        mesh: half or whole, sizes, refinement.
 
-    Returns
-    -------
-    SolidMesh
+    Returns:
         Hexahedra with straight edges, points in mm.
 
-    Raises
-    ------
-    MeshError
-        Where a part of the finger is too thin, or the mesh would not fit into memory.
+    Raises:
+        MeshError: where a part of the finger is too thin, or the mesh would not fit into memory.
     """
     refuse_slivers(finger)
     solid = _cells(grid(finger, mesh), mesh.half)
@@ -164,7 +154,7 @@ def _divide(length: float, size: float, edge: float, first: bool, last: bool) ->
 
 
 def _kinds(planes: list[Floats], cavity: list[Box], gaps: list[Box]) -> Ints:
-    """What each cell of the grid is."""
+    """The kind of each cell of the grid."""
     centres = [(p[1:] + p[:-1]) / 2 for p in planes]
     kind = np.full([len(c) for c in centres], SOLID, dtype=np.int64)
     for label, found in ((OUTSIDE, gaps), (CAVITY, cavity)):

@@ -17,7 +17,7 @@ _SLOPES: Final = (-3.5, -1.0)
 
 _LARGEST_STEP: Final = 1.5
 _CLOSE: Final = 0.02
-"""Bracket of log(size) below which the change-over along the finger is moved instead."""
+"""Bracket of log(size) below which the position of the change of size is bisected instead."""
 
 
 def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
@@ -26,21 +26,16 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
     The bellows are alike, so the count jumps by more than 1 % where the rounding of some
     edge's number of elements flips in all of them at once. Hence two stages: a secant in
     log(size) and log(count), kept inside the nearest sizes known to give too many and too
-    few elements; then, with these two sizes, bisection on the place along the finger
-    where the smaller gives way to the larger.
+    few elements; then, with these two sizes, bisection on the position along the finger
+    where the smaller one ends and the larger one begins.
 
-    Parameters
-    ----------
-    target
-        Wanted number of elements.
-    mesh
-        Meshes with sizes scaled by its first argument up to the fraction of the length
-        that the third tells, by its second beyond, and returns the number of elements.
+    Args:
+        target: wanted number of elements.
+        mesh: meshes with sizes scaled by its first argument up to a fraction of the length, its
+            third argument, and by its second beyond, and returns the number of elements.
 
-    Raises
-    ------
-    MeshError
-        Where the target is not met.
+    Raises:
+        MeshError: where the target is not met.
     """
     tried: list[int] = []
 

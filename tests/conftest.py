@@ -1,4 +1,4 @@
-"""Side by side or one after another: what `-n auto` in pyproject.toml means."""
+"""The number of workers behind `-n auto` in pyproject.toml."""
 
 from __future__ import annotations
 

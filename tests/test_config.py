@@ -36,7 +36,7 @@ DIMENSIONLESS = {
 """Numbers without a unit: counts, ratios and directions."""
 
 REFUSED = {
-    # a value out of its range, which is told with its unit
+    # a value out of its range, which is reported with its unit
     "finger.gap_mm=-1": "finger.gap_mm = -1: allowed: above 0 mm",
     "finger.wall_mm=nan": "finger.wall_mm = NaN: not a finite number; allowed: above 0 mm",
     "finger.bellows=0": "finger.bellows = 0: allowed: at least 1 and at most 60",

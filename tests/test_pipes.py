@@ -16,7 +16,7 @@ COARSE = ["--set", "mesh.size_mm=8", "--set", "mesh.edge_size_mm=8"]
 
 
 def _without_a_reader(arguments: list[str]) -> tuple[int, str]:
-    """Exit code and errors of the command, its output a pipe that nobody reads."""
+    """Exit code and errors of the command, with its output pipe closed."""
     reading, writing = os.pipe()
     os.close(reading)
     try:

@@ -14,7 +14,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.sections import protocol_file as protocol
 
 COUPON = ("coupon", "displacement_mm")
-"""An experiment and what it leads."""
+"""An experiment and its control."""
 
 LAB = """
 cycles = 2

@@ -72,7 +72,7 @@ app.command("reproduce")(reproduce_command.reproduce)
 
 
 def _print_version(asked: bool) -> None:
-    """Print the version and end, where it is asked for."""
+    """Print the version and exit, where ``--version`` is given."""
     if asked:
         sys.stdout.write(f"dolfingrip {__version__}\n")
         raise typer.Exit
@@ -105,8 +105,8 @@ def main() -> None:
     """Run the command.
 
     Exit codes: 0; 1 where a load path ended early (what was reached is kept, and a sentence
-    says why it ended); 2 with one line for bad input; 130 where interrupted. A reader of the
-    output that goes away changes none of them.
+    says why it ended); 2 with one line for bad input; 130 where interrupted. A closed
+    output pipe changes none of them.
     """
     with unbroken_output():
         _main()
@@ -115,7 +115,7 @@ def main() -> None:
 def _main() -> None:
     comm = MPI.COMM_WORLD
     errors = sys.stderr
-    if comm.rank:  # what concerns all is said once
+    if comm.rank:  # errors that all ranks have are printed once
         sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     try:
         app()

@@ -122,7 +122,7 @@ def synthetic_measurement(
 
 
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
-    """Run both experiments, print one table; the pictures of each are there as soon as it ends."""
+    """Run both experiments and print one table; draw the pictures of each as soon as it ends."""
     check_writable(out)
     shown = [find(name) for name in DEMO]
     _warn(shown[0], config, console)
@@ -156,7 +156,7 @@ def _quantity(text: str) -> render.Quantity:
 
 
 def _pressures(text: str | None, config: Config) -> list[float]:
-    """Pressures of ``--render``, which must be among those the run lands on."""
+    """Pressures of ``--render``, which must be among the pressures of the run."""
     if not text:
         return []
     known = pressures_kPa(config)
@@ -194,8 +194,8 @@ def _run(
 def _bar(
     title: str, experiments: Sequence[Experiment], config: Config, console: Console
 ) -> Iterator[Callable[[Row], None]]:
-    """What to call with each row of some experiments."""
-    led = {each.name: each.led for each in experiments}
+    """Yield the function to call with each row of the experiments."""
+    controls = {each.name: each.control for each in experiments}
     total = sum(len(each.schedule(each.settings(config))) for each in experiments)
     rows = 0
     what = f"{title.lower()} readings"
@@ -204,7 +204,7 @@ def _bar(
         def advance(row: Row) -> None:
             nonlocal rows
             rows += 1
-            column = led[row["experiment"]]
+            column = controls[row["experiment"]]
             show(rows, total, f"{row[column]:g} {unit(column)}")
 
         yield advance
@@ -218,7 +218,7 @@ def _pictures(
     colour_by: render.Quantity,
     console: Console,
 ) -> list[Path]:
-    """Plot the curve and draw the poses that were reached; the files, on rank 0."""
+    """Plot the curve, draw the poses that were reached, return the files (on rank 0)."""
 
     def work() -> list[Path]:
         if not result.rows:

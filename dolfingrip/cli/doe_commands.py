@@ -28,7 +28,7 @@ DEFAULTS = (
     "experiment.step_kPa=100",
     "solver.max_step_kPa=100",
 )
-"""The paper reads the blocked force at 300 kPa; long steps on the way there are the cheapest."""
+"""The paper reads the blocked force at 300 kPa; long load steps cost least."""
 
 OUT = Path("out/doe")
 

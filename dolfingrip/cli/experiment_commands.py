@@ -1,4 +1,4 @@
-"""The commands of the experiments, made from what each tells of itself; ``fake`` and ``demo``."""
+"""The commands of the experiments, made from their descriptions; ``fake`` and ``demo``."""
 
 from __future__ import annotations
 
@@ -89,10 +89,10 @@ def fake(
     kinds = _measured(experiments)
     from dolfingrip.cli.commands import synthetic_measurement
 
-    for folder, told in _poses(find(kinds[0]), config, overrides, out, protocol, specimen):
-        truth = told.overridden(hide or ())
+    for folder, posed in _poses(find(kinds[0]), config, overrides, out, protocol, specimen):
+        truth = posed.overridden(hide or ())
         synthetic_measurement(
-            kinds, told, truth, nuisance or (), noise or (), seed, folder, console()
+            kinds, posed, truth, nuisance or (), noise or (), seed, folder, console()
         )
 
 
@@ -178,7 +178,7 @@ def _annotation(option: Option) -> Any:
 
 
 def _assignments(experiment: Experiment, given: Mapping[str, Any]) -> list[str]:
-    """What the options that one experiment has set in the configuration, as with ``--set``."""
+    """Assignments, as of ``--set``, by the options that this experiment alone has."""
     return [
         f"{option.key}={given[option.name]}"
         for option in experiment.options
@@ -216,7 +216,7 @@ def _poses(
         if specimen is not None:
             raise ConfigError(f"--specimen {specimen}: allowed: with --protocol FILE.csv")
         return [(out, configuration.load(config, assignments))]
-    table, poses = protocol_file.read(protocol, experiment.name, experiment.led, specimen)
+    table, poses = protocol_file.read(protocol, experiment.name, experiment.control, specimen)
     settings = [
         (out / pose.name, configuration.load(config, [*assignments, *pose.set])) for pose in poses
     ] or [(out, configuration.load(config, assignments))]

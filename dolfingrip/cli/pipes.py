@@ -1,4 +1,4 @@
-"""A reader of the output that goes away, as in ``dolfingrip mesh | head``, costs no results."""
+"""A closed output pipe, as in ``dolfingrip mesh | head``, loses no results."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, TextIO, cast
 
 
 class Unbroken:
-    """A text stream that goes on without its reader.
+    """A text stream that stays usable once its reader has closed the pipe.
 
     What is written after the reader has gone is dropped. The command does its work to the end and
     keeps its own exit code.
@@ -35,14 +35,14 @@ class Unbroken:
             return len(text)
 
     def flush(self) -> None:
-        """Hand on what is buffered."""
+        """Flush what is buffered."""
         try:
             self._stream.flush()
         except BrokenPipeError:
             self._drop()
 
     def _drop(self) -> None:
-        """Lead the descriptor nowhere, so that the rest of the buffer can be flushed, too."""
+        """Point the descriptor at the null device, where the rest of the buffer can go."""
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, self._stream.fileno())
         os.close(nowhere)
@@ -50,7 +50,7 @@ class Unbroken:
 
 @contextmanager
 def unbroken_output() -> Iterator[None]:
-    """Within it no reader that goes away ends the command.
+    """A context in which a closed output pipe does not end the command.
 
     Python has no stream at all where the shell closed it (``>&-``). Text is dropped then, too.
     """

@@ -1,4 +1,4 @@
-"""How far a command is: a bar on a terminal, a line now and then elsewhere."""
+"""The progress of a command: a bar on a terminal, a line every :data:`EVERY_S` elsewhere."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def shown(
     few: int = 0,
     clock: Callable[[], float] = time.monotonic,
 ) -> Iterator[Show]:
-    """What to call as a command goes on.
+    """Yield the function to call as a command goes on.
 
     Args:
         console: where it is shown.
@@ -108,7 +108,7 @@ def shown(
 
 @contextmanager
 def designs(console: Console) -> Iterator[Callable[[Standing], None]]:
-    """What to call with each new standing of a campaign."""
+    """Yield the function to call with each new standing of a campaign."""
     with shown(console, "designs", at_once=True, few=FEW) as show:
         yield lambda standing: show(
             standing.done + standing.failed, standing.total, f"{standing.failed} failed"

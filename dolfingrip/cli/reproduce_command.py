@@ -24,10 +24,10 @@ PAPER = {
 """By COG limit (mm): ξ1, ξ2, and the measured gain of force (%) over the original (section IV)."""
 
 MEASURED_KPA = 250.0
-"""Where the paper compares forces; its designs were optimised at 300 kPa."""
+"""Pressure at which the paper compares forces; its designs were optimised at 300 kPa."""
 
 READ = ("experiment.step_kPa=50",)
-"""Readings of which that is one."""
+"""Readings that include this pressure."""
 
 
 def reproduce(
@@ -46,7 +46,7 @@ def reproduce(
 ) -> None:
     """Run doe, train, optimise and study as in the paper, and compare with it.
 
-    Each step writes into a folder of its own under OUT and goes on where it was.
+    Each step writes into its own folder under OUT and resumes there.
     """
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
@@ -113,7 +113,7 @@ Forces = dict[tuple[float, ...], float]
 
 
 def _forces_N(campaign: Path) -> Forces:
-    """Blocked force at the paper's pressure by the design's inputs, of designs that got there."""
+    """Blocked force at the paper's pressure by inputs, for the designs that reached it."""
     from dolfingrip.design.campaign.store import Store
 
     found = {}

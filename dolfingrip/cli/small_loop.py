@@ -17,7 +17,7 @@ SIZE_MM = 10.0
 """Coarser than the default: the demo shows the loop, not the figures."""
 
 LONGEST_STEP_KPA = 100.0
-"""The cheapest way to the one reading, at the highest pressure."""
+"""The only reading is at the highest pressure, so long load steps cost least."""
 
 DESIGNS = ("morph.xi1=-0.2:1:6", "morph.xi2=-0.5:1:5")
 """30 of the paper's range."""

@@ -1,1 +1,1 @@
-"""The design loop: design space, campaigns, their store, and what is learnt from them."""
+"""The design loop: design space, campaigns, their store, surrogates and optima."""

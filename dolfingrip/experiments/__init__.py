@@ -1,4 +1,4 @@
-"""Experiments: what is built, led and read, and the loop that runs them.
+"""Experiments: what is built, controlled and read, and the loop that runs them.
 
 The command lists the experiments without a solver, so that what needs one is loaded at first use.
 """

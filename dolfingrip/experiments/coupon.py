@@ -24,7 +24,7 @@ class Coupon(Experiment):
     name: ClassVar = "coupon"
     command: ClassVar = "coupon"
     title: ClassVar = "Uniaxial tension"
-    led: ClassVar = "displacement_mm"
+    control: ClassVar = "displacement_mm"
     columns: ClassVar = ("nominal_strain", "nominal_stress_MPa")
     table: ClassVar = (
         Column("displacement_mm", "Travel (mm)", ".2f"),

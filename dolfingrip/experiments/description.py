@@ -1,4 +1,4 @@
-"""What an experiment tells of itself to the command and to the report."""
+"""The description of an experiment, for its command and for the report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an experiment is: a name, a schedule, a rig, and how its result is told.
+"""What an experiment is: a name, a schedule, a rig, and how its result is shown.
 
 An experiment's file imports no solver before :meth:`Experiment.prepare` is called, since the
 command reads it for its help.
@@ -29,7 +29,7 @@ class Experiment(ABC):
         name: in the column ``experiment`` of results and measurements.
         command: the subcommand of ``dolfingrip``.
         title: above its table.
-        led: column of what is led.
+        control: column of the prescribed quantity.
         columns: of the result, which only this experiment has.
         table: what is printed of the result; results are joined by the first column.
         plot: what is drawn of the result.
@@ -43,7 +43,7 @@ class Experiment(ABC):
     name: ClassVar[str]
     command: ClassVar[str]
     title: ClassVar[str]
-    led: ClassVar[str] = "pressure_kPa"
+    control: ClassVar[str] = "pressure_kPa"
     columns: ClassVar[tuple[str, ...]] = ()
     table: ClassVar[tuple[Column, ...]]
     plot: ClassVar[Plot]
@@ -61,7 +61,7 @@ class Experiment(ABC):
     # -- before it is run ------------------------------------------------------------------------
 
     def settings(self, config: Config) -> Config:
-        """``config`` with what the experiment asks for whatever is configured.
+        """``config`` with the settings that the experiment requires.
 
         Raises:
             ConfigError: one line, where that cannot be.
@@ -69,7 +69,7 @@ class Experiment(ABC):
         return config
 
     def asked(self, given: Mapping[str, Any]) -> Experiment:
-        """The experiment that is run where its command was given these options, by name."""
+        """The experiment to run with these options of its command, by name."""
         return self
 
     @abstractmethod
@@ -82,7 +82,7 @@ class Experiment(ABC):
 
     @abstractmethod
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
-        """Build its model, and what leads and reads it.
+        """Build its rig: the model, its control and its readings.
 
         Args:
             config: with :meth:`settings` applied.
@@ -93,7 +93,7 @@ class Experiment(ABC):
             ConfigError: on every rank, one line.
         """
 
-    # -- what is told of it ----------------------------------------------------------------------
+    # -- set-up and result -----------------------------------------------------------------------
 
     def setup(self, config: Config) -> dict[str, Any]:
         """The set-up by the keys of a measurement's TOML file."""
@@ -111,7 +111,7 @@ class Experiment(ABC):
         return []
 
     def conclude(self, result: Result, rig: Rig) -> None:  # noqa: B027  # most have nothing
-        """Add to the result what only all its rows together tell."""
+        """Add to the result what follows from all its rows together."""
 
     def remarks(self, result: Result) -> list[str]:
         """Sentences on the result, printed below its table."""

@@ -13,7 +13,7 @@ from dolfingrip.experiments.protocol.schedule import Stop
 
 
 class FingerExperiment(Experiment):
-    """The finger is led by its pressure or by the volume of its cavity."""
+    """The control is the pressure, or the volume of the cavity."""
 
     def schedule(self, config: Config) -> Sequence[Stop]:
         return pressurisation.stops(config)

@@ -1,4 +1,4 @@
-"""The experiments there are, in the order in which the command lists them."""
+"""The index of experiments, in the order in which the command lists them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ NAMES = (
     "coupon",
     "push",
 )
-"""One line an experiment: its file's name."""
+"""The name of each experiment's file."""
 
 
 def experiment(name: str) -> Experiment:
     """The experiment in the file of this name."""
-    # each file's class is a whole one, which the type of the base cannot tell
+    # the file's class is concrete, which the type of its base does not say
     found = only_class(f"dolfingrip.experiments.{name}", Experiment)  # type: ignore[type-abstract]
     return found()
 

@@ -1,4 +1,4 @@
-"""Run an experiment from stop to stop, and record what each yields."""
+"""Run an experiment from stop to stop, and record the readings at each."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def run(
         out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; nothing is written
             where None.
         comm: ranks to run on.
-        progress: called with each new row, on every rank; those of second runs, too.
-        visit: likewise, with the specimen (a finger's model, for one) as it then is; it must
-            leave the specimen so. Second runs are not visited.
+        progress: called on every rank with each new row, those of second runs included.
+        visit: likewise, with the specimen (for instance a finger's model) in its present state,
+            which it must not change. Second runs are not visited.
         gradients: keys of parameters that all readings are derived by, () for every one; None
             for no derivatives. A key of a choice of the model (``extensions.coarse_mesh``) asks
             for a second run with the other choice, and for the difference of the two.
@@ -126,7 +126,7 @@ def _lead(
     reached: Callable[[Row], None],
     observers: Sequence[Observer] = (),
 ) -> Failure | None:
-    """Call ``reached`` with the row of each stop; why a stop was not reached, where one was not."""
+    """Call ``reached`` with the row of each stop; return why a stop was not reached, if so."""
     path = LoadPath(rig.newton, rig.longest(), passable=rig.passable, observers=observers)
     failure = rig.start(path, stops[0])
     if failure is not None:

@@ -1,4 +1,4 @@
-"""What a person should know before trusting a configuration's figures."""
+"""Doubts about a configuration that its user should know."""
 
 from __future__ import annotations
 

@@ -25,14 +25,14 @@ COLUMNS = (
     "cavity_pressure_kPa", "cavity_volume_mm3", "contact_gap_mm", "plate_gap_mm",
     "iterations", "load_steps",
 )  # fmt: skip
-"""Columns of all experiments: those of the measured-data format, then what else is known."""
+"""Columns of all experiments: those of the measured-data format, then further ones."""
 
 EFFORT = ("iterations", "load_steps")
-"""The last of them."""
+"""The last of these columns: the solver's effort."""
 
 
 def columns(experiment: Experiment) -> tuple[str, ...]:
-    """Columns of an experiment's ``result.csv``: its own stand before the effort."""
+    """Columns of an experiment's ``result.csv``: its own come before those of :data:`EFFORT`."""
     shared = [name for name in COLUMNS if name not in EFFORT]
     return (*shared, *experiment.columns, *EFFORT)
 

@@ -101,7 +101,7 @@ def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Con
 
 
 def _values(effect: type[Effect], rng: np.random.Generator) -> dict[str, Any]:
-    """Parameters of ``effect`` from their priors, drawn anew until they are allowed."""
+    """Parameters of ``effect`` from their priors, drawn until they are allowed."""
     for _ in range(TRIES):
         values: dict[str, Any] = {}
         for key, prior in effect.priors().items():
@@ -167,7 +167,7 @@ def measure(
 
 
 def write(measurement: Measurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
-    """Write ``measured.csv`` and ``.toml`` for whom it is to fool, and ``truth.toml`` apart.
+    """Write ``measured.csv`` and ``.toml``, and what they hide to ``truth.toml``.
 
     Raises:
         ConfigError: on every rank, where the folder cannot be written.

@@ -49,5 +49,5 @@ class BellowsFriction(Effect):
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         if site.contact is not None:
-            site.rub(self, "coefficient", site.contact, self.slip_mm)
+            site.add_friction(self, "coefficient", site.contact, self.slip_mm)
         return ()

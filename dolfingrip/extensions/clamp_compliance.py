@@ -1,4 +1,4 @@
-"""A clamp that gives way."""
+"""A compliant clamp."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class ClampCompliance(Effect):
-    """A clamp that gives way: a rigid base on springs.
+    """A compliant clamp: a rigid base on springs.
 
     Π += f·s − c |f|²/2 + m φ − c_φ m²/2: the base's shift s in x and z, its small turn φ about y,
     and the springs' force f and moment m are unknowns. The clamped face moves along,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class CoarseMesh(Effect):
     """A mesh coarser than the base model's.
 
-    Element sizes ← factor · sizes. Not a property of any finger: it tells how much of a
+    Element sizes ← factor · sizes. Not a property of any finger: it shows how much of a
     difference may be the mesh's.
 
     Hexahedra are never fewer than one across a wall: what grows are those at concave edges.

@@ -69,7 +69,7 @@ class Effect(Section):
     """One effect: its parameters are the table's keys, each with a :class:`Prior`.
 
     An effect overrides the hooks that it needs. The docstring of each says its equation, what
-    it looks like in angle and force (Fingerprint:) and what it is confused with
+    its effect on angle and force is (Fingerprint:) and what it is confused with
     (Confused with:).
 
     Attributes:
@@ -107,7 +107,7 @@ class Effect(Section):
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         """More energies of a finger (mJ of the meshed part), as forms in ``site.u``.
 
-        May also change the set-up at hand (``site.held``, ``site.plate``), and add to
+        May also change the set-up (``site.held``, ``site.plate``), and add to
         ``site.further`` terms that are no forms, as ``site.rub`` does.
         """
         return ()

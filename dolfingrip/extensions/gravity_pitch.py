@@ -1,4 +1,4 @@
-"""The finger's own weight, and which way it hangs."""
+"""The finger's own weight, and the direction in which it hangs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The effects there are, in the order in which they act on one another."""
+"""The index of effects, in the order in which they act on one another."""
 
 from __future__ import annotations
 

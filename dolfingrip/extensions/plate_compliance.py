@@ -1,4 +1,4 @@
-"""A force sensor that gives way."""
+"""A compliant force sensor."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class PlateCompliance(Effect):
-    """A force sensor that gives way.
+    """A compliant force sensor.
 
     Π += f (d − d₀) − c f²/2 with the plate's place d along its normal and the spring's force f
     unknowns, d₀ unloaded, and c the compliance: a spring in series with the finger, d₀ − d = c F.

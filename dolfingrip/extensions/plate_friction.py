@@ -20,7 +20,7 @@ class PlateFriction(Effect):
     Π += Σ μ N f0(|s|) over the nodes of the skin that touch the plate, N their normal forces, s the
     slip in a load step and the elastic displacement of nodes that stuck before it: up to ε = 0.02
     mm friction is a spring, beyond it μN; see :mod:`dolfingrip.mechanics.contact.friction`. The
-    plate has no mass and does not move along.
+    plate is fixed along its plane.
 
     Prior: μ = 0.6 ± 0.2, thermoplastic polyurethane 0.3 to 1.0.
     Fingerprint: the tip slides less: a loop at any rate, in every cycle; the force 3 % higher while
@@ -39,5 +39,5 @@ class PlateFriction(Effect):
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:
         if site.plate is not None:
-            site.rub(self, "mu", site.plate)
+            site.add_friction(self, "mu", site.plate)
         return ()

@@ -21,8 +21,8 @@ class PlateGap(Effect):
     Prior: 0.3 ± 0.3 mm (engineering guess).
     Fingerprint: no force up to the pressure at which the tip arrives, then a curve that is lower by
     nearly the same amount at all pressures, 0.007 to 0.009 N for 0.3 mm. Free bending is untouched.
-    Confused with: the force's offset (there at no pressure, too), permanent set, a clamp or
-    sensor that gives way.
+    Confused with: the force's offset (there at no pressure, too), permanent set, a compliant clamp
+    or sensor.
     """
 
     kind: ClassVar = "set-up"

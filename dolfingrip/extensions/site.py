@@ -1,4 +1,4 @@
-"""What effects are handed as a model is built."""
+"""The model under construction, as the hooks of effects receive it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from dolfingrip.sections.setup import Setup
 
 
 class Named(Protocol):
-    """What a parameter, an unknown or an internal variable belongs to: an effect."""
+    """The effect that a parameter, an unknown or an internal variable belongs to."""
 
     @classmethod
     def name(cls) -> str:
@@ -49,7 +49,7 @@ class Site:
             and put a term of its own in their place.
         parameters: constants of the potential by name, that sensitivities are taken to.
         unknowns: what is solved for besides the fields, by name.
-        motions: of the clamp, with numbers among these.
+        motions: of the clamp, by numbers among ``unknowns``.
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
         contact: of the skin with itself, where there is any.
         further: terms of Π that are no forms, beside plate and contact.
@@ -95,7 +95,7 @@ class Site:
         return made
 
     def fixed(self, value: float) -> fem.Constant:
-        """A number that depends on the mesh; written into a form it would compile it anew."""
+        """A constant for a number that depends on the mesh; a literal would recompile the form."""
         return fem.Constant(self.domain.mesh, PETSc.ScalarType(value))
 
     def unknown(
@@ -123,14 +123,14 @@ class Site:
         self.unknowns[made.name] = made
         return made
 
-    def move_clamp(self, number: Number, way: Callable[[np.ndarray], np.ndarray]) -> None:
+    def move_clamp(self, number: Number, mode: Callable[[np.ndarray], np.ndarray]) -> None:
         """Let the clamp move with ``number``.
 
         Args:
             number: an unknown.
-            way: (3, n) reference coordinates (mm) to (3, n) displacements for each unit of it.
+            mode: (3, n) reference coordinates (mm) to (3, n) displacements for each unit of it.
         """
-        self.motions.append(Motion(number, way))
+        self.motions.append(Motion(number, mode))
 
     def spring(
         self, effect: Named, force: str, moved: Expr, compliance: Expr, lever_mm: float = 1.0
@@ -145,7 +145,7 @@ class Site:
             force: name of f, with its unit: N, or N mm where ``moved`` is an angle.
             moved: s, mm or rad, of a number's constant.
             compliance: c, mm/N or rad/(N mm).
-            lever_mm: length that makes an angle a way of comparable size.
+            lever_mm: length by which an angle becomes a displacement of comparable size.
         """
         # 1 N weighs as much as 1 mm, about a soft finger's stiffness
         f = self.unknown(effect, force, scale=lever_mm, multiplier=True).constant
@@ -156,7 +156,9 @@ class Site:
         part = self.domain.surface(region, quadrature_degree=2)
         return self.domain.copies * self._integral(self.fixed(1.0) * part)
 
-    def rub(self, effect: Named, key: str, contact: Touching, slip_mm: float = SLIP_mm) -> None:
+    def add_friction(
+        self, effect: Named, key: str, contact: Touching, slip_mm: float = SLIP_mm
+    ) -> None:
         """Add friction to ``contact``, its coefficient the parameter ``key`` of ``effect``."""
         mu = self.constant(effect, key)
         self.further.append(Friction(contact, self.u, mu, slip_mm, effect.name()))
@@ -190,7 +192,7 @@ class Site:
         return energy * share * clamp
 
     def _measured(self, measure: Callable[[], np.ndarray]) -> fem.Constant:
-        """A constant that is measured on the mesh, anew whenever that moves."""
+        """A constant that is measured on the mesh, and again whenever the mesh moves."""
         made = fem.Constant(self.domain.mesh, measure())
 
         def update() -> None:

@@ -1,4 +1,4 @@
-"""The way from the regulator to the cavity: a control whose stages are effects."""
+"""The supply from the regulator to the cavity: a control whose stages are effects."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ NAME = "supply_kPa"
 
 
 class Supply:
-    """Regulator pressure, led by a path, and the cavity's, which stages make of it.
+    """Regulator pressure, the control of a path, and the cavity's, which stages make of it.
 
-    A control and a memory of the model: what stands at each stage as a load step starts is
+    A control and a memory of the model: the pressure at each stage at the load step's start is
     part of the state.
 
     Args:
@@ -27,13 +27,13 @@ class Supply:
         self._cavity = cavity
         self.stages = stages
         self._regulator_kPa = 0.0
-        # no pressure is under way at first
+        # at first no pressure is known behind any stage
         self._before = self._pass(np.full(len(stages) + 1, np.nan), 0.0, 0.0)
         self._now = self._before.copy()
         cavity.set(self._now[-1])
 
     def _pass(self, before: np.ndarray, time_s: float, step_s: float) -> np.ndarray:
-        """Pressure at the regulator and behind each stage; NaN before is none under way."""
+        """Pressure at the regulator and behind each stage; ``before`` is NaN if unknown."""
         now = np.full_like(before, self._regulator_kPa)
         for i, stage in enumerate(self.stages):
             earlier = np.where(np.isnan(before[i : i + 2]), now[i], before[i : i + 2])
@@ -60,7 +60,7 @@ class Supply:
         self._cavity.set(self._now[-1])
 
     def accept(self) -> None:
-        """What stands at each stage is what the next load step starts from."""
+        """Take the present pressures as those at the next load step's start."""
         self._before = self._now.copy()
 
     def values(self) -> dict[str, np.ndarray]:
@@ -68,5 +68,5 @@ class Supply:
         return {NAME: self._before.copy()}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Go back to what stood at each stage."""
+        """Restore the pressure at each stage."""
         self._before = values[NAME].copy()

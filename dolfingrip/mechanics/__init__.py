@@ -1,1 +1,1 @@
-"""The engine: domain, total potential, Newton's method, contact, load path."""
+"""The solver: domain, total potential, Newton's method, contact, load path."""

@@ -25,8 +25,8 @@ def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:
     """One column as floats.
 
     Args:
-        table: Columns by name.
-        name: The column wanted, e.g. ``force_N``.
+        table: columns by name.
+        name: the column wanted, e.g. ``force_N``.
 
     Returns:
         Shape (rows,), in the unit that the name carries; empty entries are NaN. None where the
@@ -54,7 +54,7 @@ def required(table: Columns, name: str) -> npt.NDArray[np.float64]:
 def branches(table: Columns) -> npt.NDArray[np.str_]:
     """The branch of each row (``loading``, ``unloading``, ``hold``), shape (rows,).
 
-    Where the column is absent every row is ``loading``: nothing then tells them apart.
+    Where the column is absent every row is ``loading``: nothing distinguishes them.
     """
     if "branch" not in table:
         return np.array(["loading"] * len(list(table["pressure_kPa"])), dtype=np.str_)

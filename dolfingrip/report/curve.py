@@ -52,30 +52,30 @@ def plot(
     *,
     measured: Columns | None = None,
 ) -> Path:
-    """Draw what an experiment says is to be drawn of its result.
+    """Draw a result as the experiment's ``plot`` says.
 
     Args:
-        experiment: Whose result it is.
-        result: Columns that ``experiment.plot`` names; the first of its curves must be there. A
-            column ``branch`` tells loading from unloading.
+        experiment: whose result it is.
+        result: columns that ``experiment.plot`` names; the first of its curves must be there. A
+            column ``branch`` distinguishes loading from unloading.
         path: PNG to write (6 in × 4 in).
-        turning_point: Pressure (kPa), force (N) and the slopes (N/kPa) of the lines that meet
+        turning_point: pressure (kPa), force (N) and the slopes (N/kPa) of the lines that meet
             there.
-        measured: Measurements of the first curve, drawn as points; with a column ``experiment``
+        measured: measurements of the first curve, drawn as points; with a column ``experiment``
             only its rows of this one.
 
     Raises:
         ValueError: One line naming a column that is missing.
     """
-    told = experiment.plot
-    with _axes(path, told.label, told.over_label) as axes:
-        for i, (curve, (colour, marker)) in enumerate(zip(told.curves, _LINES, strict=False)):
+    plot_of = experiment.plot
+    with _axes(path, plot_of.label, plot_of.over_label) as axes:
+        for i, (curve, (colour, marker)) in enumerate(zip(plot_of.curves, _LINES, strict=False)):
             if i == 0 or numbers(result, curve.column) is not None:
-                _draw(axes, result, curve.column, curve.label, colour, marker, told.over)
+                _draw(axes, result, curve.column, curve.label, colour, marker, plot_of.over)
         if measured is not None:
             _draw_measured(axes, measured, experiment)
         if turning_point is not None:
-            over = required(result, told.over)
+            over = required(result, plot_of.over)
             _draw_turning_point(axes, turning_point, np.nanmin(over), np.nanmax(over))
     return path
 
@@ -84,7 +84,7 @@ def plot(
 def _axes(path: Path, label: str, over: str) -> Iterator[Axes]:
     """Axes over ``over``; saved on leaving, with limits that include the origin."""
     with figure_theme():
-        # A figure of its own rather than pyplot's: nothing is left open, no backend is chosen.
+        # A Figure rather than pyplot's: nothing is left open, no backend is chosen.
         figure = Figure(figsize=SIZE_IN, layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
@@ -138,10 +138,10 @@ def _runs(mask: Any) -> list[slice]:
 
 def _draw_measured(axes: Axes, measured: Columns, experiment: Experiment) -> None:
     table = select_rows(measured, "experiment", experiment.name)
-    told = experiment.plot
+    plot_of = experiment.plot
     axes.plot(
-        required(table, told.over),
-        required(table, told.curves[0].column),
+        required(table, plot_of.over),
+        required(table, plot_of.curves[0].column),
         "D",
         color=INK,
         label="measured",

@@ -51,9 +51,9 @@ def plot_fit(
     """Predicted against computed outputs, a panel each.
 
     Args:
-        names: Of the outputs.
-        computed, predicted: Shape (designs, outputs).
-        test: Shape (designs,), whether held out.
+        names: of the outputs.
+        computed, predicted: shape (designs, outputs).
+        test: shape (designs,), whether held out.
     """
     with _figure(path, len(names)) as panels:
         for column, (name, axes) in enumerate(zip(names, panels, strict=True)):
@@ -89,7 +89,7 @@ class FrontPicture:
     Attributes:
         front: of the surrogate.
         cloud: the designs of experiments.
-        failed: designs without numbers, told in the legend.
+        failed: number of failed designs, for the legend.
         chosen: design by COG limit (mm).
         original: the undeformed finger as it was, by finite elements or else the surrogate.
         resolved: designs computed again by finite elements.
@@ -202,8 +202,8 @@ def plot_scatter(names: Sequence[str], scatter: Mapping[int, Scatter], path: Pat
     """Standard deviation of the chosen design's inputs against generations (the paper's Fig. 8).
 
     Args:
-        names: Of the inputs; a panel each.
-        scatter: By population.
+        names: of the inputs; a panel each.
+        scatter: by population.
     """
     styles = [(BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (INK, "v"), (GREY, "x")]
     with _figure(path, len(names)) as panels:
@@ -230,7 +230,7 @@ def plot_scatter(names: Sequence[str], scatter: Mapping[int, Scatter], path: Pat
 def _figure(path: Path, panels: int) -> Iterator[list[Axes]]:
     """Axes side by side; saved on leaving."""
     with figure_theme():
-        # A figure of its own rather than pyplot's: nothing is left open, no backend is chosen.
+        # A Figure rather than pyplot's: nothing is left open, no backend is chosen.
         figure = Figure(figsize=(6.0 if panels == 1 else 4.0 * panels, 4.0), layout="constrained")
         FigureCanvasAgg(figure)
         figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]

@@ -36,12 +36,12 @@ class FieldMesh:
     """A mesh of tetrahedra or hexahedra with each node once, whatever the number of pieces on disk.
 
     Attributes:
-        points: Reference positions in mm, shape (nodes, 3).
-        cells: Node numbers of tetrahedra, shape (cells, 4) or (cells, 10), or of hexahedra, shape
+        points: reference positions in mm, shape (nodes, 3).
+        cells: node numbers of tetrahedra, shape (cells, 4) or (cells, 10), or of hexahedra, shape
             (cells, 8), (cells, 20) or (cells, 27), in the order of
             :class:`~dolfingrip.meshes.solid.SolidMesh`; the last has the middles of the faces, in
             the order of the element's faces, and of the element besides.
-        source: Row of each node in the file's point arrays, shape (nodes,).
+        source: row of each node in the file's point arrays, shape (nodes,).
     """
 
     points: npt.NDArray[np.float64]
@@ -76,9 +76,9 @@ def find_steps(
     """Row numbers of a result at the pressures asked for.
 
     Args:
-        result: Columns with ``pressure_kPa`` and, where pressure also falls, ``branch``.
+        result: columns with ``pressure_kPa`` and, where pressure also falls, ``branch``.
         pressures_kPa: Pressures wanted, each one a row of the result.
-        branch: Which of several rows at one pressure is meant; the first such row is taken.
+        branch: which of several rows at one pressure is meant; the first such row is taken.
 
     Raises:
         ValueError: One line naming a pressure asked for that is not in the results, and those that

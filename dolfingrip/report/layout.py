@@ -44,14 +44,14 @@ def save_pictures(
     """Write pictures side by side as one PNG with one colour scale and one scale bar.
 
     Args:
-        pictures: Of shape (height, width, 3) with one height and one scale.
+        pictures: of shape (height, width, 3) with one height and one scale.
         labels: A short text above each, e.g. ``100 kPa``.
-        out: File to write.
-        px_per_mm: Scale of the pictures; the scale bar holds for lengths in the plane of the
+        out: file to write.
+        px_per_mm: scale of the pictures; the scale bar holds for lengths in the plane of the
             picture.
-        view: Their camera, for the axes' directions.
-        colour_map, range_, scale_label: The colour scale, with the unit in its label.
-        open_ended: Whether values above the range occur (the scale then ends in an arrow).
+        view: their camera, for the axes' directions.
+        colour_map, range_, scale_label: the colour scale, with the unit in its label.
+        open_ended: whether values above the range occur (the scale then ends in an arrow).
     """
     height = pictures[0].shape[0] / DPI
     widths = [picture.shape[1] / DPI for picture in pictures]

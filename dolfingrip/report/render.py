@@ -52,13 +52,13 @@ class Pictures:
     """Poses of one finger, drawn with one camera, one scale and one range of colours.
 
     Attributes:
-        images: One for each pressure, each of shape (height, width, 3).
-        labels: Text above each, e.g. ``100 kPa``.
-        px_per_mm: Pixels that a millimetre takes.
-        view: Direction of the camera.
-        colour_by: Quantity of the colours.
-        range_: Values at the ends of the colour scale (mm, or – for the stretch).
-        open_ended: Whether values above the range occur.
+        images: one for each pressure, each of shape (height, width, 3).
+        labels: text above each, e.g. ``100 kPa``.
+        px_per_mm: pixels that a millimetre takes.
+        view: direction of the camera.
+        colour_by: quantity of the colours.
+        range_: values at the ends of the colour scale (mm, or – for the stretch).
+        open_ended: whether values above the range occur.
     """
 
     images: list[Image]
@@ -73,8 +73,8 @@ class Pictures:
         """Write one PNG for each pressure; all have the same frame.
 
         Args:
-            folder: Made where missing.
-            stem: Files are called ``<stem>_<pressure>kPa.png``.
+            folder: made where missing.
+            stem: files are called ``<stem>_<pressure>kPa.png``.
 
         Returns:
             The files, in the order of the pressures.
@@ -123,10 +123,10 @@ def draw(
         shown: ``whole``: a half finger y ≥ 0 is completed by its mirror image. ``half``: it is
             drawn as it is, cut open towards the reader. ``section``: the cut y = 0 through the
             cavity alone, seen from the side; fields of a whole finger are refused.
-        result: Columns of the result, or its CSV file; ``result.csv`` beside ``fields`` where None.
+        result: columns of the result, or its CSV file; ``result.csv`` beside ``fields`` where None.
         branch: ``loading`` or ``unloading``, where both have the pressure.
-        plate: Force sensor to draw.
-        height_in: Height of the finger's frame in inches, at 300 dots per inch.
+        plate: force sensor to draw.
+        height_in: height of the finger's frame in inches, at 300 dots per inch.
 
     Raises:
         ValueError: One line: a pressure that is not in the results (with those that are), steps and

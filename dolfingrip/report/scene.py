@@ -39,9 +39,9 @@ class Plate:
     """The force sensor as drawn.
 
     Attributes:
-        point_mm: Any point of its face.
-        normal: Of its face, towards the finger; any length but zero.
-        contact_length_mm: Length of finger facing it, from the tip; it is drawn twice as long,
+        point_mm: any point of its face.
+        normal: of its face, towards the finger; any length but zero.
+        contact_length_mm: length of finger facing it, from the tip; it is drawn twice as long,
             about the tip.
     """
 
@@ -55,8 +55,8 @@ class View:
     """A parallel projection with the clamp above (−z is up), bending to the right.
 
     Attributes:
-        azimuth_deg: Turn of the camera from the side view (seen from −y) towards the bellows.
-        elevation_deg: Rise of the camera above the horizontal.
+        azimuth_deg: turn of the camera from the side view (seen from −y) towards the bellows.
+        elevation_deg: rise of the camera above the horizontal.
     """
 
     azimuth_deg: float = 32.0
@@ -86,14 +86,14 @@ def draw_poses(
     """Draw the finger in several poses with one camera.
 
     Args:
-        skin: Surface of the finger.
-        displacements: Nodal displacements in mm of each pose, each of shape (nodes, 3).
-        values: Nodal values to colour by, each of shape (nodes,).
-        range_: Values at the ends of the colour map.
+        skin: surface of the finger.
+        displacements: nodal displacements in mm of each pose, each of shape (nodes, 3).
+        values: nodal values to colour by, each of shape (nodes,).
+        range_: values at the ends of the colour map.
         colour_map: Matplotlib's object.
-        view: Direction of the camera; what it frames is the union of all poses.
-        height_px: Height of the pictures; the width follows from the content.
-        plate: Force sensor to draw.
+        view: direction of the camera; what it frames is the union of all poses.
+        height_px: height of the pictures; the width follows from the content.
+        plate: force sensor to draw.
 
     Returns:
         Pictures of shape (height, width, 3), and how many pixels a millimetre takes.
@@ -106,27 +106,11 @@ def draw_poses(
     width_mm, height_mm = high - low + 2 * MARGIN_MM
     per_mm = height_px / height_mm
 
-    with _no_display():
-        plotter = pv.Plotter(
-            off_screen=True,
-            theme=scene_theme(),
-            lighting="light kit",
-            window_size=[int(np.ceil(width_mm * per_mm)), height_px],
-        )
+    plotter = _plotter(int(np.ceil(width_mm * per_mm)), height_px)
     try:
         surface, source = _shaded(skin)
         surface["value"] = values[0][skin.node][source]
-        plotter.add_mesh(
-            surface,
-            scalars="value",
-            cmap=colour_map,
-            clim=range_,
-            smooth_shading=False,
-            show_scalar_bar=False,
-            ambient=0.56,
-            diffuse=0.54,
-            specular=0.03,
-        ).prop.interpolation = "Phong"
+        _add_surface(plotter, surface, colour_map, range_)
         edges, creases = _lines(skin.points, skin.edges), _lines(skin.points, skin.creases)
         plotter.add_mesh(edges, color=INK, line_width=1.0, opacity=0.22, lighting=False)
         plotter.add_mesh(creases, color=INK, line_width=2.2, opacity=0.85, lighting=False)
@@ -135,11 +119,7 @@ def draw_poses(
             plotter.add_mesh(block.extract_feature_edges(30), color=INK, line_width=1.5)
         middle = (low + high) / 2
         focus = middle[0] * right + middle[1] * up + np.mean(seen @ towards) * towards
-        far = 3 * float(np.ptp(seen, axis=0).max())
-        plotter.camera_position = [focus + far * towards, focus, up]
-        plotter.camera.parallel_projection = True
-        plotter.camera.parallel_scale = height_mm / 2
-        plotter.camera.clipping_range = (0.01 * far, 2 * far)
+        _aim(plotter, focus, view, far=3 * float(np.ptp(seen, axis=0).max()), height_mm=height_mm)
 
         pictures = []
         for moved, value in zip(poses, values, strict=True):
@@ -154,6 +134,43 @@ def draw_poses(
         plotter.close()
         plotter.deep_clean()
     return pictures, per_mm
+
+
+def _plotter(width_px: int, height_px: int) -> pv.Plotter:
+    """A window off screen."""
+    with _no_display():
+        return pv.Plotter(
+            off_screen=True,
+            theme=scene_theme(),
+            lighting="light kit",
+            window_size=[width_px, height_px],
+        )
+
+
+def _add_surface(
+    plotter: pv.Plotter, surface: Any, colour_map: Colormap, range_: tuple[float, float]
+) -> None:
+    """Add the skin, coloured by its array "value"."""
+    plotter.add_mesh(
+        surface,
+        scalars="value",
+        cmap=colour_map,
+        clim=range_,
+        smooth_shading=False,
+        show_scalar_bar=False,
+        ambient=0.56,
+        diffuse=0.54,
+        specular=0.03,
+    ).prop.interpolation = "Phong"
+
+
+def _aim(plotter: pv.Plotter, focus: Floats, view: View, *, far: float, height_mm: float) -> None:
+    """Point a camera at ``focus`` from ``far`` (mm) away; its picture is ``height_mm`` high."""
+    _, up, towards = view.axes
+    plotter.camera_position = [focus + far * towards, focus, up]
+    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_scale = height_mm / 2
+    plotter.camera.clipping_range = (0.01 * far, 2 * far)
 
 
 @contextmanager
@@ -174,7 +191,7 @@ def _no_display() -> Iterator[None]:
 
 
 def _has_egl() -> bool:
-    """Whether the library is there; without it VTK is left to find its own way."""
+    """Whether the library is there; without it VTK chooses its own window."""
     try:
         ctypes.CDLL("libEGL.so.1")
     except OSError:

@@ -37,12 +37,12 @@ class Skin:
     """A triangulated surface whose points are nodes of the mesh or their mirror images.
 
     Attributes:
-        points: Reference positions in mm, shape (points, 3).
-        node: Node of the mesh behind each point, shape (points,).
+        points: reference positions in mm, shape (points, 3).
+        node: node of the mesh behind each point, shape (points,).
         side: +1, or −1 where the point is the mirror image in y = 0, shape (points,).
-        triangles: Shape (triangles, 3), outward; several to a facet.
-        edges: Segments of the facets' edges, shape (segments, 2).
-        creases: Those of them where the surface folds or ends, shape (segments, 2).
+        triangles: shape (triangles, 3), outward; several to a facet.
+        edges: segments of the facets' edges, shape (segments, 2).
+        creases: those of them where the surface folds or ends, shape (segments, 2).
     """
 
     points: Floats
@@ -65,10 +65,10 @@ def extract_skin(
     """Surface of a finger.
 
     Args:
-        mesh: Whole finger, or its half y ≥ 0.
-        mirror: Complete a half finger with its mirror image in y = 0, without the facets in that
+        mesh: whole finger, or its half y ≥ 0.
+        mirror: complete a half finger with its mirror image in y = 0, without the facets in that
             plane; a whole one is left as it is.
-        cut: Take the facets in the symmetry plane y = 0 and no others: the section of a half
+        cut: take the facets in the symmetry plane y = 0 and no others: the section of a half
             finger, its cavity left open. ``mirror`` is then without effect.
         crease_deg: Fold, in the reference pose, from which an edge is a crease.
 
@@ -104,7 +104,7 @@ def _boundary(mesh: FieldMesh) -> Ints:
     cell, face = np.divmod(rows, len(shape.faces))
     if mesh.cells.shape[1] > simple.shape[1]:
         facets = np.column_stack([facets, mesh.cells[cell, simple.shape[1] + face]])
-    # Elements come in either handedness, so the way out is told by their middle.
+    # Elements come in either handedness, so their middle decides which side is outside.
     middle = mesh.points[mesh.cells[:, : shape.corners]].mean(axis=1)[cell]
     way_in = middle - mesh.points[facets[:, 0]]
     inward = np.einsum("ij,ij->i", _normals(mesh.points, facets), way_in) > 0

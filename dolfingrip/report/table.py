@@ -18,10 +18,10 @@ def tabulate(*results: tuple[Sequence[Column], Columns], title: str | None = Non
     """Columns of one result or of several, side by side.
 
     Args:
-        results: Of each the columns to show and the result itself. The first column shown is
+        results: of each the columns to show and the result itself. The first column shown is
             that by which rows of several results are joined; the others are left out where the
             result lacks them.
-        title: Set above the table.
+        title: set above the table.
 
     Returns:
         A table with one row for each value of the first column and each branch in any result,

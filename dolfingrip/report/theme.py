@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pyvista.plotting.themes import Theme
 
 BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-"""Okabe and Ito's colours: told apart with any colour vision and by lightness in print."""
+"""Okabe and Ito's colours: distinguishable with any colour vision and by lightness in print."""
 
 INK, GREY, PALE = "#222222", "#7F7F7F", "#C8CACC"
 """Text and outlines, secondary lines, fixtures (clamp, plate)."""

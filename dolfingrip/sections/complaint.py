@@ -1,4 +1,4 @@
-"""Bad configuration, said in one line that names the key, the value and the allowed range."""
+"""Errors of the configuration: one line with the key, the value and the allowed range."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LONGEST = 60
 
 
 class ConfigError(ValueError):
-    """Bad input, said in one line that names the key, the value and the allowed range."""
+    """Bad input: one line with the key, the value and the allowed range."""
 
 
 def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:

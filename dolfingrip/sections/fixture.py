@@ -1,4 +1,4 @@
-"""Sections of the configuration that tell what surrounds the finger: plate, gravity."""
+"""Sections of the configuration for the surroundings of the finger: plate, gravity."""
 
 from __future__ import annotations
 

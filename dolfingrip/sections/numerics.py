@@ -1,4 +1,4 @@
-"""Sections of the configuration that tell how it is solved: Newton's method, contact."""
+"""Sections of the configuration for the solution: Newton's method, contact."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sections of the configuration that tell how it is tested: experiment, protocol, coupon."""
+"""Sections of the configuration for the test procedure: experiment, protocol, coupon."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ class Experiment(Section):
     """Readings to take, in order: from rest to the maximum, and back where asked."""
 
     control: Literal["pressure", "volume"] = Field(
-        "pressure", description="what is led; led by volume, the cavity passes limit points"
+        "pressure",
+        description="what is prescribed; volume control passes limit points",
     )
     max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
     step_kPa: float = Field(25.0, gt=0, description="a reading every so much")
     max_volume_ratio: float = Field(
-        2.0, gt=1, le=100, description="led by volume: largest cavity, relative to rest"
+        2.0, gt=1, le=100, description="volume control: largest cavity, relative to rest"
     )
     step_volume_ratio: float = Field(
-        0.1, gt=0, le=10, description="led by volume: a reading every so much"
+        0.1, gt=0, le=10, description="volume control: a reading every so much"
     )
     unload: bool = Field(False, description="go back to rest in the same steps")
     rate_kPa_per_s: float = Field(25.0, gt=0, description="ramp; felt by models with a clock only")
@@ -55,10 +56,10 @@ class Protocol(Section):
     @model_validator(mode="after")
     def _table(self) -> Protocol:
         count = len(self.time_s)
-        led = "displacement_mm" if self.displacement_mm else "pressure_kPa"
-        for key in (led, "cycle", "branch"):
+        control = "displacement_mm" if self.displacement_mm else "pressure_kPa"
+        for key in (control, "cycle", "branch"):
             values = getattr(self, key)
-            if len(values) != count and (values or key == led):
+            if len(values) != count and (values or key == control):
                 raise outside(
                     key, f"{len(values)} values", f"allowed: as many as time_s has, {count}"
                 )

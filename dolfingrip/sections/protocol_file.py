@@ -1,4 +1,4 @@
-"""A protocol file: what the laboratory does, as readings at given times.
+"""A protocol file: the laboratory's procedure, as readings at given times.
 
 TOML: segments that are run through in order, ``cycles`` times, at each pose:
 
@@ -14,7 +14,7 @@ TOML: segments that are run through in order, ``cycles`` times, at each pose:
     name = "gap 2 mm"
     set = ["plate.gap_mm=2", "gravity.direction=[1, 0, 0]"]
 
-or the CSV of a measurement. The time stamps of one of its specimens are taken then.
+or the CSV of a measurement, for the time stamps of one of its specimens.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from dolfingrip.sections.section import Section, outside
 from dolfingrip.sections.units import unit
 
 SPARSER = 3.0
-"""Ratio of the times of successive readings of a wait, since what relaxes does so ever slower."""
+"""Ratio of the times of successive readings of a wait, since relaxation slows down."""
 
 Lines = Annotated[tuple[str, ...], Field(strict=False)]
 
@@ -79,14 +79,14 @@ def waits(length_s: float, count: int) -> list[float]:
 
 
 def read(
-    file: Path, experiment: str, led: str = "pressure_kPa", specimen: str | None = None
+    file: Path, experiment: str, control: str = "pressure_kPa", specimen: str | None = None
 ) -> tuple[dict[str, Any], Sequence[Pose]]:
-    """The table ``[protocol]`` that ``file`` stands for, and the poses it is run at.
+    """The table ``[protocol]`` that ``file`` describes, and its poses.
 
     Args:
         file: TOML, or CSV in the measured-data format.
         experiment: whose rows of a CSV are meant.
-        led: column of what the experiment leads, ``pressure_kPa`` or ``displacement_mm``.
+        control: column of the experiment's control, ``pressure_kPa`` or ``displacement_mm``.
         specimen: whose rows of a CSV are meant; to be given where the experiment has several.
 
     Raises:
@@ -104,20 +104,20 @@ def read(
         kind = "text" if measured else "TOML"
         raise ConfigError(f"--protocol {file}: not {kind}: {error}") from None
     if measured:
-        return _measured(file, text.splitlines(), experiment, led, specimen), ()
+        return _measured(file, text.splitlines(), experiment, control, specimen), ()
     asked = checked(ProtocolFile, data)
     if not asked.segment:
         raise ConfigError(f"--protocol {file}: segment = []: allowed: at least one [[segment]]")
-    by = f"to_{unit(led)}"
+    by = f"to_{unit(control)}"
     wrong = [s for s in asked.segment if s.hold_s is None and getattr(s, by) is None]
     if wrong:
         raise ConfigError(f"--protocol {file}: segment: allowed: {by} or hold_s in a {experiment}")
-    return _table(asked, led), asked.pose
+    return _table(asked, control), asked.pose
 
 
-def _table(asked: ProtocolFile, led: str) -> dict[str, Any]:
+def _table(asked: ProtocolFile, control: str) -> dict[str, Any]:
     rows: list[tuple[float, float, int, Branch]] = [(0.0, 0.0, 1, "loading")]
-    by, rate = f"to_{unit(led)}", f"rate_{unit(led)}_per_s"
+    by, rate = f"to_{unit(control)}", f"rate_{unit(control)}_per_s"
     for cycle in range(1, asked.cycles + 1):
         for segment in asked.segment:
             start_s, start, *_ = rows[-1]
@@ -132,15 +132,15 @@ def _table(asked: ProtocolFile, led: str) -> dict[str, Any]:
                 part = k / segment.readings
                 rows.append((start_s + part * length_s, start + part * change, cycle, branch))
     columns = [list(column) for column in zip(*rows, strict=True)]
-    return dict(zip(("time_s", led, "cycle", "branch"), columns, strict=True))
+    return dict(zip(("time_s", control, "cycle", "branch"), columns, strict=True))
 
 
 def _measured(
-    file: Path, lines: Iterable[str], experiment: str, led: str, specimen: str | None
+    file: Path, lines: Iterable[str], experiment: str, control: str, specimen: str | None
 ) -> dict[str, Any]:
     """Readings of one specimen of an experiment at its own time stamps, from 0 s on."""
     table = csv.DictReader(lines)
-    missing = [name for name in ("time_s", led) if name not in (table.fieldnames or ())]
+    missing = [name for name in ("time_s", control) if name not in (table.fieldnames or ())]
     if missing:
         raise ConfigError(f"--protocol {file}: missing column {missing[0]}")
     rows = [row for row in table if row.get("experiment", experiment) == experiment]
@@ -149,7 +149,7 @@ def _measured(
     rows = _of_one(file, rows, experiment, specimen)
     found: dict[str, Any] = {}
     try:
-        for name in ("time_s", led):
+        for name in ("time_s", control):
             found[name] = [float(row[name]) for row in rows]
         if "cycle" in rows[0]:
             found["cycle"] = [int(row["cycle"]) for row in rows]

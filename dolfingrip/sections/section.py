@@ -23,7 +23,7 @@ def outside(key: str, value: object, allowed: str) -> PydanticCustomError:
 
 
 def check_up_to(section: Section, key: str, limit: str, unit: str = "") -> None:
-    """Raise what :func:`outside` tells where the value of ``key`` exceeds that of ``limit``."""
+    """Raise the error of :func:`outside` where the value of ``key`` exceeds that of ``limit``."""
     value, most = getattr(section, key), getattr(section, limit)
     if value > most:
         raise outside(key, value, f"allowed: above 0 and up to {limit} = {most:g} {unit}".rstrip())

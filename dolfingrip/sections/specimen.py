@@ -1,4 +1,4 @@
-"""Sections of the configuration that tell what is tested: the finger, its material and mesh."""
+"""Sections of the configuration for the specimen: the finger, its material and mesh."""
 
 from __future__ import annotations
 

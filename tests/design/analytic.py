@@ -1,4 +1,4 @@
-"""An objective function that takes no time, so that campaigns can be killed by the dozen."""
+"""An objective function that takes no time, so that tests can kill many campaigns."""
 
 from __future__ import annotations
 
@@ -41,5 +41,5 @@ def objective(
 
 
 def dies(**_: object) -> None:
-    """What a worker's process runs that never becomes one."""
+    """The function of a worker process that dies at its start."""
     os._exit(1)

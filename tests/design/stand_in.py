@@ -1,4 +1,4 @@
-"""Test data only: an analytic stand-in for the finger, of the right character, no result of any.
+"""Test data only: an analytic stand-in for the finger, with the same trends and invented figures.
 
 The offset of the centre of gravity is linear in both parameters, as a morph makes it; the force is
 an invented function that rises with both and saturates, so that the best designs at any offset
@@ -53,7 +53,7 @@ def write_csv(file: Path, failed: int = 0) -> Path:
     lines = ["morph.xi1,morph.xi2,cog_offset_mm,force_N,status,failure,wall_s"]
     for row, (x, y) in enumerate(zip(xi, values, strict=True)):
         if row < failed:
-            # a failed design may have got far enough for a number: it must not be learnt
+            # a failed design may have got far enough for a number: it must not enter the training
             lines.append(f"{x[0]},{x[1]},{y[0]},999.0,failed,did not converge,1.0")
         else:
             lines.append(f"{x[0]},{x[1]},{y[0]},{y[1]},done,,1.0")

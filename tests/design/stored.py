@@ -1,4 +1,4 @@
-"""What tests ask of a store that the package does not."""
+"""Queries of a store that only tests need."""
 
 from __future__ import annotations
 

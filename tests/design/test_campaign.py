@@ -1,4 +1,4 @@
-"""Campaigns on local processes: resumed, killed at random moments, and told as they go."""
+"""Campaigns on local processes: resumed, killed at random moments, with progress."""
 
 from __future__ import annotations
 

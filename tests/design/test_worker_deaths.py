@@ -130,9 +130,9 @@ def test_a_scheduler_that_ends_is_told(tmp_path: Path, monkeypatch: pytest.Monke
 def test_workers_that_never_start_are_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed.nanny import WorkerProcess
 
-    from dolfingrip.design.campaign import nanny
+    from dolfingrip.design.campaign import worker_supervision
 
-    monkeypatch.setattr(nanny, "STARTS", 2)
+    monkeypatch.setattr(worker_supervision, "STARTS", 2)
     monkeypatch.setattr(WorkerProcess, "_run", staticmethod(analytic.dies))
     with (
         pytest.raises(ConfigError, match=r"^--workers 1: none could be started: [^\n]*$"),

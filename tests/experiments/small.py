@@ -1,9 +1,11 @@
-"""A finger on so few elements that a run takes seconds: right in kind, not in figures."""
+"""A finger on so few elements that a run takes seconds: for trends, not for figures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip import config
@@ -40,9 +42,16 @@ def model(settings: config.Config, *, plate: bool, comm: MPI.Comm = MPI.COMM_SEL
 
 
 def pressurise(finger: FingerModel, pressures_kPa: Iterable[float]) -> Iterable[float]:
-    """Lead the finger through the pressures and stop at each."""
+    """Load the finger to each of the pressures (kPa) in turn, and yield there."""
     path = LoadPath(Newton(finger.model, finger.config.solver))
     for pressure in pressures_kPa:
         arrival = path.advance({"pressure_kPa": pressure})
         assert arrival.failure is None, arrival.failure.sentence()
         yield pressure
+
+
+def clamp_force_N(finger: FingerModel) -> np.ndarray:
+    """(3,) force of the clamp on the whole finger (N), on one rank."""
+    space = finger.model.u.function_space
+    nodes = fem.locate_dofs_topological(space, 2, finger.model.domain.facets("clamp"))
+    return finger.model.domain.copies * finger.model.reactions()[nodes].sum(axis=0)

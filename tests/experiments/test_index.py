@@ -26,8 +26,8 @@ def test_says_what_it_is(experiment: Experiment) -> None:
     assert len(set(known)) == len(known)
     shown = {column.name for column in experiment.table}
     drawn = {curve.column for curve in experiment.plot.curves} | {experiment.plot.over}
-    assert {experiment.led, *shown, *drawn} <= set(known)
-    assert experiment.table[0].name == experiment.led
+    assert {experiment.control, *shown, *drawn} <= set(known)
+    assert experiment.table[0].name == experiment.control
 
 
 @every

@@ -18,15 +18,15 @@ LONG = ("experiment.max_pressure_kPa=300", "experiment.step_kPa=150", "solver.mi
 
 
 def test_bellows_pass_their_greatest_pressure() -> None:
-    """Led by volume the pressure rises, turns and falls; led by pressure the turn is the end.
+    """Under volume control the pressure rises, turns and falls; pressure control ends at the turn.
 
     The greatest pressure among readings is below that of the curve between them by no more than
     a parabola through the three highest has it, and pressure control stops within its smallest
     step of that.
     """
-    led = run("bending", config.load(EXAMPLE, [*COARSE, *READINGS]))
-    assert led.failure is None
-    pressure = led.column("pressure_kPa")
+    inflated = run("bending", config.load(EXAMPLE, [*COARSE, *READINGS]))
+    assert inflated.failure is None
+    pressure = inflated.column("pressure_kPa")
     top = int(pressure.argmax())
     print(f"greatest of the readings {pressure[top]:.3f} kPa, last {pressure[-1]:.3f} kPa")
     assert 2 < top < len(pressure) - 2

@@ -1,4 +1,4 @@
-"""Readings in order, and a finger led by its volume instead of its pressure."""
+"""Readings in order, and a finger under volume control."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def test_pressures() -> None:
 
 
 def test_volume_and_pressure_agree() -> None:
-    """Led by volume the finger passes the states that its own pressures lead it to.
+    """Under volume control the finger passes the states of pressure control at the same pressures.
 
     Both paths solve the same equations, so the angle differs by the solver's tolerance only.
     """
@@ -30,13 +30,13 @@ def test_volume_and_pressure_agree() -> None:
         "solver.rtol=1e-10",
     )
     assert pressures_kPa(by_volume) == []
-    led = run("bending", by_volume)
-    assert led.failure is None
-    volumes = led.column("cavity_volume_mm3")
+    inflated = run("bending", by_volume)
+    assert inflated.failure is None
+    volumes = inflated.column("cavity_volume_mm3")
     assert volumes / volumes[0] == pytest.approx([1, 1.05, 1.1], rel=1e-9)
-    assert list(led.column("time_s")) == [0, 1, 2]
+    assert list(inflated.column("time_s")) == [0, 1, 2]
 
-    pressure = float(led.column("pressure_kPa")[-1])
+    pressure = float(inflated.column("pressure_kPa")[-1])
     assert pressure > 10
     by_pressure = small.short(
         f"experiment.max_pressure_kPa={pressure!r}",
@@ -45,4 +45,4 @@ def test_volume_and_pressure_agree() -> None:
     )
     pressed = run("bending", by_pressure)
     for name in ("angle_deg", "tip_x_mm", "cavity_volume_mm3"):
-        assert led.column(name)[-1] == pytest.approx(pressed.column(name)[-1], rel=1e-7)
+        assert inflated.column(name)[-1] == pytest.approx(pressed.column(name)[-1], rel=1e-7)

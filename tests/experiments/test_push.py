@@ -37,7 +37,7 @@ def loaded(path: LoadPath, axis: str, force_N: float) -> float:
 
 
 def controlled(finger: FingerModel) -> FingerModel:
-    """The finger with its loads among what may be led."""
+    """The finger with its loads among the controls."""
     for axis in push.AXES:
         constant = finger.parameters[push.load(axis)]
         finger.model.controls[f"load_{axis}_N"] = Control(constant)

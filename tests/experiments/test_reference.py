@@ -1,6 +1,6 @@
 """The reference finger on the default mesh, held to stored figures.
 
-The figures are this code's own: they tell that something has changed, not that it is right. That
+The figures are this code's own: they show a change, not correctness. That
 is for the energies' tests against closed forms (tests/mechanics), the balance of forces
 (test_forces) and the benchmarks against other codes.
 

@@ -121,7 +121,7 @@ def test_derivatives_where_effects_do_nothing_are_those_of_starting_them() -> No
 
 
 def test_every_effect_registers_its_numbers() -> None:
-    """All real numbers of all effects, with units, bounds and priors; choices are told apart."""
+    """All real numbers of all effects, with units, bounds and priors; choices are marked."""
     from dolfingrip.extensions.index import EFFECTS
 
     on = [f"extensions.{effect.name()}={{}}" for effect in EFFECTS]

@@ -1,4 +1,4 @@
-"""Synthetic measurements: noise and nuisances as asked for, nothing told of what is hidden."""
+"""Synthetic measurements: noise and nuisances as asked for, hidden values kept out."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ INCOMPRESSIBLE = ("material.nu=0.49999", "solver.atol_N=1e-7")
 
 
 def pull(*overrides: str) -> Result:
-    """The bar pulled as ``overrides`` say."""
+    """The result of pulling the bar with ``overrides``."""
     result = run("coupon", config.load(None, overrides), comm=MPI.COMM_SELF)
     assert result.failure is None, result.failure.sentence()
     return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from extensions import bars
-from extensions.test_supply import led
+from extensions.test_supply import cavity_pressures
 
 from dolfingrip import config
 from dolfingrip.experiments.rigs.display import displayed
@@ -40,7 +40,7 @@ def test_pressure_offset_is_there_from_the_start() -> None:
     """A line behind it is filled at first."""
     times = np.array([1.0, 2.0])
     stages = (PressureOffset(offset_kPa=3.0), LineLag(tau_s=0.7))
-    np.testing.assert_allclose(led(times, np.zeros(2), *stages), 3.0)
+    np.testing.assert_allclose(cavity_pressures(times, np.zeros(2), *stages), 3.0)
 
 
 def test_moduli_drift_with_temperature() -> None:

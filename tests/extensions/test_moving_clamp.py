@@ -1,4 +1,4 @@
-"""A clamp that follows numbers: its derivatives, and the finger led by its volume."""
+"""A clamp that follows numbers: its derivatives, and the finger under volume control."""
 
 from __future__ import annotations
 
@@ -78,9 +78,9 @@ def test_tangent_is_the_derivative_of_the_equations(element: str) -> None:
 def test_volume_and_pressure_lead_to_the_same_states() -> None:
     """With a clamp and a plate that give way: where the pressure is the same, so is the force."""
     settings = trial.configured(SOFT, *trial.STRICT, *LOADED, "experiment.step_kPa=10")
-    led = run("blocked_force", settings, comm=trial.SELF)
-    assert led.failure is None
-    volumes = led.column("cavity_volume_mm3")
+    inflated = run("blocked_force", settings, comm=trial.SELF)
+    assert inflated.failure is None
+    volumes = inflated.column("cavity_volume_mm3")
     ratio = float(volumes[-1] / volumes[0])
     by_volume = trial.configured(
         SOFT,
@@ -92,10 +92,10 @@ def test_volume_and_pressure_lead_to_the_same_states() -> None:
     )
     found = run("blocked_force", by_volume, comm=trial.SELF)
     assert found.failure is None
-    assert led.column("force_N")[-1] > 0.1
+    assert inflated.column("force_N")[-1] > 0.1
     assert found.column("cavity_pressure_kPa")[-1] == pytest.approx(20.0, rel=1e-6)
     for name in ("force_N", "angle_deg", "tip_x_mm"):
-        assert found.column(name)[-1] == pytest.approx(led.column(name)[-1], rel=1e-6)
+        assert found.column(name)[-1] == pytest.approx(inflated.column(name)[-1], rel=1e-6)
 
 
 def test_no_compliance_is_the_base_model() -> None:

@@ -41,7 +41,7 @@ def test_free_bending_has_no_plate() -> None:
 
 
 def test_a_step_is_bounded_either_way() -> None:
-    """Taken backwards a step leads into the plate that it leads away from."""
+    """A step away from the plate, taken backwards, leads into it."""
     finger = small.model(trial.configured({PlateCompliance: {}}, *COMMON), plate=True)
     assert finger.plate.number is not None
     away = np.zeros_like(finger.model.unknowns.local())

@@ -110,7 +110,7 @@ def test_the_first_touch_rubs() -> None:
 
 
 def test_a_finger_at_rest_stays() -> None:
-    """Led to and fro on its plate, then held for a minute in steps of any length."""
+    """Moved to and fro on its plate, then held for a minute in steps of any length."""
     finger, _, path = pressing("solver.rtol=1e-9")
     for pressure in (10.0, 20.0, 35.0, 30.0):
         assert path.advance({"pressure_kPa": pressure}).failure is None

@@ -123,7 +123,7 @@ def test_a_step_taken_back_leaves_no_trace() -> None:
         reasons = iter(answers)
         path = LoadPath(newton, {"displacement_mm": 4.0}, partial(next, reasons, ""))
         arrivals = [path.advance({"displacement_mm": 4 * k, "time_s": 6 * k}) for k in parts]
-        assert sum(arrival.cuts for arrival in arrivals) == len(answers)
+        assert next(reasons, "") == "", "the rejection was not asked for"
         assert sum(arrival.steps for arrival in arrivals) == 2
         ends.append(bar.model.state())
     first, second = ends

@@ -20,7 +20,7 @@ from dolfingrip.mechanics.model.model import Control
 TAU = 0.7
 
 
-def led(times_s: np.ndarray, pressures_kPa: np.ndarray, *stages: object) -> np.ndarray:
+def cavity_pressures(times_s: np.ndarray, pressures_kPa: np.ndarray, *stages: object) -> np.ndarray:
     """Cavity pressure as the regulator passes through the points of a polygon."""
     cavity = Control(fem.Constant(mesh.create_unit_interval(MPI.COMM_SELF, 1), 0.0), KPA)
     supply = Supply(cavity, stages or [LineLag(tau_s=TAU)])  # type: ignore[arg-type]
@@ -39,20 +39,26 @@ def test_ramp_through_a_line(steps: int) -> None:
     """p = k (t − τ (1 − exp(−t/τ))), whatever the steps."""
     times = np.linspace(0, 2, steps + 1)[1:]
     expected = 30 * (times - TAU * (1 - np.exp(-times / TAU)))
-    np.testing.assert_allclose(led(times, 30 * times), expected, rtol=1e-10)
+    np.testing.assert_allclose(cavity_pressures(times, 30 * times), expected, rtol=1e-10)
 
 
 def test_sudden_pressure_through_a_line() -> None:
     """p = p₀ (1 − exp(−t/τ))."""
     times = np.array([1e-9, 0.3, 0.7, 1.4, 7.0])
     expected = 100 * (1 - np.exp(-times / TAU))
-    np.testing.assert_allclose(led(times, np.full(5, 100.0)), expected, rtol=1e-8, atol=1e-6)
+    np.testing.assert_allclose(
+        cavity_pressures(times, np.full(5, 100.0)), expected, rtol=1e-8, atol=1e-6
+    )
 
 
 def test_stages_follow_one_another_and_can_be_taken_back() -> None:
     times = np.linspace(0, 2, 9)[1:]
     stages = (PressureGain(gain=1.5), LineLag(tau_s=TAU))
-    np.testing.assert_allclose(led(times, 20 * times, *stages), led(times, 30 * times), rtol=1e-12)
+    np.testing.assert_allclose(
+        cavity_pressures(times, 20 * times, *stages),
+        cavity_pressures(times, 30 * times),
+        rtol=1e-12,
+    )
     cavity = Control(fem.Constant(mesh.create_unit_interval(MPI.COMM_SELF, 1), 0.0), KPA)
     supply = Supply(cavity, stages)
     kept = supply.values()

@@ -1,4 +1,4 @@
-"""What every effect is put through, on a short coarse finger against the plate."""
+"""The checks of every effect, on a short coarse finger against the plate."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from dolfingrip.mechanics.model.unknowns import Gradient
 
 SEED = 5
 STRICT = ("solver.rtol=1e-12", "solver.atol_N=1e-11")
-"""Iterated until rounding, lest a comparison show where Newton's method was stopped."""
+"""Iterated until rounding, so that comparisons do not show Newton's tolerance."""
 
 
 def configured(

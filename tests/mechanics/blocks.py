@@ -1,4 +1,4 @@
-"""Boxes of straight tetrahedra as bodies of their own material."""
+"""Boxes of straight tetrahedra as bodies, each of one material."""
 
 from __future__ import annotations
 

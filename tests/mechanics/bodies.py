@@ -29,7 +29,7 @@ REGIONS = ("cavity", "clamp", "skin", "tip", "symmetry", "facing plate")
 FORCE_DEGREE = {1: 2, 2: 5}
 """Points of the body force: its error must stay below the elements' own."""
 FAR = 1e3
-"""Gap of a plate that is not there (mm)."""
+"""Gap of a plate that is out of reach (mm)."""
 
 Where = Callable[[np.ndarray], np.ndarray]
 
@@ -97,7 +97,7 @@ class Body:
     contact: BarrierContact | None = None
 
     def touch(self, contact: BarrierContact) -> None:
-        """Give the body contact, in place of what it has."""
+        """Give the body contact, in place of its present one."""
         self.contact = contact
         self.model.terms = [self.plate, contact]
 
@@ -144,7 +144,7 @@ class Body:
         return self.model.reactions()
 
     def tangent(self) -> PETSc.Mat:
-        """Hessian of all energies (N/mm), fresh carried stress; 1 where something supports."""
+        """Hessian of all energies (N/mm), fresh carried stress; 1 on the diagonal of supports."""
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
         tangent = Tangent(self.model)
@@ -163,7 +163,7 @@ def body(
     stiffness_MPa: float = 1.0,
     normal: tuple[float, float, float] = (1.0, 0.0, 0.0),
 ) -> Body:
-    """A neo-Hookean solid with every energy there, the loads at 0 and the plate far away."""
+    """A neo-Hookean solid with every energy, the loads at 0 and the plate far away."""
     space = fem.functionspace(
         solid.mesh, basix.ufl.element("Lagrange", "tetrahedron", degree, shape=(3,))
     )

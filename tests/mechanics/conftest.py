@@ -1,4 +1,4 @@
-"""Bodies shared by the tests of the engine."""
+"""Bodies shared by the tests of the mechanics."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def sphere() -> bodies.Body:
 
 @pytest.fixture
 def balloon(sphere: bodies.Body) -> Iterator[bodies.Body]:
-    """The balloon without pressure; whatever a test does to it is undone."""
+    """The balloon without pressure; its state is restored after each test."""
     yield sphere
     sphere.displace(np.zeros_like(sphere.nodes))
     sphere.model.prescribe({"pressure_kPa": 0.0, "time_s": 0.0})

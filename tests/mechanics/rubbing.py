@@ -17,7 +17,7 @@ SLIP = 1e-3
 
 
 def rubbing(blocks: bodies.Body, coefficient: float = MU, slip_mm: float = SLIP) -> Friction:
-    """Give ``blocks`` friction, from where they stand."""
+    """Give ``blocks`` friction, from their present state."""
     assert blocks.contact is not None
     mu = fem.Constant(blocks.model.domain.mesh, PETSc.ScalarType(coefficient))
     friction = Friction(blocks.contact, blocks.u, mu, slip_mm)

@@ -87,7 +87,7 @@ def test_regions_of_one_body(carried: bool) -> None:
 
 
 def test_a_lone_body_is_what_a_mesh_is() -> None:
-    """No parts, plain names, and one integral over everything: nothing is compiled anew."""
+    """No parts, plain names, and one integral over everything: nothing is recompiled."""
     lone = DeformableBody("finger", blocks.block((1, 1, 1)), {WHOLE: SOFT})
     domain = body.assembled(MPI.COMM_SELF, [lone])
     assert domain.parts == {}

@@ -40,9 +40,9 @@ def crown_mm(arch: bodies.Body) -> float:
 
 
 def test_snaps_to_the_far_side(arch: bodies.Body) -> None:
-    """A weight beyond what the arch bears takes it to a minimum of Π below the supports.
+    """A weight beyond the arch's limit load takes it to a minimum of Π below the supports.
 
-    Led by small steps of the weight plain solves end before, the crown still above them.
+    In small steps of the weight plain solves end earlier, with the crown still above them.
     """
     newton = Newton(arch.model, SETTINGS)
     load(arch, 0.0)

@@ -1,8 +1,8 @@
 """One model with every kind of term at once: Π, its gradient and its Hessian belong together.
 
-A short finger against a plate on a spring, on a clamp that gives way, under its weight, led by
-its volume, its bellows touching, friction on both. A Taylor remainder of second order tells that a
-derivative is right; of first order, that it is not.
+A short finger against a plate on a spring, on a compliant clamp, under its weight, under
+volume control, its bellows touching, friction on both. A Taylor remainder of second order shows
+that a derivative is right; of first order, that it is not.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ def greatest_kPa() -> float:
 def overloaded(
     request: pytest.FixtureRequest, sphere: bodies.Body, greatest_kPa: float
 ) -> Iterator[tuple[LoadPath, Failure]]:
-    """The balloon led beyond what it bears, in steps of at most so many kPa."""
+    """The balloon pressurised beyond its limit point, in steps of at most so many kPa."""
     settings = Solver(
         rtol=1e-11, max_iterations=10, max_step_kPa=request.param, min_step_kPa=SMALLEST_KPA
     )
@@ -95,7 +95,7 @@ def test_care_is_left_out_where_it_did_not_help(
     assert failed[:2] == [False, True]
     assert failed[-2:] == [False, True]
     assert failed.count(True) == 2
-    assert arrival.cuts > 4
+    assert failed.count(False) > 4
 
 
 def test_running_away_is_a_limit_point(
@@ -139,7 +139,7 @@ def test_inverting_step_is_cut(tetrahedron: bodies.Body, way: float) -> None:
 
 
 def test_crushing_load_inverts_nothing(tetrahedron: bodies.Body) -> None:
-    """A load whose first full step would invert the element is borne with J > 0.
+    """A load whose first full step would invert the element is solved for with J > 0.
 
     The neo-Hookean energy goes to infinity as J → 0, so there is a solution to any weight.
     """
@@ -168,6 +168,6 @@ def test_wild_step_leaves_no_nan(tetrahedron: bodies.Body) -> None:
     solve = Newton(tetrahedron.model, Solver(max_iterations=3)).solve()
     tetrahedron.body_force.x.array[:] = 0.0
     assert not solve.converged
-    assert np.isfinite(solve.residual_N)
+    assert np.isfinite(tetrahedron.gradient()).all()
     assert np.isfinite(tetrahedron.displacement()).all()
     assert tetrahedron.model.potential.smallest_jacobian() > 0.0

@@ -57,10 +57,10 @@ def quarter_hemisphere() -> Domain:
 def test_hertz() -> None:
     """F = 4/3 E* √R δ^{3/2} (Johnson, Contact Mechanics, eq. 4.23), at two approaches.
 
-    δ is the way of the sphere's pole relative to the equator, so that the barrier's own width
-    does not count. The equator is no infinity: that stiffens by about half a percent per
-    hundredth of a/R (Tatara 1991), here 1 %; mesh and barrier add about as much. The issue
-    allows 3 %.
+    δ is the displacement of the sphere's pole relative to the equator, so that the barrier's own
+    width does not count. The equator is no infinity: that stiffens by about half a percent per
+    hundredth of a/R (Tatara 1991), here 1 %; mesh and barrier add about as much. The issue allows 3
+    %.
     """
     deepest = SPOT**2 / RADIUS
     solid = bodies.body(

@@ -19,8 +19,8 @@ GREATEST_KPA = 316.0
 @pytest.mark.parametrize(
     ("part", "near"), [(0.3, False), (0.6, False), (0.9, False), (0.999, True)]
 )
-def test_summit(balloon: bodies.Body, part: float, near: bool) -> None:
-    """The balloon passes what it bears before a pressure beyond that, and from near there alone."""
+def test_limit_point_ahead(balloon: bodies.Body, part: float, near: bool) -> None:
+    """The search finds the balloon's limit point below a pressure, and only from near it."""
     model = balloon.model
     settings = Solver(rtol=1e-9)
     arrival = LoadPath(Newton(model, settings)).advance({"pressure_kPa": part * GREATEST_KPA})
@@ -28,9 +28,9 @@ def test_summit(balloon: bodies.Body, part: float, near: bool) -> None:
     before = model.state()
     ds = model.domain.surface("cavity", quadrature_degree=6)
     volume = cavity_pressure.volume_density(balloon.u, model.domain.mesh) * ds
-    summit = LimitPointSearch(model, model.controls["pressure_kPa"], volume, settings)
+    search = LimitPointSearch(model, model.controls["pressure_kPa"], volume, settings)
     # as a step of a hundredth more is asked for
-    assert summit.is_near((part + 0.01) * GREATEST_KPA) is near
+    assert search.is_near((part + 0.01) * GREATEST_KPA) is near
     after = model.state()
     assert after.controls == before.controls
     np.testing.assert_array_equal(after.displacement, before.displacement)

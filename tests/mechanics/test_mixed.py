@@ -192,4 +192,4 @@ def test_blocked_finger_in_equilibrium() -> None:
     reading = observation.read()
     assert reading["contact_gap_mm"] < settings.contact.barrier_mm
     assert reading["force_N"] > 0.1
-    assert observation.clamp_force_N()[0] == pytest.approx(-reading["force_N"], rel=1e-8)
+    assert small.clamp_force_N(finger)[0] == pytest.approx(-reading["force_N"], rel=1e-8)

@@ -37,14 +37,14 @@ def test_weights_are_exact(count: int) -> None:
     assert weights @ polynomial(places) == pytest.approx(polynomial(ahead), rel=1e-11)
 
 
-def led(solid: bodies.Body, pressures_kPa: list[float]) -> tuple[list[int], list[np.ndarray]]:
+def followed(solid: bodies.Body, pressures_kPa: list[float]) -> tuple[list[int], list[np.ndarray]]:
     """Iterations and displacements at each of the pressures, in turn."""
     path = LoadPath(Newton(solid.model, SETTINGS))
     iterations, displacements = [], []
     for pressure in pressures_kPa:
         arrival = path.advance({"pressure_kPa": pressure})
         assert arrival.failure is None
-        assert arrival.cuts == 0
+        assert arrival.steps == 1
         iterations.append(arrival.iterations)
         displacements.append(solid.model.u.x.array.copy())
     return iterations, displacements
@@ -54,19 +54,19 @@ def test_prediction_saves_iterations_and_changes_nothing_else(
     solid: bodies.Body, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """At first the steps start from the path's series, then from the last states."""
-    led_by, found = led(solid, RISE)
+    with_series, found = followed(solid, RISE)
     solid.displace(np.zeros_like(solid.nodes))
     solid.model.prescribe({"pressure_kPa": 0.0})
     monkeypatch.setattr(predictor, "FEWEST", 99)
-    plain, expected = led(solid, RISE)
-    assert max(led_by) < min(plain)
-    assert sum(led_by) < 0.6 * sum(plain)
+    plain, expected = followed(solid, RISE)
+    assert max(with_series) < min(plain)
+    assert sum(with_series) < 0.6 * sum(plain)
     for here, there in zip(found, expected, strict=True):
         np.testing.assert_allclose(here, there, atol=1e-8 * np.abs(there).max())
 
 
 def test_a_turn_is_a_new_path(solid: bodies.Body, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without its series nothing is predicted on the way back from what was seen before."""
+    """Without its series the way back is not predicted from earlier states."""
     guessed: list[bool] = []
     plain = Newton.solve
 
@@ -75,13 +75,13 @@ def test_a_turn_is_a_new_path(solid: bodies.Body, monkeypatch: pytest.MonkeyPatc
         return plain(self, guess)
 
     monkeypatch.setattr(Newton, "solve", solve)
-    led(solid, [*RISE, *RISE[-2::-1]])
+    followed(solid, [*RISE, *RISE[-2::-1]])
     assert all(guessed)
     guessed.clear()
     solid.displace(np.zeros_like(solid.nodes))
     solid.model.prescribe({"pressure_kPa": 0.0})
     monkeypatch.setattr(predictor.series, "terms", lambda *_: [])
-    led(solid, [*RISE, *RISE[-2::-1]])
+    followed(solid, [*RISE, *RISE[-2::-1]])
     assert guessed == [False, False, True, True, True, False, False, True, True]
 
 

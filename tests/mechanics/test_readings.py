@@ -29,7 +29,7 @@ from dolfingrip.mechanics.readings.tip import TipDisplacement
 SEED = 11
 COLUMNS = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm", "cavity_volume_mm3", "force_N")
 FLAT = ("time_s", "pressure_kPa", "cavity_pressure_kPa")
-"""What is led, and time: they feel neither state nor shape."""
+"""Controls and time depend neither on state nor on shape."""
 
 
 @pytest.fixture(scope="module", params=["true", "false"], ids=["half", "whole"])

@@ -1,4 +1,4 @@
-"""When terms take anew what they hold, and what Newton's method makes of it."""
+"""When terms update what they hold, and Newton's method with them."""
 
 from __future__ import annotations
 

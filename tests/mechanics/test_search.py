@@ -42,7 +42,7 @@ def taken(line: Line, step: float) -> tuple[float, Globalisation]:
 @pytest.mark.parametrize("longest", [1.0, 0.9])
 @pytest.mark.parametrize(("x", "step"), [(0.2, 1.4), (0.2, -1.4), (-0.1, 2.0), (1.4, -0.8)])
 def test_ends_in_a_well(x: float, step: float, longest: float) -> None:
-    """Also where the step leads over the hill at 0, as to a saddle."""
+    """Also where the step crosses the maximum at 0, as towards a saddle."""
     line = Line(x, longest)
     start = line.work(np.array([step]))
     fraction, rules = taken(line, step)
@@ -58,7 +58,7 @@ def test_a_whole_step_where_there_is_still_work() -> None:
     assert taken(Line(2.0), -0.3)[0] == 1.0
 
 
-def test_care_searches_every_step_and_bears_a_rising_residual() -> None:
+def test_damped_solves_search_every_step_and_allow_a_rising_residual() -> None:
     """What ends another solve, or is taken whole in it, is searched."""
     model: Any = Line(0.2)
     for damped, expected in ((False, 1.0), (True, 0.4)):

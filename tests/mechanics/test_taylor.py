@@ -1,6 +1,6 @@
 """Gradient and Hessian of each energy in UFL, against the energy itself.
 
-A Taylor remainder of second order in the step tells that a derivative is right; of first
+A Taylor remainder of second order in the step shows that a derivative is right; of first
 order, that it is not. The orders approach 2 as the step vanishes, so 1.9 is asked at steps
 of a tenth of an element and less. Where the plate is felt the steps are shorter: its curvature
 jumps where a node comes to touch it.

@@ -1,4 +1,4 @@
-"""A balloon led by its volume passes the greatest pressure, where pressure control ends."""
+"""A balloon under volume control passes the greatest pressure, where pressure control ends."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from mechanics import bodies, spheres
 from dolfingrip.config import KPA, Solver
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import VolumeControl, led_by_volume
+from dolfingrip.mechanics.newton.volume_control import VolumeControl, volume_controlled
 from dolfingrip.mechanics.path.path import LoadPath
 
 NAME = "cavity_volume_mm3"
 
 
 @pytest.fixture
-def led(balloon: bodies.Body) -> tuple[bodies.Body, VolumeControl, LoadPath]:
-    """The balloon, its volume as a control, and a path that leads it."""
+def controlled(balloon: bodies.Body) -> tuple[bodies.Body, VolumeControl, LoadPath]:
+    """The balloon, its volume as a control, and its load path."""
     model = balloon.model
     ds = model.domain.surface("cavity", quadrature_degree=6)
     density = cavity_pressure.volume_density(balloon.u, model.domain.mesh)
-    led = led_by_volume(model, model.controls["pressure_kPa"], density * ds)
-    volume = led.terms[-1]
-    newton = Newton(led, Solver(rtol=1e-11))
+    controlled = volume_controlled(model, model.controls["pressure_kPa"], density * ds)
+    volume = controlled.terms[-1]
+    newton = Newton(controlled, Solver(rtol=1e-11))
     return balloon, volume, LoadPath(newton, {NAME: volume.control.value})
 
 
 def test_passes_the_greatest_pressure(
-    led: tuple[bodies.Body, VolumeControl, LoadPath],
+    controlled: tuple[bodies.Body, VolumeControl, LoadPath],
 ) -> None:
     """Pressures up to twice the radius follow the radial equation, which falls from 1.54 on.
 
     The mesh has one or two quadratic elements across the wall: 0.2 % in pressure at a given
     radius, as under pressure control.
     """
-    balloon, volume, path = led
+    balloon, volume, path = controlled
     rest = volume.control.value
     pressures = []
     for stretch in (1.2, 1.4, 1.54, 1.7, 2.0):
@@ -49,9 +49,9 @@ def test_passes_the_greatest_pressure(
     assert pressures[2] > pressures[3] > pressures[4]
 
 
-def test_way_back(led: tuple[bodies.Body, VolumeControl, LoadPath]) -> None:
+def test_way_back(controlled: tuple[bodies.Body, VolumeControl, LoadPath]) -> None:
     """Deflated to its first volume the balloon is what it was."""
-    balloon, volume, path = led
+    balloon, volume, path = controlled
     rest = volume.control.value
     for target in (8 * rest, rest):
         assert path.advance({NAME: target}).failure is None

@@ -1,4 +1,4 @@
-"""Meshes that several tests look at; they are frozen, so one of each will do."""
+"""Meshes that several tests share; they are frozen, so one of each is enough."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of the design loop: made, labelled with units, failed designs told and not drawn."""
+"""Pictures of the design loop: made, labelled with units, failed designs counted and not drawn."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 Status = Literal["done", "failed"]
 
 WORKER_LOST = "worker lost"
-"""Failure class of a design whose worker died more often than is put down to chance."""
+"""Failure class of a design whose workers died too often for chance."""
 
 
 class DesignFailure(Exception):
@@ -19,7 +19,7 @@ class DesignFailure(Exception):
     Attributes:
         kind: failure class, e.g. that of the load path.
         sentence: why, for people.
-        curve: what was computed before, by column.
+        curve: the readings before the failure, by column.
     """
 
     def __init__(self, kind: str, sentence: str, curve: dict[str, Any] | None = None) -> None:
@@ -34,9 +34,9 @@ class Outcome:
     Attributes:
         outputs: number by quantity, the unit in its name.
         gradients: by output its derivatives, by key of the parameter; None where not computed.
-        curve: what was recorded on the way, by column.
+        curve: the readings, by column.
         iterations: of Newton's method.
-        versions: of what computed, by package.
+        versions: of the software that computed it, by package.
     """
 
     outputs: dict[str, float]
@@ -48,7 +48,7 @@ class Outcome:
 
 @dataclass(slots=True)
 class Answer:
-    """A design's outcome or failure, and what it took.
+    """A design's outcome or failure, and its cost.
 
     Attributes:
         key: of the design.

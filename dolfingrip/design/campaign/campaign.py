@@ -1,7 +1,7 @@
 """A campaign: the designs of a plan that are still missing, computed and stored one by one.
 
-Killed at any moment, client or worker, it goes on where it was: what is stored stays, what is
-spooled is stored first, and only what is neither is computed.
+Client or worker may be killed at any moment. The next call keeps what is stored, stores what is
+spooled, and computes only what is neither.
 """
 
 from __future__ import annotations
@@ -71,12 +71,12 @@ def run(
         out: folder of the campaign.
         where: workers.
         retry_failed: compute failed designs anew.
-        spared: classes of failures that are not.
+        spared: classes of failures that are not computed anew.
         progress: called at the start and with each answer stored.
 
     Raises:
         ConfigError: one line, where the folder is another campaign's or there are no workers.
-        SchedulerGone: where there are none any more.
+        SchedulerGone: all workers are gone.
     """
     designs = plan.designs()
     keys = [design.key for design in designs]

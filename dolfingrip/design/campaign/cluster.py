@@ -1,4 +1,4 @@
-"""Where designs are computed: processes here, a Dask cluster that is there, or a Slurm cluster."""
+"""Where designs are computed: processes here, a running Dask cluster, or a Slurm cluster."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from dolfingrip.design.campaign.interrupts import interrupts_answered_by
 from dolfingrip.sections.complaint import ConfigError
 
 LOST_WORKERS = 2
-"""How many workers may die on a design before it is called failed."""
+"""Number of workers that may die on a design before it counts as failed."""
 
 _OF_LOCAL_WORKERS = {
     # Dask gives up a worker that is not back in 15 s, which a cold disk alone can take
@@ -56,7 +56,7 @@ def connected(where: Where) -> Iterator[Any]:
     settings = {
         "distributed.scheduler.allowed-failures": LOST_WORKERS,
         "distributed.scheduler.worker-ttl": None,
-        # a design that waits on a worker would be blamed with the one that the worker dies on
+        # where a worker dies, a design that waits on it would count as failed, too
         "distributed.scheduler.worker-saturation": 1.0,
         "distributed.worker.memory.terminate": False,
         "distributed.worker.memory.pause": False,
@@ -82,7 +82,7 @@ def connected(where: Where) -> Iterator[Any]:
 
 
 def _quiet() -> None:
-    """What Dask logs of workers and schedulers that die is told in the store."""
+    """Silence Dask's log of workers and schedulers that die; the store records it."""
     for name in ("tornado.application", *logging.root.manager.loggerDict):
         if name.startswith(("distributed", "tornado")):
             logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -92,7 +92,7 @@ def _local(where: Where) -> Any:
     """Processes of their own, one design each at a time: MPI and PETSc are not shared."""
     from distributed import LocalCluster
 
-    from dolfingrip.design.campaign.nanny import PatientNanny
+    from dolfingrip.design.campaign.worker_supervision import WorkerSupervisor
 
     os.environ["OMP_NUM_THREADS"] = "1"
     try:
@@ -101,7 +101,7 @@ def _local(where: Where) -> Any:
             return LocalCluster(
                 n_workers=where.workers,
                 threads_per_worker=1,
-                worker_class=PatientNanny,
+                worker_class=WorkerSupervisor,
                 memory_limit=0,
                 dashboard_address="127.0.0.1:0",  # any free port
                 silence_logs=logging.CRITICAL,
@@ -132,7 +132,8 @@ def slurm_settings(file: Path, ranks: int) -> dict[str, Any]:
     designs one job computes at a time; processes and processors follow from it and ``ranks``.
 
     Raises:
-        ConfigError: one line, where the file is unreadable or sets what is ours.
+        ConfigError: one line, where the file is unreadable or sets an argument that this module
+            sets.
     """
     try:
         settings = tomllib.loads(file.read_text(encoding="utf-8"))

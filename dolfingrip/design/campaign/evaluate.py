@@ -43,7 +43,7 @@ class Task:
         quantities: outputs that are wanted.
         objective: import path ``module:function`` of an :data:`Objective`.
         ranks: MPI processes that the design runs on.
-        spool: folder of the spool; where the worker does not see it, the answer is sent only.
+        spool: folder of the spool; where the worker cannot see it, the answer is only sent.
         gradients: as of a plan.
     """
 
@@ -93,7 +93,7 @@ def evaluate(task: Task) -> Answer:
         answer.failure_class, answer.failure = "geometry", str(error)
     except MemoryError:
         answer.failure_class, answer.failure = "out of memory", "the worker ran out of memory"
-    except Exception as error:  # unattended: told in the store, and the next design goes on
+    except Exception as error:  # unattended: recorded in the store, and the next design goes on
         where = traceback.extract_tb(error.__traceback__)[-1]
         answer.failure_class = "error"
         answer.failure = (

@@ -84,7 +84,7 @@ def sensitivities(source: Path) -> pyarrow.Table:
 
 
 def write(source: Path, paths: list[Path]) -> int:
-    """Write a campaign's table; the suffix tells the format.
+    """Write a campaign's table; the suffix determines the format.
 
     Returns:
         Number of designs.

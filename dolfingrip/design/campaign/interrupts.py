@@ -1,4 +1,4 @@
-"""Who answers Ctrl-C for a while."""
+"""A temporary handler of Ctrl-C."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 @contextmanager
 def interrupts_answered_by(handler: Callable[[int, Any], None] | signal.Handlers) -> Iterator[None]:
-    """SIGINT goes to the handler; outside the main thread, which alone gets it, nothing changes."""
+    """Let the handler answer SIGINT, which only the main thread gets."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -48,7 +48,7 @@ def simulate(
     ranks: int,
     keys: Sequence[str] | None = None,
 ) -> Outcome:
-    """Compute a design on this process alone, or on several ranks of its own.
+    """Compute a design in this process, or on several ranks under ``mpirun``.
 
     Args:
         config: resolved, as nested dictionaries.

@@ -13,13 +13,13 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.space import Inputs
 
 SCHEMA = 1
-"""Version of what a key means; a result of another version is not taken for this one's."""
+"""Version of what a key means; results of other versions are not reused."""
 
 OBJECTIVE = "dolfingrip.design.campaign.objective:simulate"
 """Import path of what computes a design."""
 
 QUANTITIES = ("cog_offset_mm", "force_N")
-"""What the paper's designs are judged by."""
+"""The paper's objectives."""
 
 TIME_LIMIT = "time_limit_s"
 """Of the section ``solver``; it may differ from call to call of a campaign."""
@@ -125,7 +125,7 @@ class Plan:
 
 
 def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
-    """What keeps two plans out of one campaign, a phrase each.
+    """Differences that keep two plans out of one campaign, one phrase each.
 
     Values of keys that either of them varies may differ: they stand with each design.
     """

@@ -22,7 +22,7 @@ PAPER = ("morph.xi1=-0.2:1:16", "morph.xi2=-0.5:1:13")
 """The 208 evenly spaced points of the paper."""
 
 _DIGITS = 12
-"""Significant digits of an input: more would make two ways to the same point two designs."""
+"""Significant digits of an input: with more, rounding could make two designs of one point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class Varied:
         return self.parameter.key
 
     def value(self, share: float) -> float | int:
-        """The value at a share in [0, 1] of the way from ``low`` to ``high``."""
+        """The value at a share in [0, 1] of the range from ``low`` to ``high``."""
         raw = self.low + share * (self.high - self.low)
         if self.parameter.integer:
             return round(raw)

@@ -1,4 +1,4 @@
-"""The spool: finished answers on disk before anyone has been told of them.
+"""The spool: finished answers on disk before they are sent.
 
 A worker writes its answer here before it returns it, so that an answer outlives both the worker
 and the client. A lock on each design, which the system releases however its holder ends, keeps

@@ -1,7 +1,7 @@
 """The store of a campaign: one SQLite file, written by one process, read by any.
 
 A row is a design. It is entered as ``pending``, and becomes ``done`` or ``failed`` in one
-transaction that is on the disk before anyone hears of it; a ``done`` row never changes again.
+transaction that is on the disk before it is reported; a ``done`` row never changes again.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Finite elements behind :data:`resolve.Evaluate`: a small campaign of its own, so resumable."""
+"""Finite elements behind :data:`resolve.Evaluate`: a small campaign, which can be resumed."""
 
 from __future__ import annotations
 

@@ -151,7 +151,7 @@ def polish(
     """The design of greatest force at a COG limit, by a gradient method from a point of the front.
 
     NSGA-II chooses among the points it has, so its choice stops a little short of the limit; this
-    tells how much. It is reported beside that choice and does not replace it.
+    shows by how much. It is reported beside that choice and does not replace it.
 
     Args:
         start: shape (inputs,).

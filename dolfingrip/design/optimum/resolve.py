@@ -1,4 +1,4 @@
-"""Designs of the front computed again by finite elements, and what the surrogate missed there."""
+"""Designs of the front computed again by finite elements, and the surrogate's error there."""
 
 from __future__ import annotations
 

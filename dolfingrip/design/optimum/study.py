@@ -36,7 +36,7 @@ class Plan:
         """
         order = itertools.product(
             sorted(self.populations, reverse=True),
-            sorted(self.mutations),  # little mutation makes copies, which are made anew
+            sorted(self.mutations),  # little mutation makes copies, which NSGA-II replaces
             sorted(self.crossovers),
             range(1, self.seeds + 1),
         )

@@ -16,7 +16,7 @@ BUSY_S = 60.0
 
 
 class Key(NamedTuple):
-    """What tells one run of NSGA-II from another."""
+    """The settings that identify a run of NSGA-II."""
 
     population: int
     crossover: float

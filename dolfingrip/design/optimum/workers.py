@@ -97,7 +97,7 @@ def _send(worker: subprocess.Popen[str], job: Job) -> None:
     try:
         stream.write(json.dumps(job) + "\n")
         stream.flush()
-    except BrokenPipeError:  # it has died: said where its answer is missed
+    except BrokenPipeError:  # it has died: reported where its answer is read
         pass
 
 

@@ -33,7 +33,7 @@ FORMAT = 1
 
 
 class OutsideRange(UserWarning):
-    """A surrogate was asked about a design outside the inputs that it learnt from."""
+    """A surrogate was evaluated outside the range of its training inputs."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,8 @@ class Range:
 def network(layers: Sequence[int], activation: str) -> torch.nn.Sequential:
     """Fully connected layers of the given widths, in double precision.
 
-    Double, because an optimiser compares designs that differ by less than single precision tells.
+    Double, because an optimiser compares designs that differ by less than single precision
+    resolves.
     """
     parts: list[torch.nn.Module] = []
     for wide, narrow in itertools.pairwise(layers):

@@ -22,7 +22,7 @@ from dolfingrip.sections.complaint import ConfigError
 INPUTS = ("morph.xi1", "morph.xi2")
 OUTPUTS = ("cog_offset_mm", "force_N")
 STATUS, DONE, FAILED = "status", "done", "failed"
-"""The column that tells how a design ended, and what it says."""
+"""The column of a design's status, and its values."""
 
 Matrix = npt.NDArray[np.float64]
 

@@ -18,7 +18,7 @@ NOT_SIMULATED: Final = ("grasp", "pick_up")
 WHO: Final = ("experiment", "specimen", "cycle", "branch")
 """Columns that say what a row belongs to."""
 
-LED: Final[Mapping[str, str]] = {name: EXPERIMENTS[name].led for name in EXPERIMENT_NAMES}
+LED: Final[Mapping[str, str]] = {name: EXPERIMENTS[name].control for name in EXPERIMENT_NAMES}
 """Column of what each experiment is led by."""
 
 READINGS: Final[Mapping[str, tuple[str, ...]]] = {

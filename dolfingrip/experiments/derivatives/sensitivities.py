@@ -28,7 +28,8 @@ def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
     :mod:`dolfingrip.experiments.derivatives.choices`.
 
     Raises:
-        ConfigError: one line: an unknown key, a number of a choice of the model, or a led volume.
+        ConfigError: one line: an unknown key, a number of a choice of the model, or volume
+            control with gravity.
     """
     numbers = [key for key in keys or () if key not in NUMERICAL]
     if keys and not numbers:
@@ -54,7 +55,7 @@ class Sensitivities:
     """Collects the derivatives of a rig's readings as its path goes on.
 
     Args:
-        rig: at its start; it tells :meth:`rest` when its readings begin to count.
+        rig: at its start; it calls :meth:`rest` once the pose at rest is known.
         config: that it was prepared from.
         parameters: that derivatives are taken to.
 
@@ -107,7 +108,7 @@ class Sensitivities:
         self, parameter: Parameter, true: Mapping[str, float], slopes: Mapping[str, float]
     ) -> Row:
         """Derivatives of what the instruments display, by column."""
-        amount = SMALL * parameter.scale * parameter.way(self._config)
+        amount = SMALL * parameter.scale * parameter.direction(self._config)
         changed = self._config
         if parameter.entry is Entry.INSTRUMENT:
             changed = parameter.at(self._config, parameter.value(self._config) + amount)

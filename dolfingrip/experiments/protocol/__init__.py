@@ -1,1 +1,1 @@
-"""The stops of an experiment: what is led to which value at which time."""
+"""The stops of an experiment: at which times the control has which values."""

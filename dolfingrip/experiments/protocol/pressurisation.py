@@ -1,4 +1,4 @@
-"""How a finger is pressurised: led by its pressure, or by the volume of its cavity."""
+"""How a finger is pressurised: under pressure control or volume control."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dolfingrip.experiments.protocol.schedule import Stop
 def stops(config: Config) -> Sequence[Stop]:
     """Stops of the protocol, else from rest in steps to the maximum, and back where asked.
 
-    The value is a pressure (kPa); led by volume, the cavity's growth relative to its rest.
+    The value is a pressure (kPa); under volume control, the cavity's growth relative to its rest.
 
     Raises:
         ConfigError: the protocol is none for a finger.
@@ -36,10 +36,10 @@ def stops(config: Config) -> Sequence[Stop]:
 
 
 def by_pressure(config: Config) -> bool:
-    """Whether the pressure is led rather than the cavity's volume."""
+    """Whether the control is the pressure rather than the cavity's volume."""
     return config.experiment.control == "pressure"
 
 
 def pressures_kPa(config: Config) -> Sequence[float]:
-    """Prescribed pressures in order; none where the volume is led."""
+    """Prescribed pressures in order; none under volume control."""
     return [stop.value for stop in stops(config)] if by_pressure(config) else []

@@ -11,10 +11,10 @@ from dolfingrip.sections.protocol_file import waits
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """Where an experiment is read: what is led to which value, and when.
+    """A point of the schedule at which readings are taken.
 
     Attributes:
-        value: of what is led, in its unit.
+        value: of the control, in its unit.
         time_s: since the first stop.
         branch: ``loading``, ``unloading`` or ``hold``.
         cycle: from 1 on.
@@ -27,7 +27,7 @@ class Stop:
 
 
 def steps(largest: float, step: float) -> list[float]:
-    """Values from 0 in steps up to ``largest``, which is landed on in any case."""
+    """Values from 0 in steps up to ``largest``, which is always the last one."""
     values = [i * step for i in range(int(largest / step + 1e-9) + 1)]
     if largest - values[-1] > 1e-9 * largest:
         values.append(largest)
@@ -65,7 +65,7 @@ def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list
 
 
 def given(protocol: Protocol, values: Sequence[float]) -> list[Stop]:
-    """The stops that a protocol asks for, ``values`` being those of what is led."""
+    """The stops that a protocol asks for, ``values`` being those of the control."""
     found: list[Stop] = []
     for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
         before = values[i - 1] if i else 0.0

@@ -21,7 +21,7 @@ PACKAGES = ("fenics-ffcx", "fenics-ufl", "ipctk", "meshio", "numpy", "scipy")
 
 
 def versions() -> dict[str, str]:
-    """Versions of what computes."""
+    """Versions of the software that computes."""
     import gmsh  # slow to load, and of no other use to a mesh of hexahedra
 
     found = {
@@ -41,7 +41,7 @@ def versions() -> dict[str, str]:
 
 
 def machine() -> dict[str, Any]:
-    """Where it ran."""
+    """The machine of the run."""
     return {"system": platform.platform(), "processors": os.cpu_count()}
 
 

@@ -84,9 +84,9 @@ def _first_touch(
 ) -> tuple[float | None, str | None]:
     """Pressure and pair of the first touch.
 
-    The gap closes freely until the barrier holds it open, so where the two readings before the
-    touch are known the line through them is followed; between them and the reading after it
-    the touch would come late.
+    The gap closes freely until the barrier holds it open, so the line through the two readings
+    before the touch is extrapolated, where there are two. Interpolation to the reading after the
+    touch would place it too late.
     """
     first: tuple[float | None, str | None] = (None, None)
     for pair in gaps_mm[0] if gaps_mm else ():

@@ -1,1 +1,1 @@
-"""Test rigs: a specimen, what leads it, and what reads it."""
+"""Test rigs: a specimen with its control and its readings."""

@@ -25,7 +25,7 @@ CLAMPED_CELLS = 2
 
 
 class Crosshead:
-    """Moves one end of the bar: a control, and a memory of where it stands.
+    """Moves one end of the bar: a control, and a memory of its position.
 
     A move stretches the whole bar evenly, which is the solution where its ends are free to narrow.
     """

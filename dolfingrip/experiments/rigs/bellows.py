@@ -15,7 +15,7 @@ from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 class BellowsGaps:
     """Smallest distance across each gap between bellows, base block and tip.
 
-    Parts are told apart by the configuration's dimensions, so a mesh file of another shape has
+    Parts are identified by the configuration's dimensions, so a mesh file of another shape has
     no gaps here. Vertices below the gap's floor belong to no part.
     """
 
@@ -41,7 +41,7 @@ class BellowsGaps:
     def _facing(
         self, part: np.ndarray, first: int
     ) -> tuple[ipctk.CollisionMesh | None, np.ndarray]:
-        """Collision mesh of the parts ``first`` and ``first`` + 1 that ignores each by itself."""
+        """Collision mesh of the parts ``first`` and ``first`` + 1, without contact within one."""
         assert self._surface is not None
         whole = self._surface.triangles
         label = part[whole]
@@ -98,7 +98,7 @@ def _before(config: Finger, gap_start_mm: float) -> str:
 
 
 def _parts(floor_mm: float, gaps: list[tuple[float, float]], points: np.ndarray) -> np.ndarray:
-    """(n,) for each reference point how many gaps lie before it; −1 for points below them."""
+    """(n,) number of gaps before each reference point (along z); −1 for points below the gaps."""
     part = np.zeros(len(points), dtype=np.int64)
     for start, end in gaps:
         part[points[:, 2] > (start + end) / 2] += 1

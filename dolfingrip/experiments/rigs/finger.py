@@ -4,34 +4,45 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
-import dolfinx
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 from petsc4py import PETSc
-from ufl.core.expr import Expr
 
-from dolfingrip.config import KPA, Config, ConfigError, Plate
+from dolfingrip.config import KPA, Config
+from dolfingrip.experiments.rigs.fixture import (
+    facing_plate,
+    fixed_regions,
+    moving_clamp,
+    normal_of,
+    rigid_plate,
+    self_contact,
+    supply,
+)
+from dolfingrip.experiments.rigs.material import (
+    element_name,
+    pressure_field,
+    strain_energy,
+    weight,
+)
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
-from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
+from dolfingrip.forms import cavity_pressure, gravity
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
-from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.element import CELL, displacement_element, integration_degree
+from dolfingrip.mechanics.model.element import displacement_element, integration_degree
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
-from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
-from dolfingrip.mechanics.newton.volume_control import led_by_volume
+from dolfingrip.mechanics.newton.volume_control import volume_controlled
 
-KG_M3_M_S2 = 1e-9
-"""N/mm³ per kg/m³ · m/s²."""
+WEIGHT: Final = "gravity.weight_N_mm3"
+"""Name of the dead weight among a model's constants."""
 
 
 @dataclass(slots=True)
@@ -44,7 +55,8 @@ class FingerModel:
         plate: the force sensor's.
         cavity: the cavity's pressure, which is the regulator's where no extension stands between.
         enclosed: UFL form of the meshed cavity's volume (mm³).
-        by_pressure: the same model led by pressure: ``model`` itself, unless that is led by volume.
+        by_pressure: the model under pressure control; ``model`` itself, unless the control is the
+            volume.
         rest: state that readings count from, at first the undeformed one.
         contact: of the skin with itself, where there is any.
         supply: what stands between regulator and cavity, where anything does.
@@ -97,61 +109,24 @@ def build(
     """
     config = config.adapted()
     if plate:
-        domain = _facing_plate(config, domain)
-    mesh = domain.mesh
-    name = _element(config, domain)
-    if name == "P2-P1":
-        _refuse_unmixed(config)
-    space = fem.functionspace(mesh, displacement_element(name))
-    degree = space.ufl_element().degree
-    u = fem.Function(space, name="displacement_mm")
-    mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
-    lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
-    pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
-
-    p = pressure_field(name, mesh)
-    cavity = domain.surface("cavity", quadrature_degree=2 * degree)
-    terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
-    dead_weight = fem.Constant(mesh, weight(config))
-    if np.any(dead_weight.value):
-        terms.append(gravity.energy(u, dead_weight) * domain.volume(quadrature_degree=degree))
-    sensor = _plate(config, domain, u) if plate else None
-    contact = _contact(config, domain, u) if config.contact.self_contact else None
-    history = History(u, integration_degree(space))
-    known = {
-        "material.mu_MPa": mu,
-        "material.lmbda_MPa": lmbda,
-        "gravity.weight_N_mm3": dead_weight,
-    }
-    site = Site(
-        config,
-        domain,
-        u,
-        mu,
-        lmbda,
-        history,
-        sensor,
-        _held(domain),
-        known,
-        pressure=pressure,
-        contact=contact,
-    )
+        domain = facing_plate(config, domain)
+    site, p = _site(config, domain, element_name(config, domain), plate)
     density = config.extensions.strain_energy(
-        lambda strain: strain_energy(strain, p, mu, lmbda), site
+        lambda strain: strain_energy(strain, p, site.mu, site.lmbda), site
     )
-    terms += [*config.extensions.terms(site), *loads(site)]
+    terms = [*_loads(site), *config.extensions.terms(site), *loads(site)]
     numbers = list(site.unknowns.values())
+    sensor, contact = site.plate, site.contact
     if sensor is not None:
         sensor.number = next((n for n in numbers if n.constant is sensor.offset), None)
-    further = [term for term in (sensor, contact, *site.further) if term is not None]
-    by_pressure = Control(pressure, KPA)
-    supply = _supply(config, by_pressure)
-    supports = at_rest(space, domain, site.held)
+    regulator = Control(site.pressure, KPA)
+    stages = supply(config, regulator)
+    supports = at_rest(site.u.function_space, domain, site.held)
     model = Model(
         domain,
-        u,
+        site.u,
         Potential(
-            u,
+            site.u,
             [density],
             terms,
             carried=config.solver.mixed_integration_point,
@@ -160,142 +135,76 @@ def build(
             domain=domain,
         ),
         supports,
-        {"pressure_kPa": supply or by_pressure},
-        further,
-        [history] if supply is None else [history, supply],
+        {"pressure_kPa": stages or regulator},
+        [term for term in (sensor, contact, *site.further) if term is not None],
+        [site.history] if stages is None else [site.history, stages],
         p=p,
-        moving=_moving_clamp(site, supports),
+        moving=moving_clamp(site, supports),
     )
-    exactly = domain.surface("cavity", quadrature_degree=3 * degree)
-    enclosed = cavity_pressure.volume_density(u, mesh) * exactly
-    led = model
-    if config.experiment.control == "volume":
-        led = led_by_volume(model, by_pressure, enclosed)
+    enclosed = _enclosed(site)
+    by_volume = config.experiment.control == "volume"
+    solved = volume_controlled(model, regulator, enclosed) if by_volume else model
     return FingerModel(
         config,
-        led,
+        solved,
         sensor,
-        by_pressure,
+        regulator,
         enclosed,
         model,
-        led.state(),
+        solved.state(),
         contact,
-        supply,
+        stages,
         site.parameters,
         site.geometric,
     )
 
 
-def _contact(config: Config, domain: Domain, u: fem.Function) -> BarrierContact:
-    """Contact of the skin with itself."""
-    surface = Surface(
-        u.function_space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm
-    )
-    return BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
-
-
-def _element(config: Config, domain: Domain) -> str:
-    """Name of the displacement element, by the mesh's cells where the configuration has none."""
-    cell = domain.mesh.ufl_cell().cellname()
-    if config.solver.element is None:
-        return "S2" if cell == "hexahedron" else "P2"
-    needed = CELL[config.solver.element]
-    if cell != needed:
-        allowed = " or ".join(f'"{name}"' for name, other in CELL.items() if other == cell)
-        raise ConfigError(
-            f'solver.element = "{config.solver.element}": the mesh has other cells, '
-            f"{cell}s; allowed: {allowed}"
-        )
-    return config.solver.element
-
-
-def _refuse_unmixed(config: Config) -> None:
-    for effect in config.extensions.active():
-        if not effect.mixed:
-            raise ConfigError(
-                f'extensions.{effect.name()}: allowed: with solver.element other than "P2-P1" only'
-            )
-
-
-def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None:
-    """Pressure (MPa) of a mixed element, None of another."""
-    if element != "P2-P1":
-        return None
-    return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
-
-
-def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -> Expr:
-    """Energy per reference volume (mJ/mm³) of the printed material, mixed where there is a p."""
-    if p is None:
-        return neo_hookean.energy(strain, mu, lmbda)
-    return mixed_neo_hookean.energy(strain, p, mu, lmbda)
-
-
-def weight(config: Config) -> np.ndarray:
-    """Dead weight per reference volume (N/mm³), (3,)."""
-    direction = np.asarray(config.gravity.direction, dtype=float)
-    size = config.material.density_kg_m3 * config.gravity.acceleration_m_s2 * KG_M3_M_S2
-    return size * direction / np.linalg.norm(direction)
-
-
-def _facing_plate(config: Config, domain: Domain) -> Domain:
-    """``domain`` with the region that the plate may touch."""
-    ends = domain.mesh.geometry.x[:, 2].max(initial=-np.inf)
-    length = domain.mesh.comm.allreduce(ends, MPI.MAX)
-    # a facet that straddles the plate's end does not face it
-    start = length - config.plate.contact_length_mm - 1e-6 * length
-    facing = domain.with_region("facing plate", ("skin", "tip"), lambda x: x[2] >= start)
-    if not domain.mesh.comm.allreduce(len(facing.facets("facing plate"))):
-        raise ConfigError(
-            f"plate.contact_length_mm = {config.plate.contact_length_mm}: no element of the "
-            "mesh is that near to its tip; allowed: longer than the elements there"
-        )
-    return facing
-
-
-def normal_of(plate: Plate) -> np.ndarray:
-    """(3,) normal of the tilted plate, towards the finger."""
-    tilt = np.deg2rad(plate.tilt_deg)
-    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
-    return np.asarray(turn @ np.asarray(plate.normal, dtype=float))
-
-
-def _plate(config: Config, domain: Domain, u: fem.Function) -> RigidPlate:
-    plate = config.plate
-    return RigidPlate(
-        u,
+def _site(
+    config: Config, domain: Domain, element: str, plate: bool
+) -> tuple[Site, fem.Function | None]:
+    """The fields, constants and contacts of a model, and the pressure of a mixed element."""
+    mesh = domain.mesh
+    space = fem.functionspace(mesh, displacement_element(element))
+    u = fem.Function(space, name="displacement_mm")
+    mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
+    lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
+    pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
+    p = pressure_field(element, mesh)
+    dead_weight = fem.Constant(mesh, weight(config))
+    site = Site(
+        config,
         domain,
-        "facing plate",
-        normal_of(plate),
-        gap_mm=plate.gap_mm,
-        width_mm=plate.barrier_mm,
-        stiffness_MPa=plate.stiffness_MPa,
+        u,
+        mu,
+        lmbda,
+        plate=rigid_plate(config, domain, u) if plate else None,
+        contact=self_contact(config, domain, u) if config.contact.self_contact else None,
+        history=History(u, integration_degree(space)),
+        held=fixed_regions(domain),
+        parameters={
+            "material.mu_MPa": mu,
+            "material.lmbda_MPa": lmbda,
+            WEIGHT: dead_weight,
+        },
+        pressure=pressure,
     )
+    return site, p
 
 
-def _supply(config: Config, cavity: Control) -> Supply | None:
-    """What stands between regulator and cavity, where anything does."""
-    stages = config.extensions.active("outlet_kPa")
-    if stages and config.experiment.control == "volume":
-        raise ConfigError(
-            f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
-        )
-    return Supply(cavity, stages) if stages else None
+def _loads(site: Site) -> list[ufl.Form]:
+    """Energies (mJ of the meshed part) of the cavity's pressure and of the weight."""
+    degree = site.u.function_space.ufl_element().degree
+    cavity = site.domain.surface("cavity", quadrature_degree=2 * degree)
+    terms = [cavity_pressure.energy(site.u, site.domain.mesh, site.pressure) * cavity]
+    dead_weight = site.parameters[WEIGHT]
+    if np.any(dead_weight.value):
+        volume = site.domain.volume(quadrature_degree=degree)
+        terms.append(gravity.energy(site.u, dead_weight) * volume)
+    return terms
 
 
-def _held(domain: Domain) -> dict[int, list[str]]:
-    """Regions without displacement along each axis: the clamp; across it the symmetry plane."""
-    held = {0: ["clamp"], 1: ["clamp"], 2: ["clamp"]}
-    if domain.half:
-        held[1].append("symmetry")
-    return held
-
-
-def _moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport | None:
-    """The clamp, where an extension lets it move."""
-    if not site.motions:
-        return None
-    nodes = fem.locate_dofs_topological(
-        site.u.function_space, 2, site.domain.facets("clamp"), remote=True
-    )
-    return MovingSupport(site.u, supports, nodes, site.motions)
+def _enclosed(site: Site) -> ufl.Form:
+    """Volume (mm³) of the meshed cavity, integrated exactly."""
+    degree = site.u.function_space.ufl_element().degree
+    exactly = site.domain.surface("cavity", quadrature_degree=3 * degree)
+    return cavity_pressure.volume_density(site.u, site.domain.mesh) * exactly

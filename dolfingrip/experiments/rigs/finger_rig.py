@@ -29,7 +29,7 @@ from dolfingrip.parameter import Parameter
 
 
 class FingerRig(Rig):
-    """Leads a finger's pressure or volume, and reads it.
+    """Controls a finger's pressure or volume, and reads it.
 
     Args:
         config: as asked for.
@@ -133,9 +133,9 @@ class FingerRig(Rig):
         return perturbations(parameters, config, self._finger)
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
-        """Whether a finger led by pressure goes on at a falling one where its volume is led."""
+        """Whether volume control would find equilibrium beyond, at a falling pressure."""
         if not self._by_pressure:
-            return False  # its volume is led already: nothing else would pass
+            return False  # under volume control already
         finger, settings = self._finger, self._config.solver
-        summit = LimitPointSearch(finger.model, finger.cavity, finger.enclosed, settings)
-        return summit.is_near(attempted["pressure_kPa"])
+        search = LimitPointSearch(finger.model, finger.cavity, finger.enclosed, settings)
+        return search.is_near(attempted["pressure_kPa"])

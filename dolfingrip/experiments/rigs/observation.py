@@ -1,10 +1,6 @@
-"""What is read off a finger at one state."""
+"""The readings of a finger at one state."""
 
 from __future__ import annotations
-
-import numpy as np
-from dolfinx import fem
-from mpi4py import MPI
 
 from dolfingrip.experiments.rigs.bellows import ContactGap
 from dolfingrip.experiments.rigs.finger import FingerModel
@@ -52,7 +48,6 @@ class Observation:
         self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}
         self._tare_undeformed()
-        self._clamped = _clamped_rows(finger)
 
     def _tare_undeformed(self) -> None:
         u = self._finger.model.u.x.array
@@ -71,19 +66,6 @@ class Observation:
         """Distance between neighbouring parts by their names (mm) at the last reading."""
         return self._gap.gaps_mm
 
-    def clamp_force_N(self) -> np.ndarray:
-        """(3,) force of the clamp on the whole finger."""
-        model = self._finger.model
-        local = model.reactions()[self._clamped].sum(axis=0)
-        return model.domain.copies * np.asarray(model.comm.allreduce(local, MPI.SUM))
-
     def read(self) -> dict[str, float]:
         """Values by column."""
         return {column: reading.value() for column, reading in self.readings.items()}
-
-
-def _clamped_rows(finger: FingerModel) -> np.ndarray:
-    """Owned displacement nodes on the clamp."""
-    space = finger.model.u.function_space
-    nodes = fem.locate_dofs_topological(space, 2, finger.model.domain.facets("clamp"))
-    return nodes[nodes < space.dofmap.index_map.size_local]

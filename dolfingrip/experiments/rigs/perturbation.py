@@ -1,4 +1,4 @@
-"""A parameter of the configuration as a change of a finger's model at hand."""
+"""A parameter of the configuration as a change of a finger's model."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.rigs.finger import FingerModel, weight
+from dolfingrip.experiments.rigs.finger import WEIGHT, FingerModel
+from dolfingrip.experiments.rigs.material import weight
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.movement import Movement
@@ -29,8 +30,8 @@ class ParameterPerturbation:
         constants: of the model, by name.
         values: the constants' values as a function of a configuration.
         movement: moves the reference mesh; None where the parameter does not.
-        set_up: told a configuration, takes over what is neither constant nor mesh: stages of the
-            supply, the plate's pose; and a change of the displacement at rest (mm).
+        set_up: called with a configuration and the change of the displacement at rest (mm); sets
+            what is neither constant nor mesh: stages of the supply, the plate's pose.
 
     Attributes:
         at_rest: derivative of the displacement at rest (local array, mm for each unit of the
@@ -70,9 +71,9 @@ class ParameterPerturbation:
         }
 
     @property
-    def way(self) -> float:
+    def direction(self) -> float:
         """1, or −1 where only smaller values are allowed."""
-        return self.parameter.way(self._config)
+        return self.parameter.direction(self._config)
 
     @contextmanager
     def applied(self, amount: float) -> Iterator[None]:
@@ -174,7 +175,7 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
     base = {
         "material.mu_MPa": config.material.mu_MPa,
         "material.lmbda_MPa": config.material.lmbda_MPa,
-        "gravity.weight_N_mm3": weight(config),
+        WEIGHT: weight(config),
     }
     found: dict[str, np.ndarray] = {}
     for name in names:

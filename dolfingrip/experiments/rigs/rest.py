@@ -14,7 +14,7 @@ UNPRESSURISED = {"pressure_kPa": 0.0, "time_s": 0.0}
 
 
 def has_weight(finger: FingerModel) -> bool:
-    """Whether the finger hangs otherwise than it is drawn."""
+    """Whether gravity deforms the finger at rest."""
     return bool(finger.config.gravity.acceleration_m_s2)
 
 
@@ -25,11 +25,11 @@ def go_to_rest(
 
     Args:
         finger: undeformed.
-        newton: solver of its model; one led by volume goes to rest led by pressure.
-        observers: told of each step on the way.
+        newton: solver of its model; one under volume control goes to rest under pressure control.
+        observers: called after each converged step.
 
     Returns:
-        Why it did not come to rest, where it did not.
+        Why it did not come to rest; None where it did.
     """
     model, plate = finger.model, finger.plate
     if model is not finger.by_pressure:
@@ -45,7 +45,7 @@ def go_to_rest(
 
 @contextmanager
 def at_rest(finger: FingerModel) -> Iterator[None]:
-    """Within it the finger is in its state ``rest`` and the plate away; afterwards as before."""
+    """A context in which the finger is in its state ``rest``, without the plate."""
     model, plate = finger.model, finger.plate
     now = model.state()
     places = None if plate is None else (float(plate.offset.value), float(plate.unloaded.value))

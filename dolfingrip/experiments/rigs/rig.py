@@ -1,4 +1,4 @@
-"""What an experiment is run on: a model, what leads it, and what reads it."""
+"""What an experiment is run on: a model with its control and its readings."""
 
 from __future__ import annotations
 
@@ -67,11 +67,11 @@ class Rig(ABC):
         """Bring the specimen to where the experiment starts.
 
         Args:
-            path: leads the model.
+            path: of the model.
             first: the experiment's first stop.
 
         Returns:
-            Why that was not reached, where it was not.
+            Why that was not reached; None where it was.
         """
         return None
 

@@ -67,7 +67,7 @@ class BarrierContact(Term):
         pairs = ipctk.NormalCollisions()
         pairs.use_area_weighting = True
         # the improved maximum counts no pair twice, but its forces jump as pairs come and go, and
-        # then Newton's method goes round in circles; these are continuous
+        # then Newton's method cycles; these are continuous
         pairs.collision_set_type = ipctk.NormalCollisions.CollisionSetType.IPC
         pairs.build(self._mesh, now, self.width_mm if reach_mm is None else reach_mm)
         return pairs
@@ -101,7 +101,7 @@ class BarrierContact(Term):
 
         Args:
             dofs: displacement.
-            convex: without the negative eigenvalues of each pair's.
+            convex: leave out negative eigenvalues of each pair's Hessian.
         """
         now = self.positions(dofs)
         pairs = self._felt(now)
@@ -124,9 +124,9 @@ class BarrierContact(Term):
         step = MOVED * self.width_mm / fastest
         there, back = (
             BarrierContact(
-                self.surface.moved(way * step * velocity_mm), self.width_mm, self._stiffness_MPa
+                self.surface.moved(sign * step * velocity_mm), self.width_mm, self._stiffness_MPa
             ).gradient(dofs)
-            for way in (1, -1)
+            for sign in (1, -1)
         )
         return (there - back) / (2 * step)
 
@@ -140,8 +140,8 @@ class BarrierContact(Term):
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Pairs within the barrier's width, with closest points, normals and normal forces.
 
-        ipctk's own for friction leave out edges that are nearly parallel; a barrier that it
-        mollifies for such a pair has a normal force, too, and this is the whole of it.
+        ipctk's own tangential collisions leave out edges that are nearly parallel. Its mollified
+        barrier gives such a pair a normal force, too, so these are computed here for all pairs.
         """
         now = self.positions(dofs)
         pairs = self._felt(now)
@@ -192,9 +192,9 @@ class BarrierContact(Term):
         self.surface.add_owned(found, rate.at_nodes)
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Take the surface's vertices to be moved a little, as their nodes are; None: put back.
+        """Move the surface's vertices a little, with their nodes; None: put them back.
 
-        Where no pair is felt, none is after so small a move: then nothing has to be looked for.
+        Where no pair is active, none becomes active by so small a move, so none is sought.
         """
         if self._unmoved is None:
             self._unmoved = (self.surface, self._mesh, self._found)
@@ -215,7 +215,7 @@ class BarrierContact(Term):
     # -- bounds --------------------------------------------------------------------------------
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction of ``step`` in [0, 1] without a collision on the way."""
+        """Largest fraction of ``step`` in [0, 1] without a collision."""
         start = self.positions(dofs)
         end = np.asfortranarray(start + self.surface.displacement(step[: len(dofs)]))
         return float(
@@ -246,7 +246,7 @@ def _collision_mesh(surface: Surface, jitter: np.ndarray) -> ipctk.CollisionMesh
 def _known(
     pairs: ipctk.NormalCollisions,
 ) -> Iterator[tuple[tuple[int, int, int], ipctk.NormalCollision]]:
-    """Pairs with what identifies them: their kind, and the numbers of their two parts."""
+    """Pairs with their identity: their kind, and the numbers of their two parts."""
     yield from (((0, c.vertex0_id, c.vertex1_id), c) for c in pairs.vv_collisions)
     yield from (((1, c.edge_id, c.vertex_id), c) for c in pairs.ev_collisions)
     yield from (((2, c.edge0_id, c.edge1_id), c) for c in pairs.ee_collisions)
@@ -254,7 +254,7 @@ def _known(
 
 
 def _jitter(surface: Surface) -> np.ndarray:
-    """(v, 3) by how much (mm) vertices are moved, :data:`UNALIGNED` of an edge or less.
+    """(v, 3) random displacement (mm) of the vertices, :data:`UNALIGNED` of an edge or less.
 
     ipctk 1.6 takes edges on one line that rounding turns by 1e-8 for edges that cross, at a
     distance of 0 whose barrier is infinite; and the corners of neighbouring bellows are such edges.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,27 +25,12 @@ class Felt(NamedTuple):
     curvature: np.ndarray
 
 
-class Density(Protocol):
-    """Zero from a width on, infinite at no distance."""
-
-    @property
-    def width_mm(self) -> float:
-        """Distance at which contact is first felt."""
-        ...
-
-    def at(self, gap_mm: np.ndarray) -> Felt:
-        """Of positive distances."""
-        ...
-
-
 @dataclass(frozen=True, slots=True)
-class TwoStage:
-    """Quadratic at first, then logarithmic: see :func:`dolfingrip.forms.plate.energy`.
-
-    Stiff from the first touch on, so that a touch is found in a step.
+class Density(ABC):
+    """A barrier that is zero from a width on, and infinite at no distance.
 
     Attributes:
-        width_mm: ĝ.
+        width_mm: ĝ, distance at which contact is first felt.
         stiffness_MPa: κ.
     """
 
@@ -52,49 +38,47 @@ class TwoStage:
     stiffness_MPa: float
 
     def at(self, gap_mm: np.ndarray) -> Felt:
-        """See :class:`Density`."""
-        s = gap_mm / self.width_mm
+        """The barrier at positive distances, (n,)."""
+        energy, slope, curvature = self._normalised(gap_mm / self.width_mm)
+        return Felt(
+            self.stiffness_MPa * self.width_mm * energy,
+            self.stiffness_MPa * slope,
+            self.stiffness_MPa / self.width_mm * curvature,
+        )
+
+    @abstractmethod
+    def _normalised(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Energy for κ ĝ = 1 and its derivatives by s = g/ĝ, each (n,)."""
+
+
+class TwoStage(Density):
+    """Quadratic at first, then logarithmic: see :func:`dolfingrip.forms.plate.energy`.
+
+    It is stiff from the first touch on, so that Newton's method finds a touch in a step.
+    """
+
+    __slots__ = ()
+
+    def _normalised(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         near, felt = s < 0.5, s < TOUCH
         energy = np.where(near, -(np.log(2 * s) - 0.5) / 4, (1 - s) ** 2 / 2)
         slope = np.where(near, -1 / (4 * s), s - 1)
         curvature = np.where(near, 1 / (4 * s**2), 1.0)
-        return _felt(self.width_mm, self.stiffness_MPa * felt, energy, slope, curvature)
+        return felt * energy, felt * slope, felt * curvature
 
 
-@dataclass(frozen=True, slots=True)
-class Smooth:
+class Smooth(Density):
     """−κ ĝ (1 − s²)² ln s², s = g/ĝ: that of :class:`~.barrier.BarrierContact` (Li et al. 2020).
 
-    Without stiffness at first touch, so that points come and go without a jump.
-
-    Attributes:
-        width_mm: ĝ.
-        stiffness_MPa: κ.
+    It has no stiffness at first touch, so that points come and go without a jump.
     """
 
-    width_mm: float
-    stiffness_MPa: float
+    __slots__ = ()
 
-    def at(self, gap_mm: np.ndarray) -> Felt:
-        """See :class:`Density`."""
-        s = np.minimum(gap_mm / self.width_mm, 1.0)
+    def _normalised(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        s = np.minimum(s, 1.0)
         left, log = 1 - s**2, 2 * np.log(s)
         energy = -(left**2) * log
         slope = 4 * s * left * log - 2 * left**2 / s
         curvature = 4 * (1 - 3 * s**2) * log + 16 * left + 2 * left**2 / s**2
-        return _felt(self.width_mm, self.stiffness_MPa, energy, slope, curvature)
-
-
-def _felt(
-    width_mm: float,
-    stiffness_MPa: float | np.ndarray,
-    energy: np.ndarray,
-    slope: np.ndarray,
-    curvature: np.ndarray,
-) -> Felt:
-    """What is felt of a barrier whose energy and derivatives are given by s, for κ ĝ = 1."""
-    return Felt(
-        stiffness_MPa * width_mm * energy,
-        stiffness_MPa * slope,
-        stiffness_MPa / width_mm * curvature,
-    )
+        return energy, slope, curvature

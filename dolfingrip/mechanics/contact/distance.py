@@ -71,7 +71,7 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True)
 class Capsule:
-    """Points within r of a segment of the z axis: a sausage.
+    """Points within r of a segment of the z axis.
 
     The Hessian jumps where the cylinder ends; the gradient does not.
 
@@ -117,7 +117,7 @@ class RoundedBox:
 
 @dataclass(frozen=True, slots=True)
 class Ellipsoid:
-    """The exact distance from x²/a² + y²/b² + z²/c² = 1, to where Newton's method ends.
+    """The distance from x²/a² + y²/b² + z²/c² = 1, to the tolerance of Newton's method.
 
     The nearest point of the surface is p_i = s_i² y_i/(t + s_i²), t the largest root of
     Σ (s_i y_i/(t + s_i²))² = 1 (Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a

@@ -23,7 +23,7 @@ from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.unknowns import Number
 
 AWAY_mm = 1e4
-"""How far from a finger a plate is that is not there."""
+"""Distance (mm) from the finger at which a retracted plate stands."""
 
 
 class RigidPlate(RigidContact):
@@ -37,15 +37,16 @@ class RigidPlate(RigidContact):
         domain: reference configuration.
         region: name of the part of ``domain``'s boundary that may touch.
         normal: (3,) towards the finger; any length.
-        gap_mm: distance that the nearest point of ``region`` travels along −n before it
-            is felt, from the pose against which the plate is put, at first the undeformed one.
+        gap_mm: distance that the nearest point of ``region`` travels along −n before
+            contact is felt, from the pose against which the plate is put, at first the undeformed
+            one.
         width_mm: barrier width ĝ.
         stiffness_MPa: barrier stiffness κ.
 
     Attributes:
         normal: (3,) of length 1, towards the finger.
         offset: the plane's position along n (mm), its pose's only coordinate.
-        unloaded: constant: the position at which a plate that gives way stands without force (mm).
+        unloaded: constant: the position at which a compliant plate stands without force (mm).
     """
 
     name: ClassVar[str] = "plate"
@@ -142,14 +143,15 @@ class RigidPlate(RigidContact):
         self._away = False
 
     def retract(self) -> None:
-        """Put the plate where nothing touches it."""
+        """Move the plate away from the finger."""
         self.put(self.place_mm() - AWAY_mm)
         self._away = True
 
     def turn(self, normal: np.ndarray, gap_mm: float, dofs: np.ndarray) -> None:
         """Give the plate another normal, and a gap from the skin displaced by ``dofs``.
 
-        A place that is solved for stays: its spring's end moves. A plate that is away stays so.
+        A position that is solved for stays, and its spring's end moves. A retracted plate stays
+        retracted.
         """
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
         self.shape = Plane(tuple(self.normal))

@@ -20,10 +20,10 @@ from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
 KEPT = 0.1
-"""Part of its distance that each point keeps in a step."""
+"""Part of its distance from the body that each point keeps in a step."""
 
 ADVANCES = 16
-"""Pieces in which a step is looked at; each is as long as is safe from where the last one ends."""
+"""Largest number of pieces in which a step is checked; each is as long as its start allows."""
 
 
 class _Near(NamedTuple):
@@ -183,7 +183,7 @@ class RigidContact(Term):
             found += self.pose.coupling(self.points.first, flat, self._sum(within))
         return found
 
-    # -- derivatives by what is given ------------------------------------------------------------
+    # -- derivatives by parameters ---------------------------------------------------------------
 
     def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
         """Add what moving reference points change, their areas included."""
@@ -227,7 +227,7 @@ class RigidContact(Term):
         return self._curvatures(self._near(dofs), convex=False)[2]
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Take the points to be moved by ``change`` (local array, mm); None: put back."""
+        """Move the points by ``change`` (local array, mm); None: put them back."""
         if self._unmoved is None:
             self._unmoved = self.points
         self.points = self._unmoved if change is None else self._unmoved.moved(change)
@@ -240,9 +240,9 @@ class RigidContact(Term):
         """Largest fraction of ``step`` that leaves each point a tenth of its distance.
 
         The shape is convex, so that along a straight line a point's distance stays above its
-        tangent. As the body turns by ω = |Δθ|, a point's way in the body's frame bends by no more
-        than B = 2 ω² |x − c| + 2 ω |Δx − Δc|: φ(t) ≥ φ + t φ' − t² B/2. The step is looked at piece
-        by piece, each as long as this lower bound lets it be.
+        tangent. As the body turns by ω = |Δθ|, a point's path in the body's frame bends by no more
+        than B = 2 ω² |x − c| + 2 ω |Δx − Δc|: φ(t) ≥ φ + t φ' − t² B/2. The step is checked piece
+        by piece, each as long as this lower bound allows.
         """
         change = self.pose.change(step)
         moved = step[: len(dofs)].reshape(-1, NODE)[self.points.nodes]
@@ -250,7 +250,7 @@ class RigidContact(Term):
         return float(self._comm.allreduce(allowed, MPI.MIN))
 
     def _reach(self, start: np.ndarray, moved: np.ndarray, change: np.ndarray) -> float:
-        """That of this rank's points at ``start``, which move as ``moved`` and ``change`` say."""
+        """The bound for this rank's points at ``start``, moving by ``moved`` and ``change``."""
         if not len(start):
             return 1.0
         q = self.pose.coordinates

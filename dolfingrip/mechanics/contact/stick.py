@@ -1,4 +1,4 @@
-"""How pairs take over the elastic displacement of points that stick."""
+"""How pairs of contact inherit the elastic displacement of points that stick."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ HARDER = 10.0
 fingers' forces do, must not fade, or shorter steps would lead elsewhere."""
 
 TINY = np.finfo(float).tiny
-"""Keeps quotients of nothing by nothing from being no numbers."""
+"""Avoids 0/0."""
 
 
 def handed_on(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What friction needs to know of a normal contact."""
+"""The pairs of a normal contact, as friction needs them."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Domain:
 
     @property
     def copies(self) -> int:
-        """How many copies of the meshed part make the whole solid: 2 for a half."""
+        """Symmetry multiplicity: copies of the meshed part in the whole solid, 2 for a half."""
         return 2 if self.half else 1
 
     def facets(self, *names: str) -> np.ndarray:
@@ -105,7 +105,7 @@ def _cells_and_local(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
 
 
 def on_root[T](comm: MPI.Comm, work: Callable[[], T]) -> T | None:
-    """Run ``work`` on rank 0 only; if it fails, every rank raises the same error.
+    """Run ``work`` on rank 0 only; where it fails, every rank raises the same error.
 
     Returns:
         What ``work`` returned on rank 0, None elsewhere.
@@ -197,7 +197,7 @@ def _straight(solid: SolidMesh) -> SolidMesh:
     """Hexahedra by their corners alone: dolfinx 0.9 has no geometry of 20 nodes.
 
     Raises:
-        MeshError: where an edge is curved, which corners cannot say.
+        MeshError: where an edge is curved, which corners cannot represent.
     """
     if solid.cells.shape[1] != 20:
         return solid

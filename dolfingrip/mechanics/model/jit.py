@@ -25,8 +25,8 @@ FLAGS = [
 ]
 
 PATIENCE_s = 600
-"""How long another process may take to compile what this one needs, too. By default it is ten
-seconds: less than the longest forms take on a busy machine."""
+"""Time (s) to wait for another process that compiles the same form. FFCx' default of ten seconds is
+less than the longest forms take on a busy machine."""
 
 
 def _processor() -> str:

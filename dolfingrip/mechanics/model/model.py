@@ -22,11 +22,11 @@ INVERTED = "inverted"
 """Name of what bounds a step that would turn an element inside out."""
 
 SHORTEST = 1e-6
-"""Fraction of a step below which none is looked for."""
+"""Fraction of a step below which no shorter one is tried."""
 
 
 class Prescribed(Protocol):
-    """A quantity that a load path may lead."""
+    """A quantity that a load path may prescribe."""
 
     @property
     def value(self) -> float:
@@ -60,7 +60,7 @@ class Memory(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """A prescribed quantity: a constant of the potential and its unit's factor."""
+    """A prescribed quantity: a constant of the potential, and the factor of its unit."""
 
     constant: fem.Constant
     factor: float = 1.0
@@ -77,7 +77,7 @@ class Control:
 
 @dataclass(slots=True)
 class Model:
-    """What is solved for a stationary point of Π, and its state.
+    """Unknowns, potential Π and state of what is solved for a stationary point of Π.
 
     Attributes:
         domain: reference configuration.
@@ -157,7 +157,7 @@ class Model:
         return State(self.u.x.array.copy(), controls, pressure, numbers, history)
 
     def restore(self, state: State) -> None:
-        """Go back (or over) to ``state``, one that was accepted."""
+        """Set the model to ``state``, an accepted one."""
         self.u.x.array[:] = state.displacement
         if self.p is not None:
             self.p.x.array[:] = state.pressure
@@ -229,12 +229,12 @@ class Model:
         return next(filter(None, (term.rejects(self.u.x.array) for term in self.terms)), "")
 
     def refresh(self) -> bool:
-        """Let all terms take anew what they hold, at the present state; whether any did."""
+        """Let all terms update what they hold fixed, at the present state; whether any did."""
         found = [term.refresh(self.u.x.array) for term in self.all_terms]  # all, not up to a first
         return any(found)
 
     def drift(self) -> float:
-        """Largest relative change of what a term holds since it was taken."""
+        """Largest relative change of what a term holds fixed since its last update."""
         return max(term.drift(self.u.x.array) for term in self.all_terms)
 
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
@@ -253,8 +253,8 @@ class Model:
     def admissible_step(self, step: np.ndarray) -> tuple[float, str]:
         """As :meth:`max_step`, shortened until no element inverts (J stays above a tenth).
 
-        Inversion is looked at first: contact is searched along the whole way, and that of a step
-        gone astray is long.
+        Inversion is checked first, since contact is searched along the whole step, which may be
+        very long.
         """
         least = 0.1 * min(self._smallest_jacobian(), 1.0)
         fraction, reason = self._upright(step, 1.0, least)

@@ -15,7 +15,7 @@ class Movement:
     """Moves a model's reference configuration along a velocity; nodal displacements stay.
 
     Args:
-        model: whose mesh is moved, and whose terms are told.
+        model: whose mesh is moved, and whose terms are updated.
         velocity: (n, 3) of this rank's mesh points (mm for each unit of a parameter).
         measures: called whenever the mesh has moved.
     """

@@ -20,12 +20,12 @@ class Motion(NamedTuple):
 
     Attributes:
         number: that number.
-        way: (3, n) reference coordinates (mm) to (3, n) displacements (mm) for each unit of the
+        mode: (3, n) reference coordinates (mm) to (3, n) displacements (mm) for each unit of the
             number's value.
     """
 
     number: Number
-    way: Callable[[np.ndarray], np.ndarray]
+    mode: Callable[[np.ndarray], np.ndarray]
 
 
 class MovingSupport:
@@ -81,7 +81,7 @@ class MovingSupport:
         """
         points = self._u.function_space.tabulate_dof_coordinates()[self._nodes].T
         for function, motion in zip(self._functions, self._motions, strict=True):
-            function.x.array.reshape(-1, NODE)[self._nodes] = motion.way(points).T
+            function.x.array.reshape(-1, NODE)[self._nodes] = motion.mode(points).T
         owned = np.array([f.x.array[: NODE * self._owned_nodes] for f in self._functions])
         self._ways = owned[:, self.dofs]
         parts = self._comm.allgather((self.dofs + NODE * self._first, self._ways))

@@ -64,7 +64,7 @@ class _Renumbered(MultiFunction):
     """Numbers the labels of variables from 0 on in each expression.
 
     UFL counts them through the process, and FFCx makes the number part of the compiled code's name
-    (of an expression's, not of a form's): each model of a process would be compiled anew.
+    (of an expression's, not of a form's): each model of a process would be recompiled.
     """
 
     def __init__(self) -> None:

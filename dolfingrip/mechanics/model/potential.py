@@ -147,8 +147,8 @@ class Potential(Term):
         """Second derivatives that numbers take part in."""
         return () if self._numbers is None else [self._numbers.coupling()]
 
-    def stiffness_along(self, way: fem.Function) -> list[np.ndarray]:
-        """Second derivatives by owned unknowns, field by field, and the displacement along ``way``.
+    def stiffness_along(self, direction: fem.Function) -> list[np.ndarray]:
+        """Second derivatives by owned unknowns, field by field, and by motion along ``direction``.
 
         Supports are not regarded.
         """
@@ -156,7 +156,7 @@ class Potential(Term):
             field = fem.Function(self._u.function_space)
             self._along = field, [_compiled(ufl.action(block, field)) for block in self._blocks]
         field, forms = self._along
-        field.x.array[:] = way.x.array
+        field.x.array[:] = direction.x.array
         found = []
         for form in forms:
             dofmap = form.function_spaces[0].dofmap

@@ -29,7 +29,7 @@ is nearly free would be thrown metres away by a linear prediction."""
 
 @dataclass(frozen=True)
 class RigidBody:
-    """What does not deform.
+    """A body that does not deform.
 
     Attributes:
         name: of the body.
@@ -90,7 +90,7 @@ class RigidMotion(Term):
         body: mass and inertia.
         pose: of the body.
         gravity_m_s2: (3,) acceleration of free fall, a control's array; 0 where weightless.
-        copies: how many meshed parts make the whole; they share the body.
+        copies: symmetry multiplicity: meshed parts that make the whole and share the body.
     """
 
     name: ClassVar[str] = "rigid body"
@@ -170,8 +170,8 @@ class RigidMotion(Term):
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Fraction that moves the body by :data:`LONGEST_mm` or less."""
         change = self.pose.change(step)
-        way = max(np.linalg.norm(change[:3]), self.body.gyration_mm * np.linalg.norm(change[3:]))
-        return min(1.0, LONGEST_mm / max(float(way), LONGEST_mm))
+        length = max(np.linalg.norm(change[:3]), self.body.gyration_mm * np.linalg.norm(change[3:]))
+        return min(1.0, LONGEST_mm / max(float(length), LONGEST_mm))
 
     # -- memory ----------------------------------------------------------------------------------
 

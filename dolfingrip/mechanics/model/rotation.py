@@ -19,7 +19,7 @@ TERMS: Final = 12
 
 
 class Rotation(NamedTuple):
-    """R = exp(θ×) and what becomes of it as θ changes.
+    """R = exp(θ×) and its derivatives by θ.
 
     All that turns with a body has the form φ(θ) = R(θ) : M = Σ R_ij M_ij for some M (3, 3);
     its derivatives are those of R, contracted with M.

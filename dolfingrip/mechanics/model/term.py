@@ -28,11 +28,11 @@ class Coupling(NamedTuple):
 class Term:
     """A summand of Π, or of the load step's incremental potential.
 
-    A term derives what it can and inherits the rest, which does nothing. All displacements are
+    A term overrides the methods that it needs; the inherited ones do nothing. All displacements are
     local arrays of degrees of freedom, ghosts included (mm).
 
     Attributes:
-        name: what a step that this term bounds is said to be bounded by.
+        name: by which a step that this term bounds is reported.
     """
 
     name: ClassVar[str] = ""
@@ -51,7 +51,7 @@ class Term:
 
         Args:
             dofs: displacement.
-            convex: leave out what makes a pair's part indefinite.
+            convex: leave out what makes a pair's Hessian indefinite.
         """
         return ()
 
@@ -65,7 +65,7 @@ class Term:
         """
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Take the reference nodes to be moved by ``change`` (local array, mm); None: put back."""
+        """Move the reference nodes by ``change`` (local array, mm); None: put them back."""
 
     def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
         """Add the derivative of the gradient by a constant that this term, not the forms, has.
@@ -99,10 +99,10 @@ class Term:
         """Why a converged state is not accepted; "" where it is."""
         return ""
 
-    # -- what is held while a potential is minimised ----------------------------------------------
+    # -- quantities held fixed in a minimisation --------------------------------------------------
 
     def refresh(self, dofs: np.ndarray) -> bool:
-        """Take anew, at the displacement ``dofs``, what the potential holds though it depends on u.
+        """Update, from the displacement ``dofs``, what the potential holds fixed.
 
         Newton's method asks for it in its first iterations.
 
@@ -112,11 +112,11 @@ class Term:
         return False
 
     def drift(self, dofs: np.ndarray) -> float:
-        """Relative change of what is held since it was taken, the same on all ranks."""
+        """Relative change, since the last update, of what is held; the same on all ranks."""
         return 0.0
 
     def held(self) -> Any:
-        """What was taken by :meth:`refresh` and is not part of a state; None where nothing is."""
+        """What :meth:`refresh` took and a state does not contain; None where there is nothing."""
         return None
 
     def hold(self, held: Any) -> None:

@@ -14,7 +14,7 @@ NODE = 3
 
 
 class Number:
-    """A number that is solved for with the displacement: a plate's place, a multiplier.
+    """A number that is solved for with the displacement: a plate's position, a multiplier.
 
     The vector of unknowns has ``value / scale``, so that derivatives by it are forces (N).
 
@@ -145,7 +145,7 @@ class Unknowns:
         return np.concatenate([*fields, local[self._local :] if self.has_numbers else []])
 
     def set_owned(self, values: np.ndarray) -> None:
-        """Set fields and numbers to a vector's values; all ranks learn what they need."""
+        """Set fields and numbers to a vector's values; ghosts are updated."""
         for field, part in zip(self._fields, self.owned_parts(values), strict=True):
             field.x.array[: len(part)] = part
             field.x.scatter_forward()

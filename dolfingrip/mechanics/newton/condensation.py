@@ -12,14 +12,14 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.model import Model
 
 RTOL: Final = 1e-12
-"""Of the pressure's equations."""
+"""Relative tolerance of the pressure's equations."""
 
 
 class Condensation:
     """Makes a mixed model's Π(u, p) one of u alone, Π(u, p(u)), with p(u) where ∂Π/∂p = 0.
 
-    Of a displacement and a pressure apart one step may well raise Π, which is concave in p; Π of
-    the displacement alone falls along each that its tangent leads.
+    A step of displacement and pressure together may raise Π, which is concave in p. Π of the
+    displacement alone falls along each step of its tangent.
 
     Args:
         model: a mixed one, quadratic in p as a perturbed Lagrangian is.

@@ -17,13 +17,13 @@ from dolfingrip.mechanics.model.unknowns import NODE
 from dolfingrip.mechanics.newton.tangent import Tangent
 
 LEAST: Final = 1e-7
-"""Smallest damping besides none, relative to the tangent's diagonal."""
+"""Smallest damping above 0, relative to the tangent's diagonal."""
 
 MORE: Final = 8.0
-"""By how much damping grows that leaves the tangent indefinite."""
+"""Factor on a damping that leaves the tangent indefinite."""
 
 MOST: Final = 20
-"""How often in a row it may; the last is far stiffer than the body."""
+"""Largest number of such factors in a row; the last damping is far stiffer than the body."""
 
 EASY, HARD, STUCK = 0.5, 0.1, 1e-3
 """Parts of a step, taken above or below which the next ones are damped less, more, far more."""
@@ -35,12 +35,12 @@ LESS, STRONGER, FAR_STRONGER = 4.0, 4.0, 100.0
 class Damping:
     """Factors of K + cM, the damping c as small as leaves a minimum's inertia.
 
-    The steps are those of a massless body in a viscous medium, led by the implicit Euler method
-    with steps of 1/c in time (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer. Anal.
-    35, 1998): where equilibrium ends they lead on to another one that is stable, as a finger that
-    snaps through does. That K + cM has the inertia of a minimum's tangent (Wächter & Biegler,
-    Math. Program. 106, 2006) makes each step lead downhill. M is the diagonal of the mass matrix
-    at unit density. It is PETSc's preconditioner of type ``python``, to be applied once
+    The steps are those of a massless body in a viscous medium by the implicit Euler
+    method with steps of 1/c in time (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer.
+    Anal. 35, 1998): where equilibrium ends they reach another one that is stable, as a finger
+    that snaps through does. That K + cM has the inertia of a minimum's tangent (Wächter & Biegler,
+    Math. Program. 106, 2006) makes each step a descent direction. M is the diagonal of the mass
+    matrix at unit density. It is PETSc's preconditioner of type ``python``, to be applied once
     (``preonly``); it adds cM to the matrix it is given.
 
     Args:
@@ -71,7 +71,7 @@ class Damping:
         self.unstable = False
 
     def heed(self, fraction: float) -> None:
-        """Damp the next step less or more for how much of the last one was taken."""
+        """Damp the next step less or more, by the fraction of the last one that was taken."""
         if abs(fraction) > EASY:
             self._damping /= LESS
             if self._damping < self._least:

@@ -25,8 +25,8 @@ class Factors:
     """Solves with the present matrix, by factors of an earlier one as long as these are good.
 
     Factorising costs about ten times what solving does. Where the matrix has changed a little,
-    GMRES (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) preconditioned by the factors at
-    hand takes a few iterations; where it takes more than :data:`MOST`, the matrix is factorised.
+    GMRES (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) preconditioned by the earlier
+    factors takes a few iterations; where it takes more than :data:`MOST`, the matrix is factorised.
     It is PETSc's preconditioner of type ``python``, to be applied once (``preonly``).
 
     Args:
@@ -75,11 +75,11 @@ class Factors:
     # -- many right-hand sides ---------------------------------------------------------------------
 
     def factorise(self, matrix: PETSc.Mat) -> None:
-        """Factorise ``matrix``, whatever was factorised before."""
+        """Factorise ``matrix`` in any case."""
         self._factorise(self._ksp or self._create(matrix), matrix)
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides, this rank's rows, with the factors at hand.
+        """(n, k) solutions for (n, k) right-hand sides, this rank's rows, by the present factors.
 
         MUMPS passes its factors through memory once for a block of them, not once for each.
         """

@@ -1,4 +1,4 @@
-"""How far a Newton step may go, and when to stop: rules around full steps."""
+"""The length of a Newton step, and when to stop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SETTLED = 2
 """Iterations after which a step that a bound cuts is searched: a new touch must not undo them."""
 
 HOPELESS = 3.0
-"""A residual so many times its early peak does not come back."""
+"""A residual above this multiple of its early peak ends the solve."""
 
 EARLY = 4
 """Iterations in which the residual may rise, as the carried stress makes it do."""
@@ -31,13 +31,13 @@ SHORTEST_STEP = 1e-3
 """A Newton step shortened below this fraction makes no progress any more."""
 
 PATIENCE = 2
-"""How many such steps in a row are borne."""
+"""Number of such steps in a row that are allowed."""
 
 FOLDED = 5
-"""How many steps in a row that elements would invert in: the next would, too."""
+"""Number of steps in a row in which elements would invert; the next one would, too."""
 
 SEARCHED = 8
-"""Residuals that a search looks at beyond the first two."""
+"""Residuals that a search evaluates beyond the first two."""
 
 ENOUGH = 0.3
 """Part of the work at the start of a step that may be left where a search ends."""
@@ -157,7 +157,7 @@ class Globalisation:
         return self.judge(iteration, norm, scale)
 
     def fraction(self, step: np.ndarray) -> float:
-        """How much of ``step`` (a local array of the unknowns) to take."""
+        """The fraction of ``step`` (a local array of the unknowns) to take."""
         fraction, self.bound = self._model.admissible_step(step)
         if self._stagnates or (self.bound and self._settled):
             fraction = self._search(step, fraction)
@@ -170,8 +170,8 @@ class Globalisation:
 
         Regula falsi on the residual's product with the step (Matthies & Strang, Int. J. Numer.
         Methods Eng. 14, 1979): Π has its minimum along the step there, also where pairs that
-        touch and part make the residual jump. A step that leads uphill, as one to a saddle does
-        where a bellow slides over another's edge, is searched backwards: down to either side.
+        touch and part make the residual jump. A step that is no descent direction, as one
+        towards a saddle where a bellow slides over another's edge, is searched backwards.
         """
         unknowns = self._model.unknowns
         start = unknowns.local()

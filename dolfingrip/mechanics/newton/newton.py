@@ -24,10 +24,10 @@ from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.numerics import Solver
 
 PREFIX = "dolfingrip_"
-"""Of PETSc's options."""
+"""Prefix of PETSc's options."""
 
 DAMPED = 3
-"""How many times the iterations of a plain solve a damped one may take."""
+"""Factor on ``max_iterations`` for a damped solve."""
 
 REASON = {
     Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
@@ -56,13 +56,11 @@ class Solve:
     Attributes:
         ending: converged, or why not.
         iterations: Newton iterations taken.
-        residual_N: norm of the last residual.
         unstable: a damped solve met states that are not stable.
     """
 
     ending: Ending
     iterations: int
-    residual_N: float
     unstable: bool = False
 
     @property
@@ -77,7 +75,7 @@ class Newton:
     Args:
         model: whose displacement is solved for.
         settings: tolerances and limits.
-        profile: where to book the time.
+        profile: of the time that phases take.
 
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
@@ -159,7 +157,7 @@ class Newton:
             self._take(x)
             carried = self.model.potential.carried
             if self._damped and carried is not None:
-                carried.reset()  # the energy's own tangent leads downhill
+                carried.reset()  # only the energy's own tangent gives a descent direction
             before = self.tangent.matrix
             self.tangent.assemble()
             if self.tangent.matrix is not before:
@@ -175,7 +173,7 @@ class Newton:
             step = self.model.unknowns.to_local(-y.array_r)
             fraction = 1.0
             if self._damped and self._condensation and self._residual_along(step) > 0:
-                # the damped tangent leads downhill in the displacement: it is the pressure's fault
+                # the damped step descends in the displacement: it is the pressure that ascends
                 step = self._condensation.step()
             else:
                 fraction = self._globalisation.fraction(step)
@@ -200,7 +198,7 @@ class Newton:
         return REASON[Verdict.HOPELESS if self._refreshing.lost else verdict]
 
     def _takes_anew(self, verdict: Verdict, norm: float) -> bool:
-        """Let terms take anew what they hold where that is due; whether the potential changed."""
+        """Let terms update what they hold where that is due; whether the potential changed."""
         if verdict is Verdict.GO_ON:
             due = self._refreshing.follows(norm, self._globalisation.first_N)
         else:
@@ -215,11 +213,11 @@ class Newton:
         Args:
             guess: start there instead; the tolerance still refers to the present state's residual.
             damped: damp and search along each step, which takes more and costlier iterations but
-                hardly loses its way: it follows a motion to a stable state.
+                robustly follows a motion to a stable state.
         """
         model = self.model
         carried = model.potential.carried
-        self._lead(damped)
+        self._prepare(damped)
         if guess is not None and carried is not None:
             self._globalisation.start(self._residual_norm(), far=True, damped=damped)
             model.unknowns.set_local(guess.unknowns)
@@ -238,7 +236,6 @@ class Newton:
         solve = Solve(
             self._ending(self._snes.getConvergedReason()),
             iterations,
-            float(self._snes.getFunctionNorm()),
             self._damping.unstable,
         )
         self.damped += damped and solve.converged
@@ -251,7 +248,7 @@ class Newton:
             A function of owned arrays in the order of a vector: (n,), or (n, k) for k of them,
             which are solved for at once.
         """
-        self._lead(damped=False)
+        self._prepare(damped=False)
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
         self.tangent.assemble()
@@ -264,7 +261,7 @@ class Newton:
 
         return solve
 
-    def _lead(self, damped: bool) -> None:
+    def _prepare(self, damped: bool) -> None:
         """Prepare SNES for a damped solve, or a plain one."""
         self._damped = damped
         self._refreshing.start()

@@ -19,7 +19,7 @@ AUTOMATIC: Final = 7
 """MUMPS chooses."""
 
 SMALL: Final = 1000
-"""Nodes below which no order is worth looking for; PORD ends the process on tiny graphs."""
+"""Nodes below which no order is searched for; PORD ends the process on tiny graphs."""
 
 
 def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
@@ -38,7 +38,7 @@ def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
 
 
 def _laplacian(graph: sp.csr_matrix, comm: MPI.Comm) -> PETSc.Mat:
-    """A definite matrix with one unknown for each node: factorised in no time."""
+    """A definite matrix with one unknown for each node: cheap to factorise."""
     first = sum(comm.allgather(graph.shape[0])[: comm.rank])
     row, column = graph.nonzero()
     values = np.where(column == row + first, np.diff(graph.indptr)[row] + 1.0, -1.0)

@@ -1,4 +1,4 @@
-"""The tangent matrix: symmetric blocks in a pattern with room for what comes near."""
+"""The tangent matrix: symmetric blocks in a pattern that grows with contact."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class Tangent:
         return found
 
     def _along_support(self, moving: MovingSupport) -> list[np.ndarray]:
-        """Products of the potential's second derivatives and the ways of a moving support."""
+        """Products of the potential's second derivatives and the modes of a moving support."""
         return [along[0] for along in moving.stiffness(self._model.potential)]
 
     def _ties(self) -> list[Coupling]:

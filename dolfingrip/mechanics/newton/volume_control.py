@@ -53,7 +53,7 @@ class VolumeControl(Term):
         u: displacement (mm).
         pressure: control of the pressure, which becomes a result.
         volume: UFL form of the meshed cavity's volume (mm³).
-        copies: how many meshed parts make the whole.
+        copies: symmetry multiplicity, the number of meshed parts in the whole.
 
     Attributes:
         control: the volume of the whole cavity, at first the present one.
@@ -108,7 +108,7 @@ class VolumeControl(Term):
         return self.number.value * self.control.target_mm3 / self._copies
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
-        """Add what is missing of the volume."""
+        """Add the residual V* − V."""
         gradient.add(self.number, (self.control.target_mm3 - self.volume_mm3()) / self._copies)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
@@ -127,8 +127,8 @@ class VolumeControl(Term):
         return self._force_N
 
 
-def led_by_volume(model: Model, pressure: Control, volume: ufl.Form) -> Model:
-    """A model of the same fields and terms whose path leads the cavity's volume.
+def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Model:
+    """A model of the same fields and terms whose control is the cavity's volume.
 
     Args:
         model: with ``pressure`` among its controls.

@@ -38,12 +38,10 @@ class Failure:
     Attributes:
         kind: the class.
         last_good: controls of the last converged state, by name.
-        attempted: controls that could not be reached.
     """
 
     kind: FailureKind
     last_good: dict[str, float]
-    attempted: dict[str, float]
 
     def sentence(self) -> str:
         """One sentence with the last good pressure (or other controls)."""

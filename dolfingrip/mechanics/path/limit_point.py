@@ -6,27 +6,27 @@ import ufl
 
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import CONTROL, led_by_volume
+from dolfingrip.mechanics.newton.volume_control import CONTROL, volume_controlled
 from dolfingrip.sections.numerics import Solver
 
 FIRST, LONGEST = 1e-4, 0.1
 """First step of the volume, relative to the cavity's, and longest; each is twice the one before."""
 
 MOST = 20
-"""Steps: the last ends about the cavity's volume away."""
+"""Largest number of steps; together they are about the cavity's volume."""
 
 SHORTER = 4.0
-"""By how much a step that fails is shortened."""
+"""Factor by which a step that fails is shortened."""
 
 FALL = 1e-4
 """Part of the pressure by which it must fall to have had a maximum."""
 
 
 class LimitPointSearch:
-    """Leads the cavity's volume on from a state at which the pressure could not be raised.
+    """Increases the cavity's volume from a state at which the pressure could not be raised.
 
-    A limit point is where equilibrium goes on at a falling pressure, so it is looked for. A single
-    bellows that gives way among stiff ones hardly shows in any norm of the displacement.
+    A limit point is where equilibrium goes on at a falling pressure, so the search tests for that.
+    A single bellow that collapses among stiff ones hardly shows in any norm of the displacement.
 
     Args:
         model: with the pressure among its controls.
@@ -48,7 +48,7 @@ class LimitPointSearch:
             beyond_kPa: the pressure that was not reached; where it is, there is no maximum before.
         """
         good = self._model.state()
-        model = led_by_volume(self._model, self._pressure, self._volume)
+        model = volume_controlled(self._model, self._pressure, self._volume)
         newton, control = Newton(model, self._settings), model.controls[CONTROL]
         highest, start = self._pressure.value, control.value
         volume, step, last = start, FIRST * start, model.state()

@@ -1,4 +1,4 @@
-"""The load path: adaptive steps that land on the asked controls, up and down."""
+"""The load path: adaptive steps that end at the prescribed controls, up and down."""
 
 from __future__ import annotations
 
@@ -32,18 +32,16 @@ class Arrival:
     Attributes:
         iterations: Newton iterations since the last target, failed steps included.
         steps: converged load steps.
-        cuts: steps that failed and were halved.
         failure: set where the target was not reached; the model is then at the last good state.
     """
 
     iterations: int
     steps: int
-    cuts: int
     failure: Failure | None = None
 
 
 class Observer(Protocol):
-    """What looks on as a path takes its steps."""
+    """What is called as a path takes its steps."""
 
     def converged(self, before: State) -> None:
         """A step from ``before`` has converged; it leaves the model as it is."""
@@ -51,12 +49,13 @@ class Observer(Protocol):
 
 
 class LoadPath:
-    """Leads a model along straight lines between prescribed controls, time among them.
+    """Takes a model along straight lines between prescribed controls, time among them.
 
-    A step starts from where the path so far leads, as long as that is straight. One that fails is
-    taken back and solved again with damping, then halved; steps grow again after easy ones. With
-    damping the path may go on beyond a limit point, where the model snaps to another stable state.
-    The solver's time limit counts from here, and is looked at before each step.
+    A step starts from the state that the path so far predicts, as long as the path is straight. A
+    step that fails is taken back and solved again with damping, then halved; steps grow again
+    after easy ones. With damping the path may go on beyond a limit point, where the model snaps to
+    another stable state.
+    The solver's time limit counts from here, and is checked before each step.
 
     Args:
         newton: solver of the model.
@@ -64,9 +63,9 @@ class LoadPath:
             solver's ``max_step_kPa`` by default); a control that is absent does not.
         accept: called after each converged step; returns a reason to reject it, or ""; default:
             what the model's terms say.
-        passable: asked at the last good state and told the controls that were not reached, whether
-            equilibrium goes on there at a falling load.
-        observers: told of each converged step before it is accepted.
+        passable: called at the last good state with the controls that were not reached; returns
+            whether equilibrium goes on there at a falling load.
+        observers: called after each converged step, before it is accepted.
     """
 
     def __init__(
@@ -89,26 +88,16 @@ class LoadPath:
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
         self._predictor = Predictor(self.model, newton.linear)
-        self._lost = False  # whether the last damped solve on the way to the target failed
+        self._lost = False  # whether the last damped solve towards this target failed
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
         self._place = 0.0  # along the path, in longest steps
 
     def advance(self, target: Mapping[str, float]) -> Arrival:
-        """Go to ``target`` (controls by name); stop at the last good state on failure."""
+        """Go to ``target`` (controls by name); end at the last good state on failure."""
         good = self.model.state()
         start = {name: good.controls[name] for name in target}
-        whole = (
-            max(
-                (
-                    abs(target[name] - start[name]) / longest
-                    for name, longest in self._longest.items()
-                    if name in target
-                ),
-                default=1.0,
-            )
-            or 1.0
-        )  # number of longest steps to the target
+        whole = self._longest_steps(start, target)
 
         def at(fraction: float) -> dict[str, float]:
             if fraction == 1.0:
@@ -118,11 +107,11 @@ class LoadPath:
         self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
         self._lost = False
         before = self.newton.iterations
-        done, iterations, steps, cuts = 0.0, 0, 0, 0
+        done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
             if self._late():
-                failure = Failure(FailureKind.TIME_LIMIT, at(done), dict(target))
-                return Arrival(iterations, steps, cuts, failure)
+                failure = Failure(FailureKind.TIME_LIMIT, at(done))
+                return Arrival(iterations, steps, failure)
             length = min(self._length, 1.0) / whole
             # no sliver is left for a last step
             reach = 1.0 if done + 1.01 * length >= 1.0 else done + length
@@ -149,7 +138,6 @@ class LoadPath:
             away = solve.unstable and self._runs_away((reach - done) * whole, good)
             self.model.restore(good)
             self._predictor.restart(self._place)
-            cuts += 1
             self._length = (reach - done) * whole / 2
             if self._length < self._shortest:
                 back = self._shortest / whole / 2
@@ -158,16 +146,25 @@ class LoadPath:
                     or self._is_soft(at(done - back), back * whole, good)
                     or self._passable(at(reach))
                 )
-                failure = Failure(_classify(solve, rejected, soft), at(done), at(reach))
-                return Arrival(iterations, steps, cuts, failure)
-        return Arrival(iterations, steps, cuts)
+                failure = Failure(_classify(solve, rejected, soft), at(done))
+                return Arrival(iterations, steps, failure)
+        return Arrival(iterations, steps)
+
+    def _longest_steps(self, start: Mapping[str, float], target: Mapping[str, float]) -> float:
+        """Longest steps from ``start`` to ``target``; 1 where no control limits them."""
+        distances = [
+            abs(target[name] - start[name]) / longest
+            for name, longest in self._longest.items()
+            if name in target
+        ]
+        return max(distances, default=1.0) or 1.0
 
     def _solve(
         self, good: State, controls: Mapping[str, float], guess: Guess | None, *, last: bool
     ) -> Solve:
         """Solve the model from ``good``, its state, at ``controls``, its own.
 
-        A step that fails is solved again, damped. Where damping has not helped on the way to this
+        A step that fails is solved again, damped. Where damping has not helped towards this
         target it is left out, but for the ``last`` step that is tried: beyond a limit point a
         damped solve takes many iterations to run away.
         """
@@ -206,17 +203,17 @@ class LoadPath:
     def _runs_away(self, length: float, good: State) -> bool:
         """Whether a failed solve has gone far from ``good`` for so small a step.
 
-        A motion through a viscous medium that leaves a stable state and finds no other ends by
-        inverting elements, or not within its iterations.
+        A motion through a viscous medium that finds no other stable state inverts elements or
+        exceeds its iterations.
         """
         return self._stiffness(length, good) < AWAY * self._stiffest
 
     def _is_soft(self, controls: Mapping[str, float], length: float, good: State) -> bool:
-        """Whether the model answers a small step back much more softly than it once did.
+        """Whether the stiffness along a small step back is far below the largest on the path.
 
         Bergan's current stiffness parameter (Bergan, Horrigmoe, Kråkeland & Søreide, Int. J.
         Numer. Methods Eng. 12, 1978), which vanishes at a limit point. The pivots of a diverged
-        iteration tell nothing. The model is restored to ``good``.
+        iteration say nothing. The model is restored to ``good``.
         """
         self.model.prescribe(controls)
         converged = self.newton.solve().converged

@@ -12,13 +12,13 @@ from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.path import series
 
 MOST, FEWEST = 4, 3
-"""States that the polynomial goes through: at most, so cubic, and at least."""
+"""Largest and smallest number of states that the polynomial interpolates (four: a cubic)."""
 
 CLEAR = 0.9
-"""Part of the way to a bound that is taken: on it the barrier would be felt too much."""
+"""Fraction of the step to a bound that is taken; nearer, the barrier's force would be too large."""
 
 WORTH = 0.3
-"""A shorter part of the way to the state ahead saves no iteration."""
+"""Smallest fraction of the step to the predicted state that saves iterations."""
 
 AHEAD = (0.25, -0.125, 0.125)
 """Places at which the Taylor series is sampled, in the unit of the path. Those that are used
@@ -30,8 +30,9 @@ class Predictor:
     """Continues the polynomial through the last states of a straight load path.
 
     At its start the states are those of its series. Displacement *and* carried stress are
-    extrapolated: the stress barely feels that the extrapolated displacement stretches what should
-    merely turn, and with it the first tangent is nearly that of the solution. Displacement alone
+    extrapolated: the extrapolated displacement stretches parts that should merely turn, which
+    hardly affects the extrapolated stress. With that stress the first tangent is nearly that of the
+    solution. Displacement alone
     costs more iterations than it saves.
 
     Args:
@@ -61,7 +62,7 @@ class Predictor:
         self.restart(place)
         state = self._model.state()
         if self._model.potential.carried is None or state.history:
-            return  # where internal variables evolve, half a step leads elsewhere
+            return  # where internal variables evolve, half a step ends in another state
         terms = series.terms(self._model, self._tangent, state.controls, rates)
         here = self._model.unknowns.local()
         farthest = series.along(here, terms, AHEAD[0])
@@ -81,7 +82,7 @@ class Predictor:
             self._kept.append((place, guess))
 
     def guess(self, place: float) -> Guess | None:
-        """The state at ``place``, or close to it as far as the bounds let; None if not far."""
+        """The state at ``place``, or as near to it as bounds allow; None if not far."""
         if len(self._kept) < FEWEST:
             return None
         places = np.array([kept for kept, _ in self._kept])

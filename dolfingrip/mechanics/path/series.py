@@ -1,4 +1,4 @@
-"""Where a load path leads at first: its Taylor series, known before any step along it."""
+"""The Taylor series of a load path at its start, known before any step along it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ are so stiff that at a hundredth the third term is 1.7 times too large; rounding
 of the first term."""
 
 FALLING = 0.3
-"""Part of the first term that the last one may be: a series with greater ones leads astray."""
+"""Part of the first term that the last one may be: a series with a larger one is not used."""
 
 Solve = Callable[[np.ndarray], np.ndarray]
 """K⁻¹ of an array of the equations' residual, both owned values in the order of a vector."""
@@ -35,7 +35,7 @@ def terms(
     Where the terms of u(s) below sⁿ are known, the residual along them starts with r sⁿ, and the
     next term is −K⁻¹r sⁿ: one tangent serves all orders (the asymptotic numerical method: Cochelin,
     Damil & Potier-Ferry, Int. J. Numer. Methods Eng. 37, 1994). r is a central difference here,
-    so that every energy, contact and extensions will do.
+    which holds for every energy, contact and extension.
 
     Args:
         model: at a solution, and left there.

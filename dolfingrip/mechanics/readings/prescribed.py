@@ -1,4 +1,4 @@
-"""Readings of what is led, and of time."""
+"""Readings of controls, and of time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class ControlValue(Reading):
     Args:
         model: what is read.
         column: name in the table, with the control's unit.
-        control: what is led, or was before something else was.
+        control: of the model, or one that another control replaces.
     """
 
     def __init__(self, model: Model, column: str, control: Prescribed) -> None:

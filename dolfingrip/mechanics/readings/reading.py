@@ -1,4 +1,4 @@
-"""What is read off a model at its present state."""
+"""Readings of a model at its present state."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Reading(ABC):
     def gradient(self) -> np.ndarray:
         """∂g/∂x: derivatives by this rank's owned unknowns, in the order of a vector of them.
 
-        Supported unknowns are no exception: who solves with the tangent leaves them out.
+        Rows of supported unknowns are included; who solves with the tangent leaves them out.
 
         Raises:
             NotDifferentiable: the reading has no derivative.

@@ -1,4 +1,4 @@
-"""What a camera sees of the tip: its face's angle, its displacement, the chord from the clamp."""
+"""Camera readings of the tip: its face's angle, its displacement, the chord from the clamp."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Derivatives of what a model yields with respect to its parameters."""
+"""Derivatives of a model's state and readings with respect to its parameters."""

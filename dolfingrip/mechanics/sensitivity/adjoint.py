@@ -25,7 +25,7 @@ class Adjoint:
     Mitchell, Paganini & Wechsung, Struct. Multidisc. Optim. 60, 2019).
 
     Args:
-        model: led by its constants (pressure rather than volume).
+        model: whose controls are constants of the potential (pressure rather than volume).
         reading: g.
     """
 
@@ -42,7 +42,7 @@ class Adjoint:
         model = self._model
         if model.potential.carried is not None:
             model.potential.carried.reset()
-        tangent = Tangent(model)  # of its own: Newton's may not change under it
+        tangent = Tangent(model)  # not Newton's, which must not change
         tangent.assemble()
         load = model.unknowns.create_vector()
         load.array[:] = right

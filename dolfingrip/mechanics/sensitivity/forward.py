@@ -18,8 +18,8 @@ SMALL: Final = 1e-7
 Newton's tolerance, so that a one-sided difference is good to this part, and rounding to 1e-6."""
 
 CORRECTIONS: Final = 30
-"""Of derivatives where terms hold what the tangent does not know of, as friction its normal
-forces: each is a solve with the tangent at hand."""
+"""Largest number of corrections where terms hold something that the tangent leaves out, as friction
+holds its normal forces; each is a solve with the present tangent."""
 
 CLOSE: Final = 1e-6
 """Part of the first residual's derivative that may be left then."""
@@ -37,12 +37,12 @@ class Perturbation(Protocol):
     scale: float
 
     @property
-    def way(self) -> float:
+    def direction(self) -> float:
         """1, or −1 where only smaller values are allowed."""
         ...
 
     def applied(self, amount: float) -> AbstractContextManager[None]:
-        """The model as it is with the parameter changed by ``amount``, for as long as entered."""
+        """A context in which the model's parameter is changed by ``amount``."""
         ...
 
 
@@ -68,7 +68,7 @@ class ForwardSensitivity:
         K dx = −(∂R/∂m + ∂R/∂x₀ dx₀ + ∂R/∂h₀ dh₀),
 
     and dh follows from H's derivative (Michaleris, Tortorelli & Vidal, Int. J. Numer. Methods Eng.
-    37, 1994). The bracket is one difference of R: the model is led to a start that is perturbed
+    37, 1994). The bracket is one difference of R: the model starts from a state that is perturbed
     along (dx₀, dh₀) with a perturbed parameter, by the same calls as any step is, so that every
     term, memory and control takes part and none is named here. K is the tangent of the converged
     state, factorised once for all parameters.
@@ -101,7 +101,7 @@ class ForwardSensitivity:
     def converged(self, before: State) -> None:
         """Take note of a converged load step from ``before``, not accepted yet.
 
-        Without history the last step alone tells all, so it is derived when asked for.
+        Without history only the last step matters, so it is derived when asked for.
         """
         self._before = before
         if before.history:
@@ -126,7 +126,7 @@ class ForwardSensitivity:
         step = _Step(self._model, state, state, here)
         for perturbation, change, amount in self._each():
             with perturbation.applied(amount):
-                step.lead(change, amount)
+                step.begin(change, amount)
                 there = read()
             found.append({name: (there[name] - base[name]) / amount for name in base})
         self._model.restore(state)
@@ -135,7 +135,7 @@ class ForwardSensitivity:
         return found
 
     def _is_derived(self, here: np.ndarray) -> bool:
-        """Whether the derivatives at hand are those of the unknowns ``here``, on all ranks."""
+        """Whether the present derivatives are those of the unknowns ``here``, on all ranks."""
         same = self._derived is not None and np.array_equal(self._derived, here)
         return bool(self._model.comm.allreduce(same, MPI.LAND))
 
@@ -152,8 +152,8 @@ class ForwardSensitivity:
         start = step.residual()
         found = np.zeros((len(start), len(self._perturbations)), order="F")
         first = np.inf
-        # a support that moves with numbers is held where they lead: what it moves as the mesh does
-        # is felt by the next residual
+        # a moving support is held at its numbers: how it moves with the mesh enters with the next
+        # residual
         exact = model.moving is None and all(each is None for each in held)
         for _ in range(1 if exact else CORRECTIONS):
             right = np.column_stack(
@@ -174,7 +174,7 @@ class ForwardSensitivity:
                 there = step.accepted(perturbation, change, amount, unknowns)
                 change.history = {k: _rate(there[k], after[k], amount) for k in after}
             change.unknowns = unknowns
-        step.lead(None, 0.0)
+        step.begin(None, 0.0)
         model.unknowns.set_local(here)
         for term, each in zip(model.terms, held, strict=True):
             term.hold(each)
@@ -182,7 +182,7 @@ class ForwardSensitivity:
     def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
         """Perturbations with what is known of their changes, and by how much they are taken."""
         for perturbation, change in zip(self._perturbations, self.changes, strict=True):
-            yield perturbation, change, SMALL * perturbation.scale * perturbation.way
+            yield perturbation, change, SMALL * perturbation.scale * perturbation.direction
 
 
 class _Step:
@@ -210,7 +210,7 @@ class _Step:
         """Controls of a state without those that are solved for, as a multiplier is."""
         return {k: value for k, value in state.controls.items() if k not in self._results}
 
-    def lead(self, change: Change | None, amount: float) -> None:
+    def begin(self, change: Change | None, amount: float) -> None:
         """Begin the step at a start that is perturbed by ``amount`` along ``change``."""
         model = self._model
         model.restore(self._before)
@@ -236,7 +236,7 @@ class _Step:
     ) -> np.ndarray:
         """Residual (N) at its end moved by ``amount`` · ``along``, the parameter changed, too."""
         with _applied(perturbation, amount):
-            self.lead(change, amount)
+            self.begin(change, amount)
             self._model.unknowns.set_local(self._here + amount * along)
             self._model.refresh()
             return self._model.gradient()
@@ -250,7 +250,7 @@ class _Step:
     ) -> dict[str, np.ndarray]:
         """Internal variables once that end is accepted."""
         with _applied(perturbation, amount):
-            self.lead(change, amount)
+            self.begin(change, amount)
             self._model.unknowns.set_local(self._here + amount * along)
             self._model.refresh()
             self._model.accept_step()
@@ -262,7 +262,7 @@ def _applied(perturbation: Perturbation | None, amount: float) -> AbstractContex
 
 
 def _rate(there: np.ndarray, here: np.ndarray, amount: float) -> np.ndarray:
-    """Difference quotient; 0 where a pair came or went, at which nothing can be derived."""
+    """Difference quotient; 0 where pairs of contact change, since there is no derivative."""
     if there.shape != here.shape or here.dtype.kind != "f":
         return np.zeros(here.shape)
     return np.asarray((there - here) / amount)

@@ -1,7 +1,7 @@
-"""Dask's nanny of a worker process here, for a worker that dies while it still starts.
+"""Supervision of a local Dask worker that dies while it still starts.
 
-Dask's own starts a worker again that died at work, but gives up the whole cluster where one dies
-before it first was ready.
+Dask's own supervisor process, the Nanny, restarts a worker that dies at work. It gives up the whole
+cluster where a worker dies before it was ready for the first time.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ from typing import Any
 from distributed import Nanny, Status
 
 STARTS = 10
-"""How often a worker is started before it first is ready."""
+"""Attempts to start a worker until it is ready for the first time."""
 
 _LOOK_EVERY_S = 0.05
 
 
-class PatientNanny(Nanny):
-    """Starts a worker again that died while it started."""
+class WorkerSupervisor(Nanny):
+    """Restarts a worker that died while it started."""
 
     async def instantiate(self) -> Any:
-        """Start the worker; the state in which that ended."""
+        """Start the worker and return the state in which that ended."""
         status = await super().instantiate()
         for _ in range(STARTS - 1):
-            # once it runs, the nanny is told when the worker dies, and this is not needed
+            # once it runs, Dask itself notices that the worker dies
             if status == Status.running or self.status not in (Status.init, Status.starting):
                 break
             status = await super().instantiate()
         return status
 
     async def _on_worker_exit(self, exitcode: int) -> None:
-        # Dask drops the news of a death that falls between the worker's start and the nanny's
+        # Dask drops the report of a death between the worker's start and its supervisor's
         while self.status in (Status.init, Status.starting):
             await asyncio.sleep(_LOOK_EVERY_S)
         if not self.is_alive():
