@@ -129,7 +129,8 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
 
     Values of keys that either of them varies may differ: they stand with each design.
     """
-    before = {"gradients": _told(None), **before}  # as of stores that are older than the choice
+    # stores that are older than the choice, and other work than designs, do not tell
+    before, now = ({"gradients": _told(None), **facts} for facts in (before, now))
     for name in ("schema", "objective", "quantities", "gradients"):
         if before[name] != now[name]:
             yield f"{name} was {before[name]}, now {now[name]}"
