@@ -36,7 +36,7 @@ INTERRUPTED = 130
 ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
-    *("mesh", "morph", "config", "extensions", "fake"),
+    *("mesh", "morph", "config", "extensions", "synthetic"),
     *("doe", "train", "optimise", "study", "reproduce"),
 )
 """Subcommands in the order in which a new user needs them."""
@@ -60,7 +60,7 @@ app = typer.Typer(
 )
 app.command("demo")(experiment_commands.demo)
 experiment_commands.register(app)
-app.command("fake")(experiment_commands.fake)
+app.command("synthetic")(experiment_commands.synthetic_measurement)
 app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
 app.command("extensions")(extensions_command.extensions)

@@ -1,4 +1,4 @@
-"""The commands of the experiments, made from their descriptions; ``fake`` and ``demo``."""
+"""The commands of the experiments, made from their descriptions; ``synthetic`` and ``demo``."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def register(app: typer.Typer) -> None:
         app.command(experiment.command, help=experiment.summary())(_command(experiment))
 
 
-def fake(
-    out: Out = Path("out/fake"),
+def synthetic_measurement(
+    out: Out = Path("out/synthetic"),
     experiments: Annotated[
         str, typer.Option(help="Experiments to simulate, joined by commas.")
     ] = "bending,blocked_force",

@@ -193,7 +193,7 @@ def write(measurement: Measurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) 
 
 
 def _described(measurement: Measurement) -> str:
-    data: dict[str, Any] = {"experiment": "", "note": "synthetic, by dolfingrip fake"}
+    data: dict[str, Any] = {"experiment": "", "note": "synthetic, by dolfingrip synthetic"}
     for kind in measurement.kinds:
         data |= find(kind).described(measurement.config)
     if len(measurement.kinds) > 1:

@@ -97,15 +97,15 @@ def test_any_effect_can_be_drawn() -> None:
 
 def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def call(*arguments: str) -> int:
-        monkeypatch.setattr(sys, "argv", ["dolfingrip", "fake", *arguments])
+        monkeypatch.setattr(sys, "argv", ["dolfingrip", "synthetic", *arguments])
         with pytest.raises(SystemExit) as ended:
             cli.main()
         return int(ended.value.code or 0)
 
-    asked = ["--experiments", "coupon", "--out", str(tmp_path / "fake")]
+    asked = ["--experiments", "coupon", "--out", str(tmp_path / "synthetic")]
     hidden = ("--hide", "extensions.mullins.inverse_r=0.5")
     assert call(*asked, *hidden, "--set", "coupon.max_strain=0.1") == 0
-    assert config.load(tmp_path / "fake" / "truth.toml").extensions.mullins.inverse_r == 0.5
+    assert config.load(tmp_path / "synthetic" / "truth.toml").extensions.mullins.inverse_r == 0.5
     assert call("--experiments", "coupon,tension") == 2
     assert call(*asked, "--noise", "angle=1") == 2
 
