@@ -163,6 +163,25 @@ def test_the_derivative_by_the_coefficient() -> None:
     assert not none.array.any()
 
 
+@STACKS
+def test_normal_forces_rise_as_bodies_come_nearer(lower: int, upper: int, turn_rad: float) -> None:
+    """As a body moves as a whole, so that neither closest points nor mollifiers change at first."""
+    blocks = pressed(lower, upper, turn_rad)
+    contact = blocks.contact
+    assert contact is not None
+    start = contact.tangential(blocks.u.x.array)
+    way = np.array([0.0, 0.0, 1.0])
+    before = contact.touching.at_nodes(blocks.u.x.array)
+    moved = contact.touching.at_nodes(slid(blocks, 1e-6 * way)) - before
+    rise = start.pressed_more_N(moved, contact.facing(np.zeros(0)))
+    there, back = (contact.tangential(slid(blocks, by * way)) for by in (1e-6, -1e-6))
+    np.testing.assert_array_equal(there.keys, back.keys)
+    np.testing.assert_allclose(
+        rise, (there.normal_N - back.normal_N) / 2, atol=2e-3 * np.abs(rise).max()
+    )
+    assert (rise < 0).any()
+
+
 def test_without_a_coefficient_it_does_nothing() -> None:
     blocks = pressed(3, 4, 0.3)
     friction = rubbing(blocks, coefficient=0.0)

@@ -10,7 +10,7 @@ from dolfingrip.config import Solver
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.newton import Ending, Newton
-from dolfingrip.mechanics.newton.refreshing import AGAIN, DRIFTS, Refreshing
+from dolfingrip.mechanics.newton.refreshing import AGAIN, DRIFTS, OVERSHOT, Refreshing
 
 
 class Following(Term):
@@ -66,6 +66,29 @@ def test_what_never_settles_is_no_solution() -> None:
     solve = newton.solve()
     assert solve.ending in (Ending.DIVERGED, Ending.ITERATIONS)
     assert term.times > AGAIN
+
+
+def test_steps_are_followed_until_one_overshoots() -> None:
+    cube, _, _ = pulled(0.0)
+    rules = Refreshing(cube.model)
+    assert not rules.follows(1.0, 1.0)
+    assert rules.fresh  # nothing is held that drifts
+    for norm in (5.0, 6.0, 9.0):  # as a step that turns much makes it rise
+        rules.followed = True
+        assert rules.follows(norm, 1.0)
+        assert rules.fresh
+        rules.done(norm)
+    rules.followed = True
+    assert not rules.follows(OVERSHOT * 9.1, 1.0)
+    assert rules.follows(4.0, 1.0)
+    assert not rules.fresh
+    rules.start(predicted=True)
+    assert rules.follows(1.0, 1.0)
+    assert rules.fresh
+    rules.done(0.9)
+    rules.followed = True
+    assert rules.follows(5e-4, 1.0)
+    assert not rules.fresh  # close to the solution
 
 
 def test_an_overshoot_is_not_followed() -> None:

@@ -18,6 +18,7 @@ def pairs(weights: list[list[float]], forces_N: list[float], keys: list[int]) ->
         sp.csr_matrix(np.array(weights)),
         np.tile(UP, (len(keys), 1)),
         np.array(forces_N),
+        np.zeros(len(keys)),
         np.array(keys)[:, None],
     )
 

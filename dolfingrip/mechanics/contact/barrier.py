@@ -149,7 +149,7 @@ class BarrierContact(Term):
             return Tangential.none(len(self.surface.nodes), width=3)
         known = list(_known(pairs))
         found = [self._pressed(pair, now) for _, pair in known]
-        vertices, shares, distances, forces = zip(*found, strict=True)
+        vertices, shares, distances, forces, rises = zip(*found, strict=True)
         rows = np.repeat(np.arange(len(found)), [len(each) for each in vertices])
         places = (rows, np.concatenate(vertices))
         shape = (len(found), len(now))
@@ -159,21 +159,32 @@ class BarrierContact(Term):
             sp.csr_matrix(at_vertices @ self.surface.weights),
             apart / np.linalg.norm(apart, axis=1)[:, None],
             np.array(forces),
+            np.array(rises),
             np.array([key for key, _ in known]),
         )
 
     def _pressed(
         self, pair: ipctk.NormalCollision, now: np.ndarray
-    ) -> tuple[list[int], np.ndarray, np.ndarray, float]:
-        """Vertices of a pair, their shares in its distance vector (mm), and its normal force."""
+    ) -> tuple[list[int], np.ndarray, np.ndarray, float, float]:
+        """Vertices of a pair, their shares in its distance vector (mm), its normal force, its rise.
+
+        The rise (N/mm) is that by the distance alone.
+        """
         edges, faces = self._mesh.edges, self._mesh.faces
         vertices = [v for v in pair.vertex_ids(edges, faces) if v >= 0]
         positions = pair.dof(now, edges, faces)
         apart, shares = pair.compute_distance_vector_with_coefficients(positions)
-        force = pair.weight * self._potential.force_magnitude(float(apart @ apart), pair.dmin)
-        if pair.is_mollified():
-            force *= pair.mollifier(positions)
-        return vertices, shares, apart, float(force)
+        weight = pair.weight * (pair.mollifier(positions) if pair.is_mollified() else 1.0)
+        force, nearer = (
+            weight * self._potential.force_magnitude(part**2 * float(apart @ apart), pair.dmin)
+            for part in (1.0, 1 - MOVED)
+        )
+        rise = (nearer - force) / (MOVED * float(np.linalg.norm(apart)))
+        return vertices, shares, apart, float(force), float(rise)
+
+    def facing(self, step: np.ndarray) -> np.ndarray:
+        """(3,) zeros: all that its pairs touch are nodes."""
+        return np.zeros(3)
 
     # -- as a term -----------------------------------------------------------------------------
 

@@ -9,6 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
+from dolfingrip.mechanics.contact.following_friction import FollowingFriction
+from dolfingrip.mechanics.contact.ramp import Ramp, size_of
 from dolfingrip.mechanics.contact.stick import handed_on
 from dolfingrip.mechanics.contact.tangential import Tangential, Touching
 from dolfingrip.mechanics.model.term import Coupling, Term
@@ -31,9 +33,8 @@ class Friction(Term):
         Π += Σ μ N f0(|s|),    s = P [x − x_n + e]
 
     x is a pair's relative displacement, x_n the one at the step's start, P the projection on its
-    tangent plane, N its normal force, e its memory. f0' rises as 2t − t² with t = |s|/ε to 1 at
-    t = 1, and stays there (Li et al., Incremental Potential Contact, ACM Trans. Graph. 39, 2020,
-    eq. 13). An accepted step leaves
+    tangent plane, N its normal force, e its memory. f0' rises from 0 to 1 at |s| = ε, and stays
+    there; see :class:`~.ramp.Ramp`. An accepted step leaves
 
         e ← P s min(1, ε/|s|)
 
@@ -43,10 +44,10 @@ class Friction(Term):
     rests moves nothing, however long and in however many steps; without the memory points would
     creep by a part of ε in each.
 
-    With N and P of the solution friction has no potential. So both are held while Π is minimised;
-    the tangent is symmetric and friction's part of it convex. :meth:`refresh` takes them anew, and
-    :meth:`drift` tells how far they are off. Newton's method asks for both; a pair that first
-    touches in a load step rubs in it.
+    With N and P of the solution friction has no potential. So both are held in Π; the tangent is
+    symmetric and friction's part of it convex. :meth:`refresh` takes them anew, :meth:`drift` tells
+    how far they are off, and :meth:`following` how forces change as normal forces follow a step.
+    Newton's method asks for all three; a pair that first touches in a load step rubs in it.
 
     Memory follows the identity of a pair. A new pair takes the mean of what its nodes remember, as
     a vertex that slides on to the next triangle; see :mod:`.stick`.
@@ -72,6 +73,7 @@ class Friction(Term):
         self.contact = contact
         self.coefficient = coefficient
         self.slip_mm = slip_mm
+        self._ramp = Ramp(slip_mm)
         self._u = u
         self._title = title
         self._nodes = contact.touching
@@ -87,12 +89,7 @@ class Friction(Term):
         """(m, 3) s (mm) of the held pairs and (m,) |s|."""
         moved = self._nodes.at_nodes(dofs) - self._before
         slip = self._held.slip(moved) + self._held.flat(self._memory)
-        return slip, np.linalg.norm(slip, axis=1)
-
-    def _per_slip(self, size: np.ndarray) -> np.ndarray:
-        """f0'(|s|)/|s| (1/mm)."""
-        within = (2 - size / self.slip_mm) / self.slip_mm
-        return np.where(size < self.slip_mm, within, 1 / np.maximum(size, self.slip_mm))
+        return slip, size_of(slip)
 
     def _limit_N(self) -> np.ndarray:
         """(m,) forces μN at which pairs slide."""
@@ -102,17 +99,14 @@ class Friction(Term):
         """(k, 3) gradient (N) at the nodes for given limits of the pairs."""
         slip, size = self._slip(dofs)
         return np.asarray(
-            self._held.weights.T @ ((normal_N * self._per_slip(size))[:, None] * slip)
+            self._held.weights.T @ ((normal_N * self._ramp.per_slip(size))[:, None] * slip)
         )
 
     # -- energy ------------------------------------------------------------------------------------
 
     def value(self, dofs: np.ndarray) -> float:
         """Incremental potential (mJ) of the load step, the same on all ranks."""
-        size = self._slip(dofs)[1]
-        t = np.minimum(size / self.slip_mm, 1.0)
-        inside = self.slip_mm * (t**2 - t**3 / 3)
-        return float(self._limit_N() @ (inside + np.maximum(size - self.slip_mm, 0.0)))
+        return float(self._limit_N() @ self._ramp.value(self._slip(dofs)[1]))
 
     def forces_N(self, dofs: np.ndarray) -> np.ndarray:
         """(k, 3) gradient at the contact's nodes: the forces that hold against friction."""
@@ -124,23 +118,10 @@ class Friction(Term):
         return float(self._limit_N() @ np.maximum(size - self.slip_mm, 0.0))
 
     def hessian(self, dofs: np.ndarray) -> sp.coo_matrix:
-        """(3k, 3k) second derivatives (N/mm) at the nodes with N and P held; convex.
-
-        D = μ N [a P + (f0'' − a) ŝ ŝᵀ] for each pair, a = f0'/|s| and f0'' = 2 (1 − |s|/ε)/ε.
-        """
-        slip, size = self._slip(dofs)
-        per_slip = self._per_slip(size)
-        curvature = 2 * np.maximum(1 - size / self.slip_mm, 0.0) / self.slip_mm
-        along = slip / np.maximum(size, np.finfo(float).tiny)[:, None]
-        n = self._held.normals
-        plane = np.eye(3) - n[:, :, None] * n[:, None, :]
-        blocks = per_slip[:, None, None] * plane
-        blocks += (curvature - per_slip)[:, None, None] * along[:, :, None] * along[:, None, :]
-        blocks *= self._limit_N()[:, None, None]
-        count = np.arange(len(size) + 1)
-        within = sp.bsr_matrix((blocks, count[:-1], count), shape=(3 * len(size),) * 2)
-        spread = sp.kron(self._held.weights, sp.eye_array(3), format="csr")
-        found = (spread.T @ within @ spread).tocsr()
+        """(3k, 3k) second derivatives (N/mm) at the nodes with N and P held; convex."""
+        slip = self._slip(dofs)[0]
+        blocks = self._ramp.curvature(slip, self._limit_N(), self._held.normals)
+        found = self._held.spread(blocks)
         found.eliminate_zeros()  # pairs without friction need no place in the tangent
         return sp.coo_matrix(found)
 
@@ -159,6 +140,21 @@ class Friction(Term):
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """The Hessian, the same whole on all ranks."""
         return [Coupling(self._nodes.nodes, self.hessian(dofs))] if len(self._held.keys) else ()
+
+    def following(self, dofs: np.ndarray) -> FollowingFriction | None:
+        """How the forces change along a step from ``dofs`` whose normal forces follow."""
+        if not len(self._held.keys):
+            return None
+        coefficient = float(self.coefficient.value)
+        return FollowingFriction(
+            len(dofs),
+            self._held,
+            self._nodes,
+            self._slip(dofs)[0],
+            coefficient,
+            self._ramp,
+            self.contact.facing,
+        )
 
     # -- what is held ------------------------------------------------------------------------------
 

@@ -104,15 +104,21 @@ class RigidPlate(RigidContact):
         """
         near = self._near(dofs)
         shares = np.zeros((self.points.owned, 3))
-        shares[self.points.nodes[near.rows]] = -near.forces
-        normal_N = self.touching.at_nodes(shares.ravel()) @ self.normal
+        shares[self.points.nodes[near.rows], 0] = -near.areas * near.felt.slope
+        shares[self.points.nodes[near.rows], 1] = near.areas * near.felt.curvature
+        normal_N, rise, _ = self.touching.at_nodes(shares.ravel()).T
         pressed = np.flatnonzero(normal_N > 0)
         return Tangential(
             sp.eye_array(len(normal_N), format="csr")[pressed],
             np.tile(self.normal, (len(pressed), 1)),
             normal_N[pressed],
+            rise[pressed],
             self.touching.nodes[pressed, None],
         )
+
+    def facing(self, step: np.ndarray) -> np.ndarray:
+        """(3,) displacement of the plane for a step of the unknowns."""
+        return self.pose.change(step)[:3]
 
     @property
     def measure(self) -> ufl.Measure:

@@ -23,12 +23,14 @@ class Tangential:
         weights: (m, k) of the nodes' displacements in the relative displacement of each pair.
         normals: (m, 3) unit normals of the pairs.
         normal_N: (m,) normal forces, positive.
+        rise_N_per_mm: (m,) how they rise as the pairs' distances fall.
         keys: (m, q) identity of each pair, equal from step to step.
     """
 
     weights: sp.csr_matrix
     normals: np.ndarray
     normal_N: np.ndarray
+    rise_N_per_mm: np.ndarray
     keys: np.ndarray
 
     @classmethod
@@ -36,7 +38,7 @@ class Tangential:
         """No pair among so many nodes, with keys of ``width`` numbers."""
         empty = np.zeros((0, 3))
         keys = np.zeros((0, width), dtype=np.int64)
-        return cls(sp.csr_matrix((0, nodes)), empty, np.zeros(0), keys)
+        return cls(sp.csr_matrix((0, nodes)), empty, np.zeros(0), np.zeros(0), keys)
 
     def pressed_N(self) -> np.ndarray:
         """(k,) sizes of the normal forces that each node takes part in."""
@@ -55,6 +57,23 @@ class Tangential:
         """(m, 3) tangential relative displacements for (k, 3) displacements of the nodes."""
         return self.flat(self.weights @ moved)
 
+    def spread(self, blocks: np.ndarray) -> sp.csr_matrix:
+        """(3k, 3k) matrix at the nodes of (m, 3, 3) blocks of the pairs' relative displacements."""
+        count = np.arange(len(blocks) + 1)
+        within = sp.bsr_matrix((blocks, count[:-1], count), shape=(3 * len(blocks),) * 2)
+        weights = sp.kron(self.weights, sp.eye_array(3), format="csr")
+        return sp.csr_matrix(weights.T @ within @ weights)
+
+    def pressed_more_N(self, moved: np.ndarray, facing: np.ndarray) -> np.ndarray:
+        """(m,) rise of the normal forces for (k, 3) displacements of the nodes.
+
+        Args:
+            moved: displacements.
+            facing: (3,) displacement of what the pairs touch besides the nodes.
+        """
+        apart = np.einsum("ij,ij->i", self.weights @ moved - facing, self.normals)
+        return np.asarray(-self.rise_N_per_mm * apart)
+
     # -- as arrays, by which a state remembers it --------------------------------------------------
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -65,6 +84,7 @@ class Tangential:
             "starts": self.weights.indptr,
             "normals": self.normals,
             "normal_N": self.normal_N,
+            "rise_N_per_mm": self.rise_N_per_mm,
             "keys": self.keys,
         }
 
@@ -74,7 +94,8 @@ class Tangential:
         normal_N = arrays["normal_N"]
         parts = (arrays["weights"], arrays["columns"], arrays["starts"])
         weights = sp.csr_matrix(parts, shape=(len(normal_N), nodes))
-        return cls(weights, arrays["normals"], normal_N, arrays["keys"])
+        rise = arrays["rise_N_per_mm"]
+        return cls(weights, arrays["normals"], normal_N, rise, arrays["keys"])
 
 
 class Touching(Protocol):
@@ -87,4 +108,8 @@ class Touching(Protocol):
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Its pairs at the displacement ``dofs``."""
+        ...
+
+    def facing(self, step: np.ndarray) -> np.ndarray:
+        """(3,) displacement of what its pairs touch besides nodes, for a step of the unknowns."""
         ...

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,6 +23,26 @@ class Coupling(NamedTuple):
 
     nodes: np.ndarray
     hessian: sp.coo_matrix
+
+
+class Following(Protocol):
+    """Change C of a gradient along a step that what a term holds follows.
+
+    Without the part that the tangent tells, in which all is held. Steps are local arrays of the
+    unknowns.
+    """
+
+    def linearise(self, step: np.ndarray, *, convex: bool) -> None:
+        """Take the derivative of C at ``step``, or of what majorises its potential there."""
+        ...
+
+    def add_change(self, step: np.ndarray, gradient: Gradient) -> None:
+        """Add C(step) (N)."""
+        ...
+
+    def add_rate(self, step: np.ndarray, rate: Gradient) -> None:
+        """Add the derivative of C along ``step``, at where it was taken last, at first 0."""
+        ...
 
 
 class Term:
@@ -114,6 +134,13 @@ class Term:
     def drift(self, dofs: np.ndarray) -> float:
         """Relative change, since the last update, of what is held; the same on all ranks."""
         return 0.0
+
+    def following(self, dofs: np.ndarray) -> Following | None:
+        """How the gradient changes along a step from ``dofs`` that what is held follows.
+
+        None where nothing is held.
+        """
+        return None
 
     def held(self) -> Any:
         """What :meth:`refresh` took and a state does not contain; None where there is nothing."""

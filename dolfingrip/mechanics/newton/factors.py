@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.newton.following import FollowingStep
 from dolfingrip.mechanics.newton.ordering import AUTOMATIC, cheapest
 
 RTOL: Final = 3e-5
@@ -16,6 +18,12 @@ one. Thirty times looser leaves errors of 1e-6 in a run's figures, this of 1e-13
 
 MOST: Final = 8
 """Iterations of GMRES that cost as much as factorising."""
+
+ROUGH: Final = 1e-2
+"""As :data:`RTOL` for an operator beside the matrix: what is left is solved for again."""
+
+BESIDE: Final = {False: 12, True: 40}
+"""Iterations for an operator beside the matrix, by whether the matrix has just been factorised."""
 
 WORN: Final = 5
 """Iterations of GMRES after which the next matrix is factorised at once."""
@@ -36,6 +44,7 @@ class Factors:
 
     Attributes:
         count: factorisations so far.
+        following: for what is to be solved with the next matrix beside it; None: it is all.
     """
 
     def __init__(self, prefix: str, graph: sp.csr_matrix | None) -> None:
@@ -46,6 +55,7 @@ class Factors:
         self._current = False
         self._good = False
         self.count = 0
+        self.following: FollowingStep | None = None
 
     def renew(self) -> None:
         """Factorise the next matrix, as it will be far from the last one."""
@@ -61,6 +71,10 @@ class Factors:
         """Solve; ``pc`` is marked as failed where the matrix cannot be factorised."""
         matrix = pc.getOperators()[0]
         ksp = self._ksp or self._create(matrix)
+        if self.following is not None:
+            self.following.solve(partial(self._solve_beside, ksp, matrix), right, solution)
+            pc.setFailedReason(ksp.getPC().getFailedReason())
+            return
         if not self._current:
             if self._good and matrix == self._factorised:
                 ksp.setOperators(matrix)
@@ -71,6 +85,30 @@ class Factors:
             self._factorise(ksp, matrix)
         ksp.getPC().apply(right, solution)
         pc.setFailedReason(ksp.getPC().getFailedReason())
+
+    def _solve_beside(
+        self,
+        ksp: PETSc.KSP,
+        matrix: PETSc.Mat,
+        operator: PETSc.Mat,
+        right: PETSc.Vec,
+        solution: PETSc.Vec,
+    ) -> None:
+        """Solve with an ``operator`` near ``matrix``, by the factors of this or an earlier one."""
+        known = self._good and matrix == self._factorised
+        for fresh in (False, True) if known else (True,):
+            if fresh and not self._current:
+                self._factorise(ksp, matrix)
+            ksp.setOperators(operator, matrix)
+            ksp.setTolerances(rtol=ROUGH, max_it=BESIDE[fresh])
+            ksp.solve(right, solution)
+            done = ksp.getConvergedReason() > 0
+            self._good = self._current or ksp.getIterationNumber() <= MOST
+            ksp.setTolerances(rtol=RTOL, max_it=MOST)
+            ksp.setOperators(matrix, matrix)
+            if done:
+                return
+        ksp.getPC().apply(right, solution)
 
     # -- many right-hand sides ---------------------------------------------------------------------
 

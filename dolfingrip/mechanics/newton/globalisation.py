@@ -11,6 +11,9 @@ import numpy as np
 from dolfingrip.mechanics.model.model import INVERTED, Model
 from dolfingrip.sections.numerics import Solver
 
+RECENT = 3
+"""How many of the last residuals are compared with one another."""
+
 FALLING = 0.5
 """A residual that has not fallen to this part of the one before belongs to a tangent that has
 changed much."""
@@ -100,7 +103,8 @@ class Globalisation:
         self._inverted = 0
         self._scale_N = scale_N
         self._peak = 0.0
-        self._recent: deque[float] = deque(maxlen=3)
+        self._recent: deque[float] = deque(maxlen=RECENT)
+        self._before: list[float] = []
         self._settled = False
         self._stagnates = False
 
@@ -132,6 +136,7 @@ class Globalisation:
             return Verdict.NOT_A_NUMBER
         if self._scale_N is None:
             self._scale_N = norm
+        self._before = []
         if iteration <= EARLY:
             self._peak = max(self._peak, norm)
         if self._short > PATIENCE or self._folds:
@@ -139,6 +144,7 @@ class Globalisation:
         tolerance = self._settings.rtol * max(self._scale_N, scale)
         if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
             return Verdict.CONVERGED
+        self._before = list(self._recent)
         if self._recent:
             self.far = norm > FALLING * self._recent[-1]
         self._settled = iteration >= SETTLED
@@ -152,8 +158,12 @@ class Globalisation:
         return Verdict.GO_ON
 
     def judge_anew(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
-        """As :meth:`judge` at the same iterate, once the potential has changed."""
-        self._recent.clear()
+        """As :meth:`judge` at the same iterate, once the potential has changed.
+
+        The residuals before still tell whether it stagnates: what is held followed the steps. Not
+        those before a state that converged for what was held then.
+        """
+        self._recent = deque(self._before, maxlen=RECENT)
         return self.judge(iteration, norm, scale)
 
     def fraction(self, step: np.ndarray) -> float:

@@ -17,6 +17,7 @@ from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.condensation import Condensation
 from dolfingrip.mechanics.newton.damping import Damping
 from dolfingrip.mechanics.newton.factors import Factors
+from dolfingrip.mechanics.newton.following import FollowingStep
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.refreshing import Refreshing
@@ -165,6 +166,16 @@ class Newton:
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
             if self._globalisation.far:
                 self._factors.renew()
+            self._factors.following = self._following_step()
+
+    def _following_step(self) -> FollowingStep | None:
+        """The step's equations where what terms hold is to follow it."""
+        if self._damped or not self._refreshing.fresh:
+            return None
+        # a contact without pairs holds no force that might fail to follow
+        self._refreshing.followed = any(term.held() is not None for term in self.model.terms)
+        step = FollowingStep(self.model, self.tangent.matrix)
+        return step if step.any else None
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
@@ -217,7 +228,7 @@ class Newton:
         """
         model = self.model
         carried = model.potential.carried
-        self._prepare(damped)
+        self._prepare(damped, predicted=guess is not None)
         if guess is not None and carried is not None:
             self._globalisation.start(self._residual_norm(), far=True, damped=damped)
             model.unknowns.set_local(guess.unknowns)
@@ -261,10 +272,10 @@ class Newton:
 
         return solve
 
-    def _prepare(self, damped: bool) -> None:
+    def _prepare(self, damped: bool, *, predicted: bool = False) -> None:
         """Prepare SNES for a damped solve, or a plain one."""
         self._damped = damped
-        self._refreshing.start()
+        self._refreshing.start(predicted=predicted)
         self._damping.start()
         solver = self._damping if damped else self._factors
         self._snes.getKSP().getPC().setPythonContext(solver)
