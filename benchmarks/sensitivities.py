@@ -53,7 +53,12 @@ LASTING = (
     "extensions.prony={}", "extensions.mullins={}", "extensions.permanent_set={}",
     "extensions.line_lag={}", "extensions.temperature_drift={}",
 )  # fmt: skip
-RUBBING = ("extensions.plate_friction={}", "extensions.bellows_friction={}", "finger.gap_mm=0.4")
+RUBBING = (
+    "extensions.plate_friction={}", "extensions.bellows_friction={}", "finger.gap_mm=0.4",
+    "plate.tilt_deg=5", "experiment.max_pressure_kPa=100", "experiment.step_kPa=50",
+)  # fmt: skip
+"""Bellows touch from 60 kPa on. At a tilt of exactly 0 the force has a kink."""
+
 CYCLES = ("experiment.cycles=2", "experiment.max_pressure_kPa=50", "experiment.step_kPa=25")
 BLOCKED = (
     "finger.gap_mm=0.4", "plate.gap_mm=0.1", "plate.tilt_deg=5",
@@ -70,7 +75,7 @@ CASES: Mapping[str, tuple[str, Sequence[str]]] = {
     "bending, elastic": ("bending", (*ELASTIC, *INSTRUMENTS[:3], *HANGING)),
     "blocked, elastic": ("blocked_force", (*BLOCKED, *COMPLIANT, *INSTRUMENTS)),
     "bending, two cycles": ("bending", (*LASTING, *CYCLES)),
-    "blocked, two cycles": ("blocked_force", (*LASTING, *RUBBING, *CYCLES, "plate.tilt_deg=5")),
+    "blocked, two cycles": ("blocked_force", (*LASTING, *CYCLES, *RUBBING)),
 }
 
 
