@@ -94,6 +94,9 @@ class ForwardSensitivity:
         self._before: State | None = None
         rest = model.unknowns.local()
         self._derived: np.ndarray | None = None
+        # With friction's pairs as a refresh at the solution finds them. Newton's method may hold
+        # those of an earlier iterate, without a pair that has just come within the barrier.
+        self._history: Mapping[str, np.ndarray] | None = None
         self.changes = [Change(np.zeros_like(rest)) for _ in perturbations]
 
     # -- along the path --------------------------------------------------------------------------
@@ -123,7 +126,7 @@ class ForwardSensitivity:
         base = read()
         found = []
         held = [term.held() for term in self._model.terms]
-        step = _Step(self._model, state, state, here)
+        step = _Step(self._model, state, state, here, self._history)
         for perturbation, change, amount in self._each():
             with perturbation.applied(amount):
                 step.begin(change, amount)
@@ -146,7 +149,7 @@ class ForwardSensitivity:
         model = self._model
         now, here = model.state(), model.unknowns.local()
         held = [term.held() for term in model.terms]
-        step = _Step(model, before, now, here)
+        step = _Step(model, before, now, here, self._history)
         self._derived = here
         solve = self._linear()
         start = step.residual()
@@ -174,7 +177,9 @@ class ForwardSensitivity:
                 there = step.accepted(perturbation, change, amount, unknowns)
                 change.history = {k: _rate(there[k], after[k], amount) for k in after}
             change.unknowns = unknowns
-        step.begin(None, 0.0)
+        self._history = after or None
+        model.restore(before)
+        model.prescribe(step.controlled(now))
         model.unknowns.set_local(here)
         for term, each in zip(model.terms, held, strict=True):
             term.hold(each)
@@ -192,11 +197,21 @@ class _Step:
         model: in the state at its end.
         before, now: states at its start and its end.
         here: unknowns at its end, as a local array.
+        history: internal variables at its start that derivatives are of; those of ``before`` where
+            None.
     """
 
-    def __init__(self, model: Model, before: State, now: State, here: np.ndarray) -> None:
+    def __init__(
+        self,
+        model: Model,
+        before: State,
+        now: State,
+        here: np.ndarray,
+        history: Mapping[str, np.ndarray] | None,
+    ) -> None:
         self._model = model
         self._before = before
+        self._history = before.history if history is None else history
         self._now = now
         self._here = here
         solved = {id(number.constant) for number in model.unknowns.numbers}
@@ -206,7 +221,7 @@ class _Step:
             if isinstance(control, Control) and id(control.constant) in solved
         }
 
-    def _led(self, state: State) -> dict[str, float]:
+    def controlled(self, state: State) -> dict[str, float]:
         """Controls of a state without those that are solved for, as a multiplier is."""
         return {k: value for k, value in state.controls.items() if k not in self._results}
 
@@ -214,18 +229,18 @@ class _Step:
         """Begin the step at a start that is perturbed by ``amount`` along ``change``."""
         model = self._model
         model.restore(self._before)
+        history = dict(self._history)
         if change is not None:
             model.unknowns.set_local(model.unknowns.local() + amount * change.unknowns)
-            start = model.state()
-            start.controls = self._led(self._before)
-            start.history = {
+            history |= {
                 name: values + amount * change.history[name]
+                for name, values in history.items()
                 if name in change.history and values.dtype.kind == "f"
-                else values
-                for name, values in self._before.history.items()
             }
-            model.restore(start)
-        model.prescribe(self._led(self._now))
+        start = model.state()
+        start.controls, start.history = self.controlled(self._before), history
+        model.restore(start)
+        model.prescribe(self.controlled(self._now))
 
     def residual(
         self,
