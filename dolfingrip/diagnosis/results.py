@@ -57,7 +57,7 @@ def _pictures(found: Diagnosis) -> dict[str, Any]:
         ),
         "cause": " with ".join(found.best.effects),
         "probabilities": {
-            **{" or ".join(each.names): each.probability for each in verdict.table},
+            **{_in_words(each.names): each.probability for each in verdict.table},
             "none": verdict.none,
             "unknown": verdict.unknown,
         },
@@ -70,3 +70,7 @@ def _pictures(found: Diagnosis) -> dict[str, Any]:
             for row in found.gain
         ],
     }  # fmt: skip
+
+
+def _in_words(names: Sequence[str]) -> str:
+    return " or ".join(names).replace("_", " ")
