@@ -16,7 +16,7 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import conclude as conclusions
-from dolfingrip.diagnosis import selection
+from dolfingrip.diagnosis import extend, selection
 from dolfingrip.diagnosis.additions import worth
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.conclude import NONE, Conclusion
@@ -27,9 +27,10 @@ from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.gain.gain import GainRow, claimed, gains
 from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.inference.posterior import Posterior
 from dolfingrip.diagnosis.inference.verdict import Verdict
-from dolfingrip.diagnosis.model import modulus_parameter
+from dolfingrip.diagnosis.model import area_spread, coupons_alone, modulus_parameter
 from dolfingrip.diagnosis.noise_model import NoiseModel, noise_model
 from dolfingrip.diagnosis.problem import Problem, index_of
 from dolfingrip.diagnosis.search import search
@@ -115,6 +116,13 @@ class Diagnosis:
             if key in self.fits:
                 return self.fits[key]
         return self.none
+
+    def numbers(self, fit: Hypothesis) -> list[tuple[str, Estimate]]:
+        """Fitted numbers by key of the configuration, with 90 % intervals."""
+        measurement = self.problem.measurement
+        area = area_spread(measurement) if coupons_alone(measurement) else 0.0
+        config = self.problem.base.config
+        return extend.parameters(config, fit, fit.estimates(self.problem), area)
 
     @property
     def takes_part(self) -> float:

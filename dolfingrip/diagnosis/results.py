@@ -31,9 +31,10 @@ def write(found: Diagnosis, config: Config, data: Sequence[Path], out: Path) -> 
     """Write all files but the pictures into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
     fit = found.best
-    numbers = extend.parameters(config, fit, fit.estimates(found.problem))
     try:
-        extend.write(out / "extended.toml", config, fit, numbers, found.verdict.sentence())
+        extend.write(
+            out / "extended.toml", config, fit, found.numbers(fit), found.verdict.sentence()
+        )
     except ConfigError as error:
         found.warnings.append(f"extended.toml is not written: {error}")
     result = summary.outcome_of(found, config, [str(file) for file in data])

@@ -105,7 +105,7 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
                 log_evidence=fit.log_evidence(found.problem) - reference,
                 parameters=tuple(
                     outcome.Parameter(key=key, value=e.value, low=e.low, high=e.high)
-                    for key, e in extend.parameters(config, fit, fit.estimates(found.problem))
+                    for key, e in found.numbers(fit)
                 ),
                 simulations=fit.evaluations,
             )
