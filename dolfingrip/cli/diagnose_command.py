@@ -44,7 +44,7 @@ def diagnose(
     screen = console()
     names = [name.strip() for name in effects.split(",")] if effects else None
     try:
-        with progress.shown(screen, "simulations") as show:
+        with progress.shown(screen, "simulations", at_once=True) as show:
             settings = work.Settings(
                 workers, store, quick, names,
                 lambda text: screen.print(text, soft_wrap=True),

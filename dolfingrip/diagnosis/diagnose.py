@@ -82,7 +82,8 @@ class Diagnosis:
         posterior: probabilities of all hypotheses, averaged over these models.
         gain: errors on what was left out.
         next: additions, the best first.
-        warnings: what to beware of, a sentence each.
+        suspicions: slips of units, signs and columns, a question each.
+        warnings: what else to beware of, a sentence each.
         quick: whether it stopped after the screen.
         simulated_s: time of all simulations on a worker each, those from the store included.
     """
@@ -97,6 +98,7 @@ class Diagnosis:
     posterior: Posterior
     gain: list[GainRow] = field(default_factory=list)
     next: list[worth.AdditionWorth] = field(default_factory=list)
+    suspicions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     quick: bool = False
     simulated_s: float = 0.0
@@ -170,7 +172,8 @@ def diagnose_measurement(
     base = simulate_base(measurement, config, workers, effects=_tried(settings.effects))
     found = _name(measurement, base, workers, settings)
     doubts = [each.sentence() for each in suspicions(measurement, base.readings)]
-    found.warnings = [*measurement.warnings, *doubts, *_failures(base), *found.warnings]
+    found.suspicions = doubts
+    found.warnings = [*measurement.warnings, *_failures(base), *found.warnings]
     if settings.quick or found.verdict.answer != "cause":
         return found
     if found.best.effects:

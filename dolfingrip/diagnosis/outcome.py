@@ -134,6 +134,7 @@ class Diagnosis(_Part):
     gain: tuple[Gain, ...] = ()
     gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
     next_experiments: tuple[NextExperiment, ...] = ()
+    suspicions: tuple[str, ...] = Field((), description="slips of units, signs and columns")
     warnings: tuple[str, ...] = ()
     extended: Annotated[dict[str, Any], Field(description="what extended.toml changes")] = {}
     simulated_s: float = Field(

@@ -138,6 +138,7 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
             )
             for each in found.next
         ),
+        suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
         extended=_changes(config, found),
         simulated_s=found.simulated_s,
@@ -228,8 +229,9 @@ def text(result: outcome.Diagnosis) -> str:
     lines += ["", "## Noise", "", *(f"- {each}" for each in result.noise.sentences)]
     if not result.noise.sentences:
         lines.append("- as the laboratory tells it")
-    if result.warnings:
-        lines += ["", "## Beware", "", *(f"- {each}" for each in result.warnings)]
+    if result.suspicions or result.warnings:
+        doubts = [*result.suspicions, *result.warnings]
+        lines += ["", "## Beware", "", *(f"- {each}" for each in doubts)]
     return "\n".join(lines) + "\n"
 
 
@@ -241,6 +243,8 @@ def _head(result: outcome.Diagnosis) -> list[str]:
         chance = _chance(verdict.takes_part)
         who = "one of them" if len(verdict.effects) > 1 else "it"
         first += f" That {who} takes part, perhaps beside something else: {chance}."
+    if result.suspicions:
+        first += f" But check the data first: {result.suspicions[0]}"
     best = next((f for f in result.fits if f.effects and set(f.effects) <= {
         *result.verdict.effects, *result.verdict.second}), None)  # fmt: skip
     if result.quick:

@@ -75,7 +75,7 @@ def ninjaflex(store: Path) -> Diagnosis:
 def test_printed_coupons_soften_and_one_rate_does_not_tell_how(ninjaflex: Diagnosis) -> None:
     """Against closed forms of uniaxial tension, fitted to 50 % strain outside this package:
     2 C01/mu = 0.93; g = 0.55 and tau = 5 s would do; refitted neo-Hooke leaves 4.7 times the
-    error on specimens left out."""
+    error on specimens left out, where their scales are known."""
     verdict = ninjaflex.verdict
     assert verdict.answer == "cause"
     assert set(verdict.named[0].names) == {"mooney_rivlin", "prony"}
@@ -89,7 +89,7 @@ def test_printed_coupons_soften_and_one_rate_does_not_tell_how(ninjaflex: Diagno
     assert 2 < viscous["extensions.prony.tau_s"] < 8
     (row,) = (row for row in ninjaflex.gain if row.left_out == "specimens")
     assert row.folds == 8
-    assert row.nuisances > 4 * row.cause
+    assert row.nuisances > 3 * row.cause
     assert row.by_nuisances[1] < 0.5
     assert ninjaflex.gain_claimed
 
@@ -162,6 +162,33 @@ def test_quick_fits_nothing(store: Path, ninjaflex: Diagnosis, tmp_path: Path) -
     write(found, Config(), [COUPONS], tmp_path)
     assert outcome.Diagnosis.read(tmp_path / "diagnosis.json").quick
     assert "Quick screen" in (tmp_path / "summary.md").read_text(encoding="utf-8")
+
+
+def test_a_wrong_unit_is_suspected_in_the_first_line(store: Path, tmp_path: Path) -> None:
+    file = made(tmp_path, wrong=lambda x: np.full_like(x, 101.97))
+    found = diagnosed(file, store, quick=True)
+    text = write(found, Config(), [file], tmp_path).text
+    assert "force in grams" in text.splitlines()[0]
+
+
+def test_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """With workers of its own; the second time it computes nothing."""
+    file, out = made(tmp_path / "lab"), tmp_path / "out"
+    options = ["--quick", "--workers", "1", "--effects", "force_gain", "--out", str(out)]
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", "diagnose", str(file), *options])
+    said = []
+    for _ in range(2):
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert not ended.value.code
+        said.append(capfd.readouterr().out)
+    assert "No cause can be seen" in said[0]
+    assert "simulations" in said[0]
+    assert said[1].splitlines()[-4:] == said[0].splitlines()[-4:]
+    assert outcome.Diagnosis.read(out / "diagnosis.json").verdict.answer == "none"
+    assert {"summary.md", "extended.toml", "overlay.png"} <= {each.name for each in out.iterdir()}
 
 
 @dataclass(frozen=True, slots=True)
