@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -15,7 +15,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import fit as laplace_fit
-from dolfingrip.diagnosis.inference.laplace import slope
+from dolfingrip.diagnosis.inference.laplace import slope, to_value, zeta_bounds
 from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.model import (
     EffectModel,
@@ -25,6 +25,7 @@ from dolfingrip.diagnosis.model import (
     free_parameters,
 )
 from dolfingrip.diagnosis.problem import Problem
+from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.extensions.effect import Prior
@@ -35,6 +36,12 @@ MOST_EVALUATIONS: Final = 8
 
 WEAKEST, STRONGEST = 0.3, 3.0
 """Range of the strength that a fit starts at, by the ordinary one."""
+
+GRADED_STEPS: Final = 2
+"""Most simulations on the graded mesh, which start where the fit on the ungraded one ended."""
+
+SMALL_STEP: Final = 0.7
+"""A step, in standard deviations, along which the readings are linear enough."""
 
 BAD: Final = 3.0
 """What stands for the readings where a simulation fails: these are off by so many times."""
@@ -123,38 +130,77 @@ class Fitter:
     def _fitted(
         self, names: tuple[str, ...], model: EffectModel, start: Sequence[float] | None
     ) -> Hypothesis:
+        """Least squares on the ungraded mesh where there is one, then steps on the graded one."""
+        base = self.problem.base
+        flat = meshes.ungraded(self._config()) if model.effects else ()
+        if not flat or not base.mesh.size:
+            zeta = self._least_squares(model, start, 0.0 * self.problem.value)
+            return self._at(names, model, zeta)
+        rough = replace(model, held=(*model.held, *flat), _known={})
+        offset: Vector = self.problem.take(np.nan_to_num(base.mesh[:, 0]) / meshes.SHARE)
+        zeta = self._least_squares(rough, start, offset)
+        self.say(f"{' with '.join(names)}: on the graded mesh")
+        for _ in range(GRADED_STEPS):
+            found = self._stepped(self._at(names, model, zeta))
+            step = (found.zeta - zeta) / found.std(self.problem)
+            zeta = found.zeta
+            if np.abs(step).max() < SMALL_STEP:
+                break
+        return replace(found, evaluations=model.count + rough.count)
+
+    def _least_squares(
+        self, model: EffectModel, start: Sequence[float] | None, offset: Vector
+    ) -> Vector:
+        """ζ of the most probable parameters; ``offset`` is added to the readings, shape (n,)."""
         problem, parameters = self.problem, model.parameters
-        covariance = problem.covariance
-        broken: list[FitFailure] = []
+        covariance, measured = problem.covariance, problem.value - offset
 
         def residual(values: Sequence[float]) -> Vector:
             try:
-                return covariance.whiten(problem.value - problem.take(model.evaluate(values)[0]))
-            except FitFailure as failure:
-                broken.append(failure)
-                return BAD * covariance.whiten(problem.value)
+                return covariance.whiten(measured - problem.take(model.evaluate(values)[0]))
+            except FitFailure:
+                return BAD * covariance.whiten(measured)
 
         def jacobian(values: Sequence[float]) -> Matrix:
             return -covariance.whiten(self._rows(model.evaluate(values)[1]))
 
         if not parameters:
-            readings, _ = model.evaluate([])
-            nothing = np.zeros((len(problem.value), 0))
-            return Hypothesis(names, (), np.zeros(0), problem.take(readings), nothing, 1, model,
-                              model.overrides([]))  # fmt: skip
-        bounds = [(each.low, each.high) for each in parameters]
+            return np.zeros(0)
         found = laplace_fit(
             residual, [each.prior for each in parameters], covariance.logdet, start, jacobian,
-            most_evaluations=MOST_EVALUATIONS, bounds=bounds,
+            most_evaluations=MOST_EVALUATIONS,
+            bounds=[(each.low, each.high) for each in parameters],
         )  # fmt: skip
-        values = [estimate.value for estimate in found.estimates]
+        return found.zeta
+
+    def _at(self, names: tuple[str, ...], model: EffectModel, zeta: Vector) -> Hypothesis:
+        """The hypothesis at given parameters."""
+        parameters = model.parameters
+        pairs = [(p.prior, float(z)) for p, z in zip(parameters, zeta, strict=True)]
+        values = [to_value(*pair) for pair in pairs]
         readings, slopes = model.evaluate(values)
-        by_zeta = np.array(
-            [slope(each.prior, float(z)) for each, z in zip(parameters, found.zeta, strict=True)]
-        )
+        by_zeta = np.array([slope(*pair) for pair in pairs])
         return Hypothesis(
-            names, tuple(parameters), found.zeta, problem.take(readings),
+            names, tuple(parameters), zeta, self.problem.take(readings),
             self._rows(slopes) * by_zeta, model.count, model, model.overrides(values),
+        )  # fmt: skip
+
+    def _stepped(self, fit: Hypothesis) -> Hypothesis:
+        """One step of Gauss and Newton along the tangent, within the bounds."""
+        white = self.problem.covariance.whiten(
+            np.column_stack([fit.residual(self.problem.value), fit.jacobian])
+        )
+        information = np.eye(white.shape[1] - 1) + white[:, 1:].T @ white[:, 1:]
+        best = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])
+        low, high = zeta_bounds(
+            [p.prior for p in fit.parameters], [(p.low, p.high) for p in fit.parameters]
+        )
+        zeta: Vector = np.asarray(np.clip(best, low, high), dtype=float)
+        values = [to_value(p.prior, float(z)) for p, z in zip(fit.parameters, zeta, strict=True)]
+        assert fit.model is not None
+        return replace(
+            fit, zeta=zeta, readings=fit.readings + fit.jacobian @ (zeta - fit.zeta),
+            overrides=fit.model.overrides(values),
         )  # fmt: skip
 
     def _rows(self, matrix: Matrix) -> Matrix:

@@ -74,10 +74,13 @@ class Hypothesis:
         own = self.covariance(problem).log_density(self.residual(problem.value))
         return own + self.correction
 
+    def std(self, problem: Problem) -> Vector:
+        """Standard deviations of ζ after measuring, shape (p,)."""
+        white = problem.covariance.whiten(self.jacobian)
+        return np.sqrt(np.diag(np.linalg.inv(np.eye(white.shape[1]) + white.T @ white)))
+
     def estimates(self, problem: Problem) -> list[Estimate]:
         """Parameters with 90 % intervals."""
-        white = problem.covariance.whiten(self.jacobian)
-        std = np.sqrt(np.diag(np.linalg.inv(np.eye(white.shape[1]) + white.T @ white)))
         return [
             Estimate(
                 to_value(p.prior, z),
@@ -85,7 +88,7 @@ class Hypothesis:
                 min(to_value(p.prior, z + INTERVAL * s), p.high),
                 float(s),
             )
-            for p, z, s in zip(self.parameters, self.zeta, std, strict=True)
+            for p, z, s in zip(self.parameters, self.zeta, self.std(problem), strict=True)
         ]
 
     def predicted(

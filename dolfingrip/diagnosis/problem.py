@@ -187,7 +187,7 @@ class Problem:
     @cached_property
     def errors(self) -> Matrix:
         """What mesh and material laws get wrong, as columns of one standard deviation, (n, l)."""
-        return np.hstack([self.base.mesh[self.kept], self.tolerance()])
+        return np.hstack([np.nan_to_num(self.base.mesh[self.kept]), self.tolerance()])
 
     @cached_property
     def error_covariance(self) -> Covariance:

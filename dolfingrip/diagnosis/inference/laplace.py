@@ -189,7 +189,7 @@ def fit(
         if start is None
         else np.array([to_zeta(p, value) for p, value in zip(priors, start, strict=True)])
     )
-    low, high = _zeta_bounds(priors, bounds or [(-math.inf, math.inf)] * len(priors))
+    low, high = zeta_bounds(priors, bounds or [(-math.inf, math.inf)] * len(priors))
     found = least_squares(
         stacked,
         np.clip(first, low + MARGIN, high - MARGIN),
@@ -203,7 +203,7 @@ def fit(
     return laplace(found.fun[:n], found.jac[:n], found.x, priors, logdet, count)
 
 
-def _zeta_bounds(
+def zeta_bounds(
     priors: Sequence[Prior], bounds: Sequence[tuple[float, float]]
 ) -> tuple[Vector, Vector]:
     """Bounds of the values as bounds of ζ."""
