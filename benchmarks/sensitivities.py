@@ -39,6 +39,10 @@ plate has a gap, as no central difference is to be had at a gap of 0."""
 STEP = 1e-3
 """Of the differences, as part of a parameter's scale."""
 
+STEP_RUBBING = 1e-4
+"""Likewise where bellows rub. A difference of runs crosses a kink wherever a pair of contact comes
+or goes between the two: with steps of 1e-3 by ξ2 it is off by 1.4e-3, with these by 3.3e-4."""
+
 ELASTIC = (
     "extensions.mooney_rivlin.C01_MPa=1.0", "extensions.yeoh={}", "extensions.gent={}",
     "extensions.ogden={}", "extensions.bulk_modulus.more_MPa=10",
@@ -57,7 +61,7 @@ RUBBING = (
     "extensions.plate_friction={}", "extensions.bellows_friction={}", "finger.gap_mm=0.4",
     "plate.tilt_deg=5", "experiment.max_pressure_kPa=100", "experiment.step_kPa=50",
 )  # fmt: skip
-"""Bellows touch from 60 kPa on. At a tilt of exactly 0 the force has a kink."""
+"""Bellows touch before 100 kPa. At a tilt of exactly 0 the force has a kink."""
 
 CYCLES = ("experiment.cycles=2", "experiment.max_pressure_kPa=50", "experiment.step_kPa=25")
 BLOCKED = (
@@ -125,7 +129,7 @@ def derivatives(
 
 
 def difference(
-    experiment: str, config: Config, direction: Mapping[Parameter, float]
+    experiment: str, config: Config, direction: Mapping[Parameter, float], step: float = STEP
 ) -> list[dict[str, float]]:
     """Derivative of all readings along a direction, by central differences of two runs.
 
@@ -133,6 +137,7 @@ def difference(
         experiment: its name.
         config: in the middle.
         direction: change of each parameter, in its unit, for each unit of the result.
+        step: half the change along it between the two runs.
     """
     domain = load_domain(config, MPI.COMM_SELF)
     moving = np.zeros_like(domain.mesh.geometry.x)
@@ -140,13 +145,13 @@ def difference(
         if parameter.entry is Entry.SHAPE:
             moving += rate * velocity(parameter, config, domain.mesh.geometry.x)
     ends = []
-    for sign in (STEP, -STEP):
+    for sign in (step, -step):
         changed = config
         for parameter, rate in direction.items():
             changed = parameter.at(changed, parameter.value(config) + sign * rate)
         ends.append(rows(experiment, config, changed, sign * moving))
     return [
-        {name: (there[name] - back[name]) / (2 * STEP) for name in there}
+        {name: (there[name] - back[name]) / (2 * step) for name in there}
         for there, back in zip(*ends, strict=True)
     ]
 
@@ -191,8 +196,9 @@ def main() -> None:
             experiment, config = settings(case)
             parameters = chosen(config, None)
             base, slopes = derivatives(experiment, config, parameters)
+            step = STEP_RUBBING if config.extensions.bellows_friction else STEP
             for parameter in parameters:
-                expected = difference(experiment, config, {parameter: parameter.scale})
+                expected = difference(experiment, config, {parameter: parameter.scale}, step)
                 found = by_parameter(slopes, parameter.key, parameter.scale)
                 worst, column = error(base, found, expected)
                 table.writerow([case, parameter.key, f"{worst:.1e}", column])

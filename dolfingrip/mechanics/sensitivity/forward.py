@@ -24,6 +24,9 @@ holds its normal forces; each is a solve with the present tangent."""
 CLOSE: Final = 1e-6
 """Part of the first residual's derivative that may be left then."""
 
+STALLED: Final = 0.9
+"""Part of a correction's residual from which on the next one gains nothing."""
+
 Readings = Mapping[str, float]
 
 
@@ -154,24 +157,29 @@ class ForwardSensitivity:
         solve = self._linear()
         start = step.residual()
         found = np.zeros((len(start), len(self._perturbations)), order="F")
-        first = np.inf
+        each = list(self._each())
+        first, last = np.zeros(len(each)), np.full(len(each), np.inf)
         # a moving support is held at its numbers: how it moves with the mesh enters with the next
         # residual
-        exact = model.moving is None and all(each is None for each in held)
-        for _ in range(1 if exact else CORRECTIONS):
-            right = np.column_stack(
-                [
-                    (step.residual(*each, model.unknowns.to_local(found[:, i])) - start) / each[2]
-                    for i, each in enumerate(self._each())
-                ]
-            )
+        exact = model.moving is None and all(kept is None for kept in held)
+        due = np.arange(len(each))
+        for correction in range(1 if exact else CORRECTIONS):
+            right: np.ndarray = np.empty((len(start), len(due)), order="F")
+            for column, i in enumerate(due.tolist()):
+                moved = step.residual(*each[i], model.unknowns.to_local(found[:, i]))
+                right[:, column] = (moved - start) / each[i][2]
             size = np.sqrt(model.comm.allreduce(np.sum(right**2, axis=0), MPI.SUM))
-            first = size if first is np.inf else first
-            if (size <= CLOSE * np.maximum(first, np.finfo(float).tiny)).all():
+            if not correction:
+                first = np.maximum(size, np.finfo(float).tiny)
+            # what falls no more is rounding
+            left = (size > CLOSE * first[due]) & (size < STALLED * last[due])
+            due, right = due[left], right[:, left]
+            last[due] = size[left]
+            if not len(due):
                 break
-            found -= solve(np.asfortranarray(right))
+            found[:, due] -= solve(np.asfortranarray(right))
         after = step.accepted() if before.history else {}
-        for i, (perturbation, change, amount) in enumerate(self._each()):
+        for i, (perturbation, change, amount) in enumerate(each):
             unknowns = model.unknowns.to_local(found[:, i])
             if before.history:
                 there = step.accepted(perturbation, change, amount, unknowns)
