@@ -11,7 +11,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip.mechanics.contact.density import Density, Felt
-from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
+from dolfingrip.mechanics.contact.distance import Bounds, Distances, SignedDistance
 from dolfingrip.mechanics.contact.skin_points import SkinPoints
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.pose import SIX, Pose
@@ -239,10 +239,12 @@ class RigidContact(Term):
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Largest fraction of ``step`` that leaves each point a tenth of its distance.
 
-        The shape is convex, so that along a straight line a point's distance stays above its
-        tangent. As the body turns by ω = |Δθ|, a point's way in the body's frame bends by no more
-        than B = 2 ω² |x − c| + 2 ω |Δx − Δc|: φ(t) ≥ φ + t φ' − t² B/2. The step is looked at piece
-        by piece, each as long as this lower bound lets it be.
+        As the body turns by ω = |Δθ|, a point's way in the body's frame bends by no more than
+        A = 2 ω² |x − c| + 2 ω |Δx − Δc|, and its speed v stays below ω |x − c| + |Δx − Δc|. With a
+        shape's slope L and concavity κ, φ(t) ≥ φ + t φ' − t² (L A + κ v²)/2 as long as φ stays
+        within the shape's reach, and φ(t) ≥ φ − t L v anywhere. The step is looked at piece by
+        piece, each as long as the better of these lower bounds lets it be (conservative
+        advancement; Mirtich, Impulse-based Dynamic Simulation, 1996, section 2.3).
         """
         change = self.pose.change(step)
         moved = step[: len(dofs)].reshape(-1, NODE)[self.points.nodes]
@@ -256,6 +258,7 @@ class RigidContact(Term):
         q = self.pose.coordinates
         drift, turn = moved - change[:3], float(np.linalg.norm(change[3:]))
         speed = np.linalg.norm(drift, axis=1)
+        bounds = self.shape.bounds
         least: np.ndarray | None = None
         reached = 0.0
         for _ in range(ADVANCES):
@@ -269,8 +272,7 @@ class RigidContact(Term):
             slope = np.einsum("ni,ni->n", found.gradient, away)
             lengths = np.linalg.norm(arms, axis=1) + speed
             bend = 2 * turn**2 * lengths + 2 * turn * speed
-            spare = np.maximum(found.value - least, 0.0)
-            ahead = _until_spent(spare, slope, bend)
+            ahead = _ahead(found.value, least, slope, turn * lengths + speed, bend, bounds)
             reached += ahead
             if reached >= 1.0:
                 return 1.0
@@ -279,10 +281,37 @@ class RigidContact(Term):
         return reached
 
 
-def _until_spent(spare: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> float:
-    """Least positive t at which some spare + t slope − t² bend/2 vanishes; 1 or less."""
+def _ahead(
+    distance: np.ndarray,
+    least: np.ndarray,
+    slope: np.ndarray,
+    fastest: np.ndarray,
+    bend: np.ndarray,
+    bounds: Bounds,
+) -> float:
+    """Part of a step, 1 or less, in which all distances surely stay above the least ones.
+
+    Args:
+        distance: (n,) φ at first, ``least`` (n,) what it may fall to.
+        least: see above.
+        slope: (n,) φ' at first.
+        fastest: (n,) bound on a point's speed.
+        bend: (n,) bound on its acceleration.
+        bounds: of the shape.
+    """
+    spare = np.maximum(distance - least, 0.0)
+    curved = bounds.slope * bend + bounds.concavity_per_mm * fastest**2
+    safe = _until_spent(spare, slope, curved)
+    if np.isfinite(bounds.reach_mm):
+        most = bounds.slope * np.maximum(fastest, np.finfo(float).tiny)
+        leaves = np.maximum(bounds.reach_mm - distance, 0.0) / most
+        safe = np.maximum(np.minimum(safe, leaves), spare / most)
+    return float(min(safe.min(initial=np.inf), 1.0))
+
+
+def _until_spent(spare: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
+    """(n,) least positive t at which spare + t slope − t² bend/2 vanishes."""
     root = np.sqrt(slope**2 + 2 * bend * spare)
     below = root - slope
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = np.where(below > 0, 2 * spare / below, np.inf)
-    return float(min(found.min(initial=np.inf), 1.0))
+        return np.where(below > 0, 2 * spare / below, np.inf)
