@@ -52,7 +52,7 @@ def test_the_papers_angles() -> None:
 
 @pytest.mark.parametrize(("given", "said"), [
     ({"pose": "pinch", "W_mm": 9.0, "L_mm": 30.0, "R_mm": 30.0}, "finger B and finger C intersect"),
-    ({"pose": "scoop", "L_mm": 10.0, "R_mm": 10.0}, "thumb A and finger B intersect"),
+    ({"alpha_deg": -80.0, "L_mm": 20.0, "R_mm": 20.0}, "thumb A and finger B intersect"),
 ])  # fmt: skip
 def test_fingers_that_intersect_are_named(given: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=rf"gripper: L_mm = .* R_mm = .*: {said}; allowed:"):

@@ -148,17 +148,19 @@ class Friction(Term):
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives (N) by the nodes that this rank owns."""
-        self._nodes.add_owned(self.forces_N(dofs), gradient.at_nodes)
+        self._nodes.add_to(gradient, self.forces_N(dofs))
 
     def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
         """Add the gradient's derivative by μ, of which it is a multiple."""
         if constant is self.coefficient:
             forces = self._at_nodes(self._held.normal_N, dofs)
-            self._nodes.add_owned(forces, rate.at_nodes)
+            self._nodes.add_to(rate, forces)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """The Hessian, the same whole on all ranks."""
-        return [Coupling(self._nodes.nodes, self.hessian(dofs))] if len(self._held.keys) else ()
+        if not len(self._held.keys):
+            return ()
+        return self._nodes.couplings(self.hessian(dofs), self.forces_N(dofs), convex=convex)
 
     # -- what is held ------------------------------------------------------------------------------
 
@@ -215,7 +217,7 @@ class Friction(Term):
         found = {name: values[f"{self._title}.{name}"].copy() for name in names}
         self._stuck = self._memory = found.pop("stuck_mm")
         self._seen_N, self._anew = found.pop("seen_N"), False
-        self._start = self._held = Tangential.of_arrays(found, len(self._nodes.nodes))
+        self._start = self._held = Tangential.of_arrays(found, self._nodes.count)
         self._before = self._nodes.at_nodes(self._u.x.array)
 
 

@@ -93,8 +93,7 @@ class RigidPlate(RigidContact):
     def touching(self) -> NodeSet:
         """Nodes of the skin that may touch the plane."""
         own = self.points.first + self.points.nodes.astype(np.int64)
-        every = np.unique(np.concatenate(self._comm.allgather(own)))
-        return NodeSet(self._u.function_space, every)
+        return NodeSet(self._space, np.unique(self._gathered(own)))
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Nodes that touch the plane, with their shares of its force.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -10,20 +11,18 @@ import scipy.sparse as sp
 from dolfinx import fem
 from mpi4py import MPI
 
+from dolfingrip.mechanics.contact.advance import Path, reach
 from dolfingrip.mechanics.contact.density import Density, Felt
-from dolfingrip.mechanics.contact.distance import Bounds, Distances, SignedDistance
+from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
+from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.skin_points import SkinPoints
+from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import Rotation, rotation
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
-
-KEPT = 0.1
-"""Part of its distance that each point keeps in a step."""
-
-ADVANCES = 16
-"""Pieces in which a step is looked at; each is as long as is safe from where the last one ends."""
 
 
 class _Near(NamedTuple):
@@ -88,6 +87,7 @@ class RigidContact(Term):
         self.shape = shape
         self.pose = pose
         self.density = density
+        self._space = u.function_space
         self._comm = u.function_space.mesh.comm
         self._copies = domain.copies
         self._unmoved: SkinPoints | None = None
@@ -129,7 +129,8 @@ class RigidContact(Term):
         """Add the derivatives by the points and by the pose (N, N mm)."""
         near = self._near(dofs)
         at_points, by_pose = self._slopes(near)
-        gradient.at_nodes[self.points.nodes[near.rows]] += at_points
+        nodes = self.points.nodes[near.rows]
+        gradient.at_nodes[nodes] += self.points.to_reference(at_points, near.rows)
         if self.pose.free:
             self.pose.add_slopes(self._sum(by_pose), gradient)
 
@@ -172,6 +173,9 @@ class RigidContact(Term):
         """At this rank's points; with the pose where it is solved for."""
         near = self._near(dofs)
         at_points, with_pose, within = self._curvatures(near, convex=convex)
+        at_points = self.points.to_reference(at_points, near.rows)
+        at_points = self.points.to_reference(at_points.transpose(0, 2, 1), near.rows)
+        with_pose = self.points.to_reference(with_pose, near.rows)
         nodes, count = self.points.nodes[near.rows], len(near.rows)
         places = np.arange(count + 1)
         own = sp.bsr_matrix((at_points, places[:-1], places), (3 * count, 3 * count))
@@ -182,6 +186,45 @@ class RigidContact(Term):
             flat = mixed.reshape(SIX, -1)
             found += self.pose.coupling(self.points.first, flat, self._sum(within))
         return found
+
+    # -- for friction ----------------------------------------------------------------------------
+
+    @cached_property
+    def touching(self) -> NodeSet:
+        """Nodes of the skin that may touch the body, and the body."""
+        own = self.points.first + self.points.nodes.astype(np.int64)
+        every, first = np.unique(self._gathered(own), return_index=True)
+        frames = self.points.frames
+        if frames is not None:
+            frames = self._gathered(frames)[first]
+        return RelativeNodes(self._space, every, frames, [self.pose])
+
+    def tangential(self, dofs: np.ndarray) -> Tangential:
+        """Nodes that feel the body, each against that point of the body that it is above."""
+        near = self._near(dofs)
+        pressed = np.flatnonzero(near.felt.slope < 0)
+        own = self.points.first + self.points.nodes[near.rows[pressed]].astype(np.int64)
+        below = near.arms[pressed] @ near.turned.matrix
+        keys, normals, normal_N, below = (
+            self._gathered(values)
+            for values in (
+                own,
+                near.distances.gradient[pressed] @ near.turned.matrix.T,
+                -(near.areas * near.felt.slope)[pressed],
+                below,
+            )
+        )
+        lengths = np.linalg.norm(normals, axis=1)  # of a sampled distance not quite 1
+        nodes = self.touching.nodes
+        count = len(keys)
+        one = (np.ones(count), (np.arange(count), np.searchsorted(nodes, keys)))
+        at_nodes = sp.csr_matrix(one, shape=(count, len(nodes)))
+        at_rows = sp.hstack([at_nodes, sp.csr_matrix(-weights(below))], format="csr")
+        return Tangential(at_rows, normals / lengths[:, None], lengths * normal_N, keys[:, None])
+
+    def _gathered(self, values: np.ndarray) -> np.ndarray:
+        """Rows of all ranks, in the ranks' order."""
+        return np.concatenate(self._comm.allgather(values))
 
     # -- derivatives by what is given ------------------------------------------------------------
 
@@ -208,18 +251,20 @@ class RigidContact(Term):
         """
         near = self._near(dofs)
         at_points, with_pose, _ = self._curvatures(near, convex=False)
-        moving = velocity.reshape(-1, NODE)[self.points.nodes[near.rows]]
+        moving = self.points.displacement(velocity)[near.rows]
         grown = near._replace(areas=self.points.area_rates(velocity)[near.rows])
         slopes, by_pose = self._slopes(grown)  # linear in the areas
         at_nodes = np.zeros((self.points.owned, NODE))
-        at_nodes[self.points.nodes[near.rows]] = slopes + np.einsum("nij,nj->ni", at_points, moving)
+        changed = slopes + np.einsum("nij,nj->ni", at_points, moving)
+        at_nodes[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
         return at_nodes, by_pose + np.einsum("nik,ni->k", with_pose, moving)
 
     def pose_rate(self, dofs: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
         near = self._near(dofs)
         found = np.zeros((self.points.owned, NODE))
-        found[self.points.nodes[near.rows]] = self._curvatures(near, convex=False)[1] @ motion
+        changed = self._curvatures(near, convex=False)[1] @ motion
+        found[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
         return found
 
     def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
@@ -239,79 +284,35 @@ class RigidContact(Term):
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Largest fraction of ``step`` that leaves each point a tenth of its distance.
 
-        As the body turns by ω = |Δθ|, a point's way in the body's frame bends by no more than
-        A = 2 ω² |x − c| + 2 ω |Δx − Δc|, and its speed v stays below ω |x − c| + |Δx − Δc|. With a
-        shape's slope L and concavity κ, φ(t) ≥ φ + t φ' − t² (L A + κ v²)/2 as long as φ stays
-        within the shape's reach, and φ(t) ≥ φ − t L v anywhere. The step is looked at piece by
-        piece, each as long as the better of these lower bounds lets it be (conservative
-        advancement; Mirtich, Impulse-based Dynamic Simulation, 1996, section 2.3).
+        As the body turns by ω = |Δθ|, a point's speed in its frame stays below
+        ω |x − c| + |Δx − Δc|, and its acceleration below 2 ω² |x − c| + 2 ω |Δx − Δc|; see
+        :func:`~.advance.reach`.
         """
-        change = self.pose.change(step)
-        moved = step[: len(dofs)].reshape(-1, NODE)[self.points.nodes]
-        allowed = self._reach(self.points.positions(dofs), moved, change)
-        return float(self._comm.allreduce(allowed, MPI.MIN))
-
-    def _reach(self, start: np.ndarray, moved: np.ndarray, change: np.ndarray) -> float:
-        """That of this rank's points at ``start``, which move as ``moved`` and ``change`` say."""
-        if not len(start):
-            return 1.0
-        q = self.pose.coordinates
+        moved = self.points.displacement(step[: len(dofs)])
+        start, q, change = (
+            self.points.positions(dofs),
+            self.pose.coordinates,
+            self.pose.change(step),
+        )
         drift, turn = moved - change[:3], float(np.linalg.norm(change[3:]))
         speed = np.linalg.norm(drift, axis=1)
-        bounds = self.shape.bounds
-        least: np.ndarray | None = None
-        reached = 0.0
-        for _ in range(ADVANCES):
-            here = q + reached * change
-            arms = start + reached * moved - here[:3]
+
+        def at(part: float) -> Path:
+            here = q + part * change
+            arms = start + part * moved - here[:3]
             turned = rotation(here[3:])
             found = self.shape.at(arms @ turned.matrix)
-            least = KEPT * found.value if least is None else least
             spin = np.einsum("k,kij->ij", change[3:], turned.first)
-            away = drift @ turned.matrix + arms @ spin
-            slope = np.einsum("ni,ni->n", found.gradient, away)
+            slope = np.einsum("ni,ni->n", found.gradient, drift @ turned.matrix + arms @ spin)
             lengths = np.linalg.norm(arms, axis=1) + speed
             bend = 2 * turn**2 * lengths + 2 * turn * speed
-            ahead = _ahead(found.value, least, slope, turn * lengths + speed, bend, bounds)
-            reached += ahead
-            if reached >= 1.0:
-                return 1.0
-            if ahead < KEPT * reached:
-                break
-        return reached
+            return Path(found.value, slope, turn * lengths + speed, bend)
 
+        allowed = reach(at, self.shape.bounds)
+        return float(self._comm.allreduce(allowed, MPI.MIN))
 
-def _ahead(
-    distance: np.ndarray,
-    least: np.ndarray,
-    slope: np.ndarray,
-    fastest: np.ndarray,
-    bend: np.ndarray,
-    bounds: Bounds,
-) -> float:
-    """Part of a step, 1 or less, in which all distances surely stay above the least ones.
-
-    Args:
-        distance: (n,) φ at first, ``least`` (n,) what it may fall to.
-        least: see above.
-        slope: (n,) φ' at first.
-        fastest: (n,) bound on a point's speed.
-        bend: (n,) bound on its acceleration.
-        bounds: of the shape.
-    """
-    spare = np.maximum(distance - least, 0.0)
-    curved = bounds.slope * bend + bounds.concavity_per_mm * fastest**2
-    safe = _until_spent(spare, slope, curved)
-    if np.isfinite(bounds.reach_mm):
-        most = bounds.slope * np.maximum(fastest, np.finfo(float).tiny)
-        leaves = np.maximum(bounds.reach_mm - distance, 0.0) / most
-        safe = np.maximum(np.minimum(safe, leaves), spare / most)
-    return float(min(safe.min(initial=np.inf), 1.0))
-
-
-def _until_spent(spare: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
-    """(n,) least positive t at which spare + t slope − t² bend/2 vanishes."""
-    root = np.sqrt(slope**2 + 2 * bend * spare)
-    below = root - slope
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(below > 0, 2 * spare / below, np.inf)
+    def rejects(self, dofs: np.ndarray) -> str:
+        """A state in which a point lies within the body."""
+        least = float(self.gaps_mm(dofs).min(initial=np.inf))
+        inside = self._comm.allreduce(least, MPI.MIN) <= 0
+        return "the skin passes through a rigid body" if inside else ""

@@ -40,7 +40,7 @@ class Surface(NodeSet):
         spacing_mm: largest distance of neighbouring vertices where they are spread.
 
     Attributes:
-        rest: (v, 3) reference positions of the vertices (mm).
+        rest: (v, 3) positions of the vertices at rest in the world (mm).
         triangles: (m, 3) vertex numbers.
         nodes: (n,) global displacement nodes (block index) that the vertices move with.
         owned: places in ``nodes`` of those this rank owns.
@@ -74,6 +74,9 @@ class Surface(NodeSet):
         else:
             self.weights = spread[0]
             self.triangles = spread[1].astype(np.int32)
+        if domain.placement is not None:
+            self.frames = domain.placement.frames(rest)
+            rest = domain.placement.positions(rest)
         self.rest = self.weights @ rest
 
     def moved(self, change_mm: np.ndarray) -> Surface:
