@@ -10,6 +10,7 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from dolfingrip.config import Config
@@ -31,9 +32,6 @@ from dolfingrip.meshes.copies import pitch_mm, side_by_side
 from dolfingrip.meshes.gripper import Stand, stands
 
 GRAVITY_M_S2 = 9.81
-
-STANDING = 0.5
-"""Part of the barrier's width at which the food stands above the table where it is put."""
 
 SKIN = ("skin", "tip")
 """Regions of a finger that may touch food."""
@@ -89,7 +87,6 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     finger = build(config, domain, plate=False)
     u, gripper = finger.model.u, config.gripper
     pose = food.body.pose(domain.mesh)
-    pose.constants[2].value += STANDING * gripper.barrier_mm
     for constant, turn in zip(pose.constants[3:], food.turn, strict=True):
         constant.value = turn
     height = fem.Constant(domain.mesh, PETSc.ScalarType(0.0))
@@ -102,6 +99,7 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
         u, skin.points, skin.point_areas_mm2(), pose, Plane((0.0, 0.0, 1.0)), table_pose, barrier
     )
     gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
+    _stand(pose, table, -float(gravity[2]) * food.body.mass_kg, gripper.barrier_mm)
     motion = RigidMotion(food.body, pose, gravity, comm)
     rubbing, table_rubbing = (
         Friction(touch, u, fem.Constant(domain.mesh, PETSc.ScalarType(coefficient)), title=title)
@@ -122,6 +120,17 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     return GripperModel(
         model, finger, found, food, pose, motion, contact, rubbing, table, table_rubbing
     )
+
+
+def _stand(pose: Pose, table: RigidPoints, weight_N: float, width_mm: float) -> None:
+    """Put the food where the table's barrier bears its weight."""
+    lowest = float(pose.constants[2].value)
+
+    def excess_N(height_mm: float) -> float:
+        pose.constants[2].value = lowest + height_mm
+        return float(table.load_N()[2]) - weight_N
+
+    brentq(excess_N, 1e-6 * width_mm, width_mm, xtol=1e-9 * width_mm)
 
 
 def _extent(food: GraspedBody):  # type: ignore[no-untyped-def]

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.contact.advance import Path, reach
+from dolfingrip.mechanics.contact.advance import KEPT, Path, reach
 from dolfingrip.mechanics.contact.density import Density, Felt
 from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
 from dolfingrip.mechanics.contact.node_set import NodeSet
@@ -91,6 +91,7 @@ class RigidContact(Term):
         self._comm = u.function_space.mesh.comm
         self._copies = domain.copies
         self._unmoved: SkinPoints | None = None
+        self._found: tuple[SignedDistance, np.ndarray, np.ndarray, _Near] | None = None
 
     # -- geometry --------------------------------------------------------------------------------
 
@@ -101,14 +102,23 @@ class RigidContact(Term):
         return self.shape.at(arms @ rotation(q[3:]).matrix).value
 
     def _near(self, dofs: np.ndarray) -> _Near:
+        """Kept for the next call with the same positions."""
         q = self.pose.coordinates
+        positions = self.points.positions(dofs)
+        if self._found is not None:
+            shape, at, there, near = self._found
+            same = np.array_equal(at, positions) and np.array_equal(there, q)
+            if same and shape is self.shape:
+                return near
         turned = rotation(q[3:])
-        arms = self.points.positions(dofs) - q[:3]
+        arms = positions - q[:3]
         every = self.shape.at(arms @ turned.matrix)
         rows = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
         distances = Distances(*(values[rows] for values in every))
         felt = self.density.at(distances.value)
-        return _Near(rows, arms[rows], self.points.areas[rows], turned, distances, felt)
+        near = _Near(rows, arms[rows], self.points.areas[rows], turned, distances, felt)
+        self._found = (self.shape, positions, q, near)
+        return near
 
     # -- the potential ---------------------------------------------------------------------------
 
@@ -276,6 +286,7 @@ class RigidContact(Term):
         if self._unmoved is None:
             self._unmoved = self.points
         self.points = self._unmoved if change is None else self._unmoved.moved(change)
+        self._found = None
         if change is None:
             self._unmoved = None
 
@@ -296,6 +307,11 @@ class RigidContact(Term):
         )
         drift, turn = moved - change[:3], float(np.linalg.norm(change[3:]))
         speed = np.linalg.norm(drift, axis=1)
+        # most points are too far away for the step, whatever their way
+        lengths = np.linalg.norm(start - q[:3], axis=1) + speed
+        gaps = self.shape.at((start - q[:3]) @ rotation(q[3:]).matrix).value
+        close = (1 - KEPT) * gaps <= self.shape.bounds.slope * (turn * lengths + speed)
+        start, moved, drift, speed = (values[close] for values in (start, moved, drift, speed))
 
         def at(part: float) -> Path:
             here = q + part * change

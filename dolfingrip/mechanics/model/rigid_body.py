@@ -22,6 +22,10 @@ COORDINATES: Final = ("x_mm", "y_mm", "z_mm", "turn_x_rad", "turn_y_rad", "turn_
 
 N_PER_KG_MM_S2: Final = 1e-3
 
+RESTRAINT_mm: Final = 1.0
+"""Way in which the residual's force would be taken up by the stiffness that Newton's method adds
+to a nearly free body; it vanishes with the residual."""
+
 LONGEST_mm: Final = 8.0
 """Largest step of the centre, and of the turn at the radius of gyration, in Newton's method: what
 is nearly free would be thrown metres away by a linear prediction."""
@@ -111,6 +115,7 @@ class RigidMotion(Term):
         inertia = np.asarray(body.inertia_kg_mm2, dtype=float)
         self._moment = np.trace(inertia) / 2 * np.eye(3) - inertia
         self._step_s = 0.0
+        self._residual_N = 0.0
         self._start = pose.coordinates
         self._velocity = np.zeros(3)
         self._turning = np.zeros((3, 3))
@@ -161,7 +166,15 @@ class RigidMotion(Term):
             stiffness, _, m = inertia
             within[:3, :3] = stiffness * np.eye(3)
             within[3:, 3:] = rotation(self.pose.coordinates[3:]).curvatures(m)
-        return self.pose.coupling(0, np.zeros((SIX, 0)), self._share * within)
+        within *= self._share
+        restraint = self._residual_N / RESTRAINT_mm
+        turning = restraint * self.body.gyration_mm**2
+        within += np.diag(3 * [restraint] + 3 * [turning])
+        return self.pose.coupling(0, np.zeros((SIX, 0)), within)
+
+    def heed(self, residual_N: float) -> None:
+        """Restrain the body by the residual."""
+        self._residual_N = residual_N
 
     def scale_N(self) -> float:
         """The weight."""

@@ -82,6 +82,8 @@ class Newton:
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
         damped: damped solves since the start that converged.
+        worst_guess: a guess is left out whose residual is more than so many times the start's, as
+            in contact, which an extrapolation may press together or take apart.
     """
 
     def __init__(
@@ -108,6 +110,7 @@ class Newton:
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
         self._condensation = None if model.p is None else Condensation(model)
         self._damped = False
+        self.worst_guess = np.inf
         self._snes = self._make_snes()
 
     def _make_snes(self) -> PETSc.SNES:
@@ -161,6 +164,7 @@ class Newton:
             if self._damped and carried is not None:
                 carried.reset()  # the energy's own tangent leads downhill
             before = self.tangent.matrix
+            self.model.heed(float(snes.getFunctionNorm()))
             self.tangent.assemble()
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
@@ -221,9 +225,13 @@ class Newton:
         carried = model.potential.carried
         self._lead(damped)
         if guess is not None and carried is not None:
-            self._globalisation.start(self._residual_norm(), far=True, damped=damped)
+            first_N, here = self._residual_norm(), model.unknowns.local()
             model.unknowns.set_local(guess.unknowns)
             carried.stress.x.array[:] = guess.stress
+            if self.worst_guess < np.inf and self._residual_norm() > self.worst_guess * first_N:
+                model.unknowns.set_local(here)
+                carried.reset()
+            self._globalisation.start(first_N, far=True, damped=damped)
         else:
             self._globalisation.start(damped=damped)
             if carried is not None:
@@ -254,6 +262,7 @@ class Newton:
         self._lead(damped=False)
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
+        self.model.heed(0.0)
         self.tangent.assemble()
         self._snes.setJacobian(self._form_tangent, self.tangent.matrix)
         self._factors.factorise(self.tangent.matrix)
