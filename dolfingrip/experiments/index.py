@@ -14,6 +14,7 @@ NAMES = (
     "cycle",
     "coupon",
     "push",
+    "grasp",
 )
 """One line an experiment: its file's name."""
 

@@ -118,4 +118,6 @@ def _lead(
             "load_steps": arrival.steps,
         }
         reached(row)
+        if rig.over():
+            break
     return None

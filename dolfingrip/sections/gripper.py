@@ -18,6 +18,9 @@ for pinch; for scoop, both fingers closest to the thumb, it has no number."""
 class Gripper(Section):
     """A thumb A and two fingers B, C around a centre O, as in the paper's Fig. 5(c)."""
 
+    preset: Literal["coarse", "default"] = Field(
+        "default", description="coarse: fingers of 13,000 dofs each, not graded to their edges"
+    )
     pose: GripPose = Field("pinch", description="how fingers B and C are turned")
     alpha_deg: float | None = Field(
         None, ge=-80, le=90, description="of B and C about their centres; default: by pose"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,6 +29,7 @@ from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidMotion
 from dolfingrip.meshes.copies import pitch_mm, side_by_side
 from dolfingrip.meshes.gripper import Stand, stands
+from dolfingrip.meshes.solid import SolidMesh
 
 GRAVITY_M_S2 = 9.81
 
@@ -133,7 +133,7 @@ def _stand(pose: Pose, table: RigidPoints, weight_N: float, width_mm: float) -> 
     brentq(excess_N, 1e-6 * width_mm, width_mm, xtol=1e-9 * width_mm)
 
 
-def _extent(food: GraspedBody):  # type: ignore[no-untyped-def]
+def _extent(food: GraspedBody) -> Callable[[np.ndarray], float]:
     """How far food reaches along a way in the plane of the table, where it is put."""
     points = Rotation.from_rotvec(food.turn).apply(food.surface.points)[:, :2]
     points = points + np.array(food.body.centre_mm[:2])
@@ -151,15 +151,9 @@ def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand]) -> Domain:
     return replace(domain, placement=Placement(rotations, origins, pitch, start))
 
 
-def _copied(config: Config, count: int):  # type: ignore[no-untyped-def]
+def _copied(config: Config, count: int) -> tuple[SolidMesh, float, float]:
     """The mesh of so many fingers, their pitch, and where the first's share of x starts."""
     one = solid(config)
     pitch = pitch_mm(one)
     low, high = one.points[:, 0].min(), one.points[:, 0].max()
     return side_by_side(one, count), pitch, float((low + high - pitch) / 2)
-
-
-def turn_deg(pose: Pose, first: np.ndarray) -> float:
-    """Angle between the present rotation and that of a rotation vector."""
-    change = Rotation.from_rotvec(pose.coordinates[3:]) * Rotation.from_rotvec(first).inv()
-    return math.degrees(float(change.magnitude()))

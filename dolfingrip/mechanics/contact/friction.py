@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +21,20 @@ material: small against the motion of fingers (mm), large enough for Newton's me
 SAME = 1e-6
 """Relative change of the nodes' normal forces that counts as none: far above that of a load step
 in which nothing happens but Newton's method ending elsewhere within its tolerance."""
+
+
+class Sliding(NamedTuple):
+    """Pairs in a load step.
+
+    Attributes:
+        keys: (m, q) identity of each, as the contact has it.
+        normal_N: (m,) normal forces.
+        slid_mm: (m,) way beyond what is elastic.
+    """
+
+    keys: np.ndarray
+    normal_N: np.ndarray
+    slid_mm: np.ndarray
 
 
 class Friction(Term):
@@ -122,6 +136,11 @@ class Friction(Term):
         """Work that sliding has taken since the step's start: Σ μ N max(|s| − ε, 0)."""
         size = self._slip(dofs)[1]
         return float(self._limit_N() @ np.maximum(size - self.slip_mm, 0.0))
+
+    def sliding(self, dofs: np.ndarray) -> Sliding:
+        """Pairs that are pressed together, and how far each has slid since the step's start."""
+        size = self._slip(dofs)[1]
+        return Sliding(self._held.keys, self._held.normal_N, np.maximum(size - self.slip_mm, 0.0))
 
     def hessian(self, dofs: np.ndarray) -> sp.coo_matrix:
         """(3k, 3k) second derivatives (N/mm) at the nodes with N and P held; convex.

@@ -100,7 +100,7 @@ class RigidPlate(RigidContact):
 
         The plane moves along its normal alone.
         """
-        near = self._near(dofs)
+        near = self.near(dofs)
         shares = np.zeros((self.points.owned, 3))
         shares[self.points.nodes[near.rows]] = -near.forces
         normal_N = self.touching.at_nodes(shares.ravel()) @ self.normal

@@ -25,7 +25,7 @@ from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
 
-class _Near(NamedTuple):
+class Near(NamedTuple):
     """Points that feel the body.
 
     Attributes:
@@ -91,7 +91,7 @@ class RigidContact(Term):
         self._comm = u.function_space.mesh.comm
         self._copies = domain.copies
         self._unmoved: SkinPoints | None = None
-        self._found: tuple[SignedDistance, np.ndarray, np.ndarray, _Near] | None = None
+        self._found: tuple[SignedDistance, np.ndarray, np.ndarray, Near] | None = None
 
     # -- geometry --------------------------------------------------------------------------------
 
@@ -101,7 +101,7 @@ class RigidContact(Term):
         arms = self.points.positions(dofs) - q[:3]
         return self.shape.at(arms @ rotation(q[3:]).matrix).value
 
-    def _near(self, dofs: np.ndarray) -> _Near:
+    def near(self, dofs: np.ndarray) -> Near:
         """Kept for the next call with the same positions."""
         q = self.pose.coordinates
         positions = self.points.positions(dofs)
@@ -116,7 +116,7 @@ class RigidContact(Term):
         rows = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
         distances = Distances(*(values[rows] for values in every))
         felt = self.density.at(distances.value)
-        near = _Near(rows, arms[rows], self.points.areas[rows], turned, distances, felt)
+        near = Near(rows, arms[rows], self.points.areas[rows], turned, distances, felt)
         self._found = (self.shape, positions, q, near)
         return near
 
@@ -127,17 +127,17 @@ class RigidContact(Term):
 
     def value(self, dofs: np.ndarray) -> float:
         """Potential (mJ) of the meshed part."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         return float(self._sum(float(near.areas @ near.felt.energy)))
 
-    def _slopes(self, near: _Near) -> tuple[np.ndarray, np.ndarray]:
+    def _slopes(self, near: Near) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives by the near points (n, 3), and this rank's by the pose (6,)."""
         at_points = near.forces @ near.turned.matrix.T
         return at_points, np.concatenate([-at_points.sum(axis=0), near.turned.slopes(near.moment)])
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives by the points and by the pose (N, N mm)."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         at_points, by_pose = self._slopes(near)
         nodes = self.points.nodes[near.rows]
         gradient.at_nodes[nodes] += self.points.to_reference(at_points, near.rows)
@@ -146,11 +146,9 @@ class RigidContact(Term):
 
     def load_N(self, dofs: np.ndarray) -> np.ndarray:
         """(6,) force (N) and moment-like derivative (N mm) on the body, of the whole."""
-        return -self._copies * np.asarray(self._sum(self._slopes(self._near(dofs))[1]))
+        return -self._copies * np.asarray(self._sum(self._slopes(self.near(dofs))[1]))
 
-    def _curvatures(
-        self, near: _Near, *, convex: bool
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _curvatures(self, near: Near, *, convex: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Second derivatives: at points (n, 3, 3), with the pose (n, 3, 6), the pose's own (6, 6).
 
         Args:
@@ -181,7 +179,7 @@ class RigidContact(Term):
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """At this rank's points; with the pose where it is solved for."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         at_points, with_pose, within = self._curvatures(near, convex=convex)
         at_points = self.points.to_reference(at_points, near.rows)
         at_points = self.points.to_reference(at_points.transpose(0, 2, 1), near.rows)
@@ -211,7 +209,7 @@ class RigidContact(Term):
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Nodes that feel the body, each against that point of the body that it is above."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         pressed = np.flatnonzero(near.felt.slope < 0)
         own = self.points.first + self.points.nodes[near.rows[pressed]].astype(np.int64)
         below = near.arms[pressed] @ near.turned.matrix
@@ -259,7 +257,7 @@ class RigidContact(Term):
             dofs: displacement.
             velocity: of the displacement's reference nodes (mm for each unit of a parameter).
         """
-        near = self._near(dofs)
+        near = self.near(dofs)
         at_points, with_pose, _ = self._curvatures(near, convex=False)
         moving = self.points.displacement(velocity)[near.rows]
         grown = near._replace(areas=self.points.area_rates(velocity)[near.rows])
@@ -271,7 +269,7 @@ class RigidContact(Term):
 
     def pose_rate(self, dofs: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         found = np.zeros((self.points.owned, NODE))
         changed = self._curvatures(near, convex=False)[1] @ motion
         found[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
@@ -279,7 +277,7 @@ class RigidContact(Term):
 
     def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
         """(6, 6) this rank's part of the second derivatives by the pose."""
-        return self._curvatures(self._near(dofs), convex=False)[2]
+        return self._curvatures(self.near(dofs), convex=False)[2]
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Take the points to be moved by ``change`` (local array, mm); None: put back."""
