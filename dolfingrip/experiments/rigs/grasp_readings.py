@@ -129,7 +129,7 @@ class GraspReadings:
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         near = gripper.contact.near(dofs)
         found = np.zeros((len(LETTERS), 3))
-        pushed = -near.forces @ near.turned.matrix.T
+        pushed = near.forces @ near.turned.matrix.T
         np.add.at(found, self._finger_of_point[near.rows], pushed)
         nodes = gripper.contact.touching.nodes
         rubbed = gripper.rubbing.forces_N(dofs)[: len(nodes)]

@@ -67,6 +67,7 @@ class GraspRig(Rig):
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
         """The food stands on the table; the books start."""
+        path.from_equilibrium = True
         path.observers = [*path.observers, self._reads]
         return None
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from dolfingrip.mechanics.contact.distance import (
@@ -31,6 +32,9 @@ DIVISIONS = 15
 
 SPACING_MM = (1.0, 4.0)
 """Least and largest distance of these points."""
+
+TIPPED_DEG = 40.0
+"""How far a body that does not lie still as it is drawn may turn to where it does."""
 
 LYING = Rotation.from_rotvec([-math.pi / 2, 0, 0])
 """A sausage's own axis is z; it lies along y."""
@@ -61,6 +65,8 @@ def grasped(food: Food) -> GraspedBody:
     """
     shape, surface = _shape(food)
     upright = LYING if food.kind.startswith("sausage") else Rotation.identity()
+    if food.kind not in ("cube", "sausage-short", "sausage-long"):
+        upright = _stable(surface.points)
     turned = Rotation.from_rotvec([0, 0, math.radians(food.turn_deg)]) * upright
     per_mm3 = food.density / MM3_PER_M3
     lowest = float(turned.apply(surface.points)[:, 2].min())
@@ -71,6 +77,22 @@ def grasped(food: Food) -> GraspedBody:
         (food.offset_x_mm, food.offset_y_mm, -lowest),
     )
     return GraspedBody(shape, surface, body, turned.as_rotvec())
+
+
+def _stable(points: np.ndarray) -> Rotation:
+    """The least turn to where a body lies still: the lowest centre of gravity within reach.
+
+    The face of its convex hull that is nearest to the centre has the centre above it (Goldberg et
+    al., Part Pose Statistics, Int. J. Robotics Research 18, 1999).
+    """
+    hull = ConvexHull(points)
+    normals, apart = hull.equations[:, :3], -hull.equations[:, 3]
+    near = np.flatnonzero(normals[:, 2] < -math.cos(math.radians(TIPPED_DEG)))
+    down = normals[near[apart[near].argmin()]]
+    axis = np.cross(down, [0.0, 0.0, -1.0])
+    size = float(np.linalg.norm(axis))
+    angle = math.atan2(size, -float(down[2]))
+    return Rotation.from_rotvec(angle * axis / max(size, np.finfo(float).tiny))
 
 
 def _shape(food: Food) -> tuple[SignedDistance, ClosedSurface]:

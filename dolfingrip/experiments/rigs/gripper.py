@@ -33,6 +33,9 @@ from dolfingrip.meshes.solid import SolidMesh
 
 GRAVITY_M_S2 = 9.81
 
+RESTRAINT_MM = 1.0
+"""See :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`."""
+
 SKIN = ("skin", "tip")
 """Regions of a finger that may touch food."""
 
@@ -100,7 +103,7 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     )
     gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
     _stand(pose, table, -float(gravity[2]) * food.body.mass_kg, gripper.barrier_mm)
-    motion = RigidMotion(food.body, pose, gravity, comm)
+    motion = RigidMotion(food.body, pose, gravity, comm, restraint_mm=RESTRAINT_MM)
     rubbing, table_rubbing = (
         Friction(touch, u, fem.Constant(domain.mesh, PETSc.ScalarType(coefficient)), title=title)
         for touch, coefficient, title in (

@@ -33,11 +33,13 @@ class Bounds(NamedTuple):
         concavity_per_mm: no second derivative along a line is below minus this, where distances
             are ``reach_mm`` or less. 0 of a convex shape: its distance stays above its tangent.
         reach_mm: see above.
+        radius_mm: of a ball about the origin that the shape lies in.
     """
 
     slope: float = 1.0
     concavity_per_mm: float = 0.0
     reach_mm: float = np.inf
+    radius_mm: float = np.inf
 
 
 class SignedDistance(Protocol):
@@ -82,7 +84,10 @@ class Sphere:
 
     radius_mm: float
 
-    bounds: ClassVar[Bounds] = Bounds()
+    @property
+    def bounds(self) -> Bounds:
+        """Convex."""
+        return Bounds(radius_mm=self.radius_mm)
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""
@@ -103,7 +108,10 @@ class Capsule:
     radius_mm: float
     half_length_mm: float
 
-    bounds: ClassVar[Bounds] = Bounds()
+    @property
+    def bounds(self) -> Bounds:
+        """Convex."""
+        return Bounds(radius_mm=self.half_length_mm + self.radius_mm)
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""
@@ -140,7 +148,8 @@ class BentCapsule:
     def bounds(self) -> Bounds:
         """Within half of the way from the skin to the arc's axis."""
         reach = (self.bend_radius_mm - self.radius_mm) / 2
-        return Bounds(1.0, 1 / reach, reach)
+        farthest = abs(self.place_mm) + self.half_length_mm + self.radius_mm
+        return Bounds(1.0, 1 / reach, reach, farthest)
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""
@@ -177,7 +186,10 @@ class RoundedBox:
     half_mm: tuple[float, float, float]
     radius_mm: float
 
-    bounds: ClassVar[Bounds] = Bounds()
+    @property
+    def bounds(self) -> Bounds:
+        """Convex."""
+        return Bounds(radius_mm=float(np.linalg.norm(self.half_mm)))
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""
@@ -201,7 +213,10 @@ class Ellipsoid:
 
     half_mm: tuple[float, float, float]
 
-    bounds: ClassVar[Bounds] = Bounds()
+    @property
+    def bounds(self) -> Bounds:
+        """Convex."""
+        return Bounds(radius_mm=max(self.half_mm))
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""

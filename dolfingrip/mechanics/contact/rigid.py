@@ -24,6 +24,10 @@ from dolfingrip.mechanics.model.rotation import Rotation, rotation
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
+AROUND = 2.0
+"""Distances from a ball around a shape, by the barrier's width, from which on none is felt: twice
+what an exact distance needs, as a sampled one is only nearly as steep."""
+
 
 class Near(NamedTuple):
     """Points that feel the body.
@@ -112,11 +116,14 @@ class RigidContact(Term):
                 return near
         turned = rotation(q[3:])
         arms = positions - q[:3]
-        every = self.shape.at(arms @ turned.matrix)
-        rows = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
-        distances = Distances(*(values[rows] for values in every))
-        felt = self.density.at(distances.value)
-        near = Near(rows, arms[rows], self.points.areas[rows], turned, distances, felt)
+        beyond = np.linalg.norm(arms, axis=1) - self.shape.bounds.radius_mm
+        around = np.flatnonzero(beyond < AROUND * self.density.width_mm)
+        every = self.shape.at(arms[around] @ turned.matrix)
+        felt = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
+        rows = around[felt]
+        distances = Distances(*(values[felt] for values in every))
+        barrier = self.density.at(distances.value)
+        near = Near(rows, arms[rows], self.points.areas[rows], turned, distances, barrier)
         self._found = (self.shape, positions, q, near)
         return near
 
@@ -306,9 +313,9 @@ class RigidContact(Term):
         drift, turn = moved - change[:3], float(np.linalg.norm(change[3:]))
         speed = np.linalg.norm(drift, axis=1)
         # most points are too far away for the step, whatever their way
-        lengths = np.linalg.norm(start - q[:3], axis=1) + speed
-        gaps = self.shape.at((start - q[:3]) @ rotation(q[3:]).matrix).value
-        close = (1 - KEPT) * gaps <= self.shape.bounds.slope * (turn * lengths + speed)
+        away = np.linalg.norm(start - q[:3], axis=1)
+        beyond = away - self.shape.bounds.radius_mm
+        close = (1 - KEPT) * beyond <= turn * (away + speed) + speed
         start, moved, drift, speed = (values[close] for values in (start, moved, drift, speed))
 
         def at(part: float) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 from typing import Self
 
 import numpy as np
@@ -134,7 +134,11 @@ class SampledDistance:
         one = np.eye(3, dtype=int)
         slope = self._largest(cells[outside], list(one))
         pairs = [one[p] + one[q] for p in range(3) for q in range(3)]
-        return Bounds(max(slope, 1.0), self._largest(cells[near], pairs), reach)
+        inside = np.argwhere((low <= 0).reshape(self._count - 1))
+        corners = inside[:, None] + np.array(list(product((0, 1), repeat=3)))
+        places = self.origin_mm + self.spacing_mm * corners.reshape(-1, 3)
+        radius = float(np.linalg.norm(places, axis=1).max(initial=0.0))
+        return Bounds(max(slope, 1.0), self._largest(cells[near], pairs), reach, radius)
 
     def _largest(self, cells: np.ndarray, orders: list[np.ndarray]) -> float:
         """Bound on the norm of derivatives of these orders along x, y and z in some cells.

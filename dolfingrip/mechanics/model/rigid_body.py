@@ -22,10 +22,6 @@ COORDINATES: Final = ("x_mm", "y_mm", "z_mm", "turn_x_rad", "turn_y_rad", "turn_
 
 N_PER_KG_MM_S2: Final = 1e-3
 
-RESTRAINT_mm: Final = 1.0
-"""Way in which the residual's force would be taken up by the stiffness that Newton's method adds
-to a nearly free body; it vanishes with the residual."""
-
 LONGEST_mm: Final = 8.0
 """Largest step of the centre, and of the turn at the radius of gyration, in Newton's method: what
 is nearly free would be thrown metres away by a linear prediction."""
@@ -95,6 +91,8 @@ class RigidMotion(Term):
         pose: of the body.
         gravity_m_s2: (3,) acceleration of free fall, a control's array; 0 where weightless.
         copies: how many meshed parts make the whole; they share the body.
+        restraint_mm: way along which the residual's force is taken up by a stiffness that Newton's
+            method adds to a body that is nearly free, and that vanishes with the residual.
     """
 
     name: ClassVar[str] = "rigid body"
@@ -106,7 +104,9 @@ class RigidMotion(Term):
         gravity_m_s2: np.ndarray,
         comm: MPI.Comm,
         copies: int = 1,
+        restraint_mm: float = np.inf,
     ) -> None:
+        self.restraint_mm = restraint_mm
         self.body = body
         self.pose = pose
         self.gravity_m_s2 = np.asarray(gravity_m_s2, dtype=float)
@@ -167,7 +167,7 @@ class RigidMotion(Term):
             within[:3, :3] = stiffness * np.eye(3)
             within[3:, 3:] = rotation(self.pose.coordinates[3:]).curvatures(m)
         within *= self._share
-        restraint = self._residual_N / RESTRAINT_mm
+        restraint = self._residual_N / self.restraint_mm
         turning = restraint * self.body.gyration_mm**2
         within += np.diag(3 * [restraint] + 3 * [turning])
         return self.pose.coupling(0, np.zeros((SIX, 0)), within)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -111,6 +112,7 @@ class Newton:
         self._condensation = None if model.p is None else Condensation(model)
         self._damped = False
         self.worst_guess = np.inf
+        self._before: Mapping[str, float] = {}
         self._snes = self._make_snes()
 
     def _make_snes(self) -> PETSc.SNES:
@@ -165,12 +167,24 @@ class Newton:
                 carried.reset()  # the energy's own tangent leads downhill
             before = self.tangent.matrix
             self.model.heed(float(snes.getFunctionNorm()))
-            self.tangent.assemble()
+            with self._first_controls(snes.getIterationNumber()):
+                self.tangent.assemble()
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
             if self._globalisation.far:
                 self._factors.renew()
+
+    @contextmanager
+    def _first_controls(self, iteration: int) -> Iterator[None]:
+        """The controls of the first tangent, for as long as entered; time is none of them."""
+        if iteration or not self._before:
+            yield
+            return
+        now = {name: self.model.controls[name].value for name in self._before}
+        self.model.prescribe(self._before)
+        yield
+        self.model.prescribe(now)
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
@@ -213,17 +227,27 @@ class Newton:
 
     # -- solve ---------------------------------------------------------------------------------
 
-    def solve(self, guess: Guess | None = None, *, damped: bool = False) -> Solve:
+    def solve(
+        self,
+        guess: Guess | None = None,
+        *,
+        damped: bool = False,
+        before: Mapping[str, float] | None = None,
+    ) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
         Args:
             guess: start there instead; the tolerance still refers to the present state's residual.
             damped: damp and search along each step, which takes more and costlier iterations but
                 hardly loses its way: it follows a motion to a stable state.
+            before: controls of the present state, time excluded, where it is in equilibrium: with
+                them the first tangent is that of the equilibrium path. A pressure without the
+                stress that bears it would soften it.
         """
         model = self.model
         carried = model.potential.carried
         self._lead(damped)
+        self._before = before or {}
         if guess is not None and carried is not None:
             first_N, here = self._residual_norm(), model.unknowns.local()
             model.unknowns.set_local(guess.unknowns)
@@ -231,6 +255,8 @@ class Newton:
             if self.worst_guess < np.inf and self._residual_norm() > self.worst_guess * first_N:
                 model.unknowns.set_local(here)
                 carried.reset()
+            else:
+                self._before = {}
             self._globalisation.start(first_N, far=True, damped=damped)
         else:
             self._globalisation.start(damped=damped)

@@ -67,6 +67,10 @@ class LoadPath:
         passable: asked at the last good state and told the controls that were not reached, whether
             equilibrium goes on there at a falling load.
         observers: told of each converged step before it is accepted.
+
+    Attributes:
+        from_equilibrium: a step that starts without a predicted state has its first tangent with
+            the controls of its start.
     """
 
     def __init__(
@@ -84,6 +88,7 @@ class LoadPath:
         self._accept = accept or self.model.rejects
         self._passable = passable
         self.observers = observers
+        self.from_equilibrium = False
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
@@ -171,7 +176,10 @@ class LoadPath:
         target it is left out, but for the ``last`` step that is tried: beyond a limit point a
         damped solve takes many iterations to run away.
         """
-        solve = self.newton.solve(guess)
+        before = None
+        if self.from_equilibrium:
+            before = {name: good.controls[name] for name in self.model.controls}
+        solve = self.newton.solve(guess, before=before)
         if solve.converged or (self._lost and not last):
             return solve
         self.model.restore(good)
