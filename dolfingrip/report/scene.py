@@ -106,7 +106,7 @@ def draw_poses(
     width_mm, height_mm = high - low + 2 * MARGIN_MM
     per_mm = height_px / height_mm
 
-    with _no_display():
+    with no_display():
         plotter = pv.Plotter(
             off_screen=True,
             theme=scene_theme(),
@@ -157,7 +157,7 @@ def draw_poses(
 
 
 @contextmanager
-def _no_display() -> Iterator[None]:
+def no_display() -> Iterator[None]:
     """Have VTK make its window by EGL at once where there is no X server.
 
     It would get there by itself, but only after a warning on the console about the missing one.

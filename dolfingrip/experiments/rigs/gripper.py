@@ -27,9 +27,8 @@ from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.placement import Placement
 from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidMotion
-from dolfingrip.meshes.copies import pitch_mm, side_by_side
+from dolfingrip.meshes.copies import side_by_side
 from dolfingrip.meshes.gripper import Stand, stands
-from dolfingrip.meshes.solid import SolidMesh
 
 GRAVITY_M_S2 = 9.81
 
@@ -85,7 +84,7 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
         ConfigError: on every rank, one line.
     """
     food = grasped(config.food)
-    found = stands(config.gripper, config.adapted().finger, _extent(food))
+    found = stands_of(config, food)
     domain = _fingers(config, comm, found)
     finger = build(config, domain, plate=False)
     u, gripper = finger.model.u, config.gripper
@@ -143,20 +142,19 @@ def _extent(food: GraspedBody) -> Callable[[np.ndarray], float]:
     return lambda way: float((points @ way).max())
 
 
+def stands_of(config: Config, food: GraspedBody) -> list[Stand]:
+    """Where the fingers of a configuration stand around its food.
+
+    Raises:
+        ConfigError: one line, where they cannot.
+    """
+    return stands(config.gripper, config.adapted().finger, _extent(food))
+
+
 def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand]) -> Domain:
     """One reference mesh of all fingers, side by side."""
-    copies = on_root(comm, lambda: _copied(config, len(found)))
-    mesh, pitch, start = copies if copies is not None else (None, 0.0, 0.0)
-    pitch, start = comm.bcast((pitch, start))
+    mesh = on_root(comm, lambda: side_by_side(solid(config), len(found)))
     domain = distribute(comm, mesh)
     rotations = np.array([stand.rotation for stand in found])
     origins = np.array([stand.origin_mm for stand in found])
-    return replace(domain, placement=Placement(rotations, origins, pitch, start))
-
-
-def _copied(config: Config, count: int) -> tuple[SolidMesh, float, float]:
-    """The mesh of so many fingers, their pitch, and where the first's share of x starts."""
-    one = solid(config)
-    pitch = pitch_mm(one)
-    low, high = one.points[:, 0].min(), one.points[:, 0].max()
-    return side_by_side(one, count), pitch, float((low + high - pitch) / 2)
+    return replace(domain, placement=Placement.of(domain.mesh.geometry.x, rotations, origins))

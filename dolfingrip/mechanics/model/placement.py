@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
+
+from dolfingrip.meshes.copies import shares
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,12 @@ class Placement:
     origins_mm: np.ndarray
     pitch_mm: float
     start_mm: float
+
+    @classmethod
+    def of(cls, points: np.ndarray, rotations: np.ndarray, origins_mm: np.ndarray) -> Self:
+        """Of copies with (n, 3) reference points, made by :mod:`~dolfingrip.meshes.copies`."""
+        low, high = float(points[:, 0].min()), float(points[:, 0].max())
+        return cls(rotations, origins_mm, *shares(low, high, len(rotations)))
 
     @property
     def count(self) -> int:
