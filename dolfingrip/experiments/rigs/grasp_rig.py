@@ -21,6 +21,10 @@ from dolfingrip.mechanics.path.path import LoadPath
 WORST_GUESS = 2.0
 """Residual of a predicted state, relative to the start's, above which it is left out."""
 
+DRIFTS = 0.05
+"""Change of the nodes' normal forces, relative to their sum, that friction's may be behind by. Each
+step takes them anew: what one lags behind, the next has."""
+
 SETTLING_S = 0.1
 """Time before the first stop, in which fingers and food come to rest."""
 
@@ -37,6 +41,7 @@ class GraspRig(Rig):
     def __init__(self, config: Config, gripper: GripperModel, profile: Profile) -> None:
         super().__init__(Newton(gripper.model, config.solver, profile), gripper)
         self.newton.worst_guess = WORST_GUESS
+        self.newton.refreshing.most = DRIFTS
         self.readings = {}
         self._config = config
         self._gripper = gripper

@@ -28,10 +28,14 @@ class Refreshing:
 
     Args:
         model: whose terms hold something.
+
+    Attributes:
+        most: drift above which it is too old; :data:`DRIFTS` at first.
     """
 
     def __init__(self, model: Model) -> None:
         self._model = model
+        self.most = DRIFTS
         self.start()
 
     def start(self) -> None:
@@ -54,13 +58,13 @@ class Refreshing:
         """
         self._peak_N = max(self._peak_N, norm, first_N)
         fallen = norm <= FALLEN * (self._last_N or first_N)
-        due = fallen and (not self._held or self._model.drift() > DRIFTS)
+        due = fallen and (not self._held or self._model.drift() > self.most)
         self._held |= norm <= CLOSE * self._peak_N
         return due
 
     def drifts(self) -> bool:
         """Whether they are to do so where the solve has converged."""
-        drifted = self._model.drift() > DRIFTS
+        drifted = self._model.drift() > self.most
         self._repeats += drifted
         return drifted
 
