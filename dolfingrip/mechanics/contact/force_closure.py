@@ -15,12 +15,13 @@ MOST = 40
 def margin(
     points_mm: np.ndarray, normals: np.ndarray, normal_N: np.ndarray, friction: float
 ) -> float:
-    """Force-closure margin of contacts, 0 (no closure) to 1.
+    """Force-closure margin of contacts; 0 where some load cannot be resisted.
 
-    Wrenches w_j of the edges of all friction pyramids close by force where Σ λ_j w_j = 0 has a
-    solution with all λ_j > 0 and they span all six dimensions (Murray, Li & Sastry, A Mathematical
-    Introduction to Robotic Manipulation, 1994, prop. 5.3). The margin is the largest λ that all
-    can have at least, with a mean of 1: a linear programme.
+    The least, over pushes and turns about the three axes to either side, of the largest load that
+    normal forces with a sum of 1 can bear within the friction pyramids: max t, Σ λ_j w_j = t e_k,
+    Σ λ_j = 1, λ ≥ 0, each a linear programme. That is the largest cross-polytope in the hull of the
+    wrenches w_j, where Ferrari and Canny (Planning Optimal Grasps, ICRA 1992) take a ball. Moments
+    are divided by the points' spread. Two hard opposite contacts have μ at most.
 
     Args:
         points_mm: (n, 3) places from the centre of gravity.
@@ -32,23 +33,23 @@ def margin(
     if len(hardest) < 2:
         return 0.0
     wrenches = _wrenches(points_mm[hardest], normals[hardest], friction)
-    if np.linalg.matrix_rank(wrenches, tol=1e-9 * len(wrenches)) < 6:
-        return 0.0
+    ways = [sign * np.eye(6)[k] for k in range(6) for sign in (1, -1)]
+    return max(min(_borne(wrenches, way) for way in ways), 0.0)
+
+
+def _borne(wrenches: np.ndarray, way: np.ndarray) -> float:
+    """The largest t; 0 where there is none."""
     count = wrenches.shape[1]
-    # unknowns λ and the least of them, which is to be large
-    balance = np.hstack([wrenches, np.zeros((6, 1))])
+    balance = np.hstack([wrenches, -way[:, None]])
     total = np.append(np.ones(count), 0.0)[None, :]
-    above = np.hstack([-np.eye(count), np.ones((count, 1))])
     found = linprog(
         np.append(np.zeros(count), -1.0),
-        A_ub=above,
-        b_ub=np.zeros(count),
         A_eq=np.vstack([balance, total]),
-        b_eq=np.append(np.zeros(6), count),
+        b_eq=np.append(np.zeros(6), 1.0),
         bounds=(0, None),
         method="highs",
     )
-    return float(max(-found.fun, 0.0)) if found.success else 0.0
+    return float(-found.fun) if found.success else 0.0
 
 
 def _wrenches(points_mm: np.ndarray, normals: np.ndarray, friction: float) -> np.ndarray:
