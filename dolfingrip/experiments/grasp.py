@@ -26,6 +26,9 @@ LEAST_STEP = 0.02
 """Part of the longest step below which none is tried: where food is squeezed out, shorter ones
 take long and tell no more."""
 
+MOST_ITERATIONS = 20
+"""Of Newton's method; a step that takes more is halved."""
+
 TOLERANCE = 1e-5
 """Of the residual: 1e-5 of the force of a step's change of pressure is a thousandth of the weight
 of what is grasped."""
@@ -86,6 +89,7 @@ class Grasp(Experiment):
 
     def settings(self, config: Config) -> Config:
         solver = {
+            "max_iterations": min(config.solver.max_iterations, MOST_ITERATIONS),
             "rtol": max(config.solver.rtol, TOLERANCE),
             "min_step_kPa": max(
                 config.solver.min_step_kPa, LEAST_STEP * config.solver.max_step_kPa

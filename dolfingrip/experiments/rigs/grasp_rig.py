@@ -18,8 +18,9 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath
 
-WORST_GUESS = 2.0
-"""Residual of a predicted state, relative to the start's, above which it is left out."""
+WORST_GUESS = 0.0
+"""No state is predicted: pairs in contact make it a bad start. With twice the residual of a step's
+start allowed, a step takes 13 iterations where it takes 7 without."""
 
 DRIFTS = 0.05
 """Change of the nodes' normal forces, relative to their sum, that friction's may be behind by. Each
@@ -72,7 +73,7 @@ class GraspRig(Rig):
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
         """The food stands on the table; the books start."""
-        path.from_equilibrium = True
+        path.from_equilibrium = path.cuts_at_once = True
         path.observers = [*path.observers, self._reads]
         return None
 

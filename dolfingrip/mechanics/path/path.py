@@ -71,6 +71,8 @@ class LoadPath:
     Attributes:
         from_equilibrium: a step that starts without a predicted state has its first tangent with
             the controls of its start.
+        cuts_at_once: a step that fails is halved before it is damped, but for the last one tried:
+            where inertia follows a motion, short steps are easy ones.
     """
 
     def __init__(
@@ -88,7 +90,7 @@ class LoadPath:
         self._accept = accept or self.model.rejects
         self._passable = passable
         self.observers = observers
-        self.from_equilibrium = False
+        self.from_equilibrium = self.cuts_at_once = False
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
@@ -180,7 +182,7 @@ class LoadPath:
         if self.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
         solve = self.newton.solve(guess, before=before)
-        if solve.converged or (self._lost and not last):
+        if solve.converged or ((self._lost or self.cuts_at_once) and not last):
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)
