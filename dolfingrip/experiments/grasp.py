@@ -11,6 +11,7 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.protocol import grasping
 from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.results.outcome import COLUMNS
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -29,6 +30,9 @@ take long and tell no more."""
 MOST_ITERATIONS = 20
 """Of Newton's method; a step that takes more is halved."""
 
+TIME_LIMIT_S = 7200.0
+"""Of a grasp, where none is configured: it ends as a failure then, and does not go on for ever."""
+
 TOLERANCE = 1e-5
 """Of the residual: 1e-5 of the force of a step's change of pressure is a thousandth of the weight
 of what is grasped."""
@@ -44,14 +48,7 @@ class Grasp(Experiment):
     name: ClassVar = "grasp"
     command: ClassVar = "grasp"
     title: ClassVar = "Grasp"
-    columns: ClassVar = (
-        *("table_z_mm", "object_x_mm", "object_y_mm", "object_z_mm", "object_turn_deg"),
-        *(f"object_turn_{axis}_deg" for axis in "xyz"),
-        *(f"{what}_{letter}_{unit}" for what, unit in (("angle", "deg"), ("normal", "N"),
-                                                       ("lift", "N")) for letter in "ABC"),
-        *("table_N", "slip_mm", "contact_pressure_kPa", "force_closure"),
-        *("friction_mJ", "momentum_error_N"),
-    )  # fmt: skip
+    columns: ClassVar = COLUMNS
     table: ClassVar = (
         Column("pressure_kPa", "Pressure (kPa)", "g"),
         Column("time_s", "Time (s)", ".2f"),
@@ -89,6 +86,7 @@ class Grasp(Experiment):
 
     def settings(self, config: Config) -> Config:
         solver = {
+            "time_limit_s": config.solver.time_limit_s or TIME_LIMIT_S,
             "max_iterations": min(config.solver.max_iterations, MOST_ITERATIONS),
             "rtol": max(config.solver.rtol, TOLERANCE),
             "min_step_kPa": max(

@@ -8,6 +8,20 @@ from enum import StrEnum
 
 import numpy as np
 
+LETTERS = "ABC"
+"""Of the thumb and the fingers."""
+
+COLUMNS = (
+    *("table_z_mm", "object_x_mm", "object_y_mm", "object_z_mm", "object_turn_deg"),
+    *(f"object_turn_{axis}_deg" for axis in "xyz"),
+    *(f"angle_{letter}_deg" for letter in LETTERS),
+    *(f"normal_{letter}_N" for letter in LETTERS),
+    *(f"lift_{letter}_N" for letter in LETTERS),
+    *("table_N", "slip_mm", "contact_pressure_kPa", "force_closure"),
+    *("friction_mJ", "momentum_error_N"),
+)
+"""Of a grasp alone; ``GraspReadings.read`` in ``rigs/grasp_readings.py`` tells what they mean."""
+
 HELD_MM = 1.0
 """Way by which a held object may sink against the fingers, and rise from the table unnoticed."""
 

@@ -5,27 +5,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from dolfingrip.experiments.results.outcome import Moment
+from dolfingrip.experiments.results.outcome import COLUMNS, LETTERS, Moment
 from dolfingrip.experiments.rigs.gripper import GripperModel
 from dolfingrip.mechanics.contact import force_closure
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.state import State
 
-LETTERS = "ABC"
-
 PRESSING_kPa = 1e3
 """kPa in MPa."""
-
-COLUMNS = (
-    *("table_z_mm", "object_x_mm", "object_y_mm", "object_z_mm", "object_turn_deg"),
-    *(f"object_turn_{axis}_deg" for axis in "xyz"),
-    *(f"angle_{letter}_deg" for letter in LETTERS),
-    *(f"normal_{letter}_N" for letter in LETTERS),
-    *(f"lift_{letter}_N" for letter in LETTERS),
-    *("table_N", "slip_mm", "contact_pressure_kPa", "force_closure"),
-    *("friction_mJ", "momentum_error_N"),
-)
-"""Of a grasp alone: see :meth:`GraspReadings.read`."""
 
 
 class GraspReadings:
