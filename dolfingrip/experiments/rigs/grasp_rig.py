@@ -42,7 +42,7 @@ class GraspRig(Rig):
     def __init__(self, config: Config, gripper: GripperModel, profile: Profile) -> None:
         super().__init__(Newton(gripper.model, config.solver, profile), gripper)
         self.newton.worst_guess = WORST_GUESS
-        self.newton.refreshing.most = DRIFTS
+        self.newton.tolerate_drift(DRIFTS)
         self.readings = {}
         self._config = config
         self._gripper = gripper

@@ -83,7 +83,6 @@ class Newton:
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
         damped: damped solves since the start that converged.
-        refreshing: when terms take anew what they hold.
         worst_guess: a guess is left out whose residual is more than so many times the start's, as
             in contact, which an extrapolation may press together or take apart.
     """
@@ -108,7 +107,7 @@ class Newton:
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
         self._globalisation = Globalisation(model, settings, self._residual_along)
-        self.refreshing = Refreshing(model)
+        self._refreshing = Refreshing(model)
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
         self._condensation = None if model.p is None else Condensation(model)
         self._damped = False
@@ -214,17 +213,21 @@ class Newton:
         if self._takes_anew(verdict, norms[2]):
             self.model.assemble_equations(self._residual)  # which SNES goes on with
             norm = float(self._residual.norm())
-            self.refreshing.done(norm)
+            self._refreshing.done(norm)
             verdict = rules.judge_anew(iteration, norm, scale)
-        return REASON[Verdict.HOPELESS if self.refreshing.lost else verdict]
+        return REASON[Verdict.HOPELESS if self._refreshing.lost else verdict]
 
     def _takes_anew(self, verdict: Verdict, norm: float) -> bool:
         """Let terms take anew what they hold where that is due; whether the potential changed."""
         if verdict is Verdict.GO_ON:
-            due = self.refreshing.follows(norm, self._globalisation.first_N)
+            due = self._refreshing.follows(norm, self._globalisation.first_N)
         else:
-            due = verdict is Verdict.CONVERGED and self.refreshing.drifts()
+            due = verdict is Verdict.CONVERGED and self._refreshing.drifts()
         return due and self.model.refresh()
+
+    def tolerate_drift(self, most: float) -> None:
+        """Let what terms hold be behind by a relative change of up to ``most``."""
+        self._refreshing.most = most
 
     # -- solve ---------------------------------------------------------------------------------
 
@@ -303,7 +306,7 @@ class Newton:
     def _lead(self, damped: bool) -> None:
         """Prepare SNES for a damped solve, or a plain one."""
         self._damped = damped
-        self.refreshing.start()
+        self._refreshing.start()
         self._damping.start()
         solver = self._damping if damped else self._factors
         self._snes.getKSP().getPC().setPythonContext(solver)
