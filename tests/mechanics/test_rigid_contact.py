@@ -12,6 +12,7 @@ from dolfingrip.config import Solver
 from dolfingrip.forms import plate
 from dolfingrip.mechanics.contact.density import Density, Smooth, TwoStage
 from dolfingrip.mechanics.contact.distance import (
+    BentCapsule,
     Capsule,
     Ellipsoid,
     Plane,
@@ -20,6 +21,7 @@ from dolfingrip.mechanics.contact.distance import (
     Sphere,
 )
 from dolfingrip.mechanics.contact.rigid import RigidContact
+from dolfingrip.mechanics.contact.sampled_distance import SampledDistance
 from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.pose import Pose
@@ -36,6 +38,10 @@ SHAPES: list[SignedDistance] = [
     Capsule(0.5, 0.6),
     Ellipsoid((1.5, 0.8, 0.6)),
     RoundedBox((0.8, 0.6, 0.5), 0.2),
+    BentCapsule(0.5, 0.9, 1.5),
+    SampledDistance.of(
+        lambda x: Ellipsoid((1.2, 0.7, 0.6)).at(x).value, np.full(3, -2.4), np.full(3, 2.4), 0.2
+    ),
 ]
 NAMES = [type(shape).__name__ for shape in SHAPES]
 MATERIAL = blocks.NeoHooke(2.0, 0.3)

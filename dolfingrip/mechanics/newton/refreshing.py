@@ -42,10 +42,12 @@ class Refreshing:
     Attributes:
         fresh: what is held is that of the present iterate, and may follow the next step.
         followed: it has followed the last step; Newton's method says so.
+        most: drift above which it is too old; :data:`DRIFTS` at first.
     """
 
     def __init__(self, model: Model) -> None:
         self._model = model
+        self.most = DRIFTS
         self.start()
 
     def start(self, *, predicted: bool = False) -> None:
@@ -78,16 +80,16 @@ class Refreshing:
         if self.followed and 0 < OVERSHOT * self._last_N < norm:
             self.followed, self._followed = False, LONGEST
         due = self.followed or (at_start and self._predicted)
-        due = due or (fallen and (not self._held or self._model.drift() > DRIFTS))
+        due = due or (fallen and (not self._held or self._model.drift() > self.most))
         self._held |= norm <= CLOSE * self._peak_N
-        current = due or (at_start and self._model.drift() <= DRIFTS)
+        current = due or (at_start and self._model.drift() <= self.most)
         self.fresh = current and not self._held and self._followed < LONGEST
         self.followed = False
         return due
 
     def drifts(self) -> bool:
         """Whether they are to do so where the solve has converged."""
-        drifted = self._model.drift() > DRIFTS
+        drifted = self._model.drift() > self.most
         self._repeats += drifted
         return drifted
 
