@@ -178,10 +178,11 @@ class LoadPath:
         target it is left out, but for the ``last`` step that is tried: beyond a limit point a
         damped solve takes many iterations to run away.
         """
-        before = None
         if self.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
-        solve = self.newton.solve(guess, before=before)
+            solve = self.newton.solve(guess, before=before)
+        else:
+            solve = self.newton.solve(guess)
         if solve.converged or ((self._lost or self.cuts_at_once) and not last):
             return solve
         self.model.restore(good)
