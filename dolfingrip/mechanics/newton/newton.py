@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -249,6 +249,9 @@ class Newton:
     ) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
+        Normal forces that follow steps may lead far away, as where a body nearly slips off. Such
+        a solve starts once more, with normal forces held along each step.
+
         Args:
             guess: start there instead; the tolerance still refers to the present state's residual.
             damped: damp and search along each step, which takes more and costlier iterations but
@@ -257,10 +260,26 @@ class Newton:
                 them the first tangent is that of the equilibrium path. A pressure without the
                 stress that bears it would soften it.
         """
+        here = self.model.unknowns.local()
+        held = [(term, now) for term in self.model.terms if (now := term.held()) is not None]
+        self._before = before or {}
+        solve = self._iterate(guess, damped=damped)
+        if not solve.converged and self._refreshing.overshot:
+            self.model.unknowns.set_local(here)
+            for term, then in held:
+                term.hold(then)
+            self._before = before or {}
+            again = self._iterate(guess, damped=damped, following=False)
+            solve = replace(again, iterations=solve.iterations + again.iterations)
+        self.damped += damped and solve.converged
+        return solve
+
+    def _iterate(self, guess: Guess | None, *, damped: bool, following: bool = True) -> Solve:
+        """See :meth:`solve`."""
         model = self.model
         carried = model.potential.carried
         self._prepare(damped)
-        self._before = before or {}
+        self._refreshing.start(following=following)
         if guess is not None and carried is not None:
             first_N, here = self._residual_norm(), model.unknowns.local()
             model.unknowns.set_local(guess.unknowns)
@@ -270,7 +289,7 @@ class Newton:
                 carried.reset()
             else:
                 self._before = {}
-                self._refreshing.start(predicted=True)
+                self._refreshing.start(predicted=True, following=following)
             self._globalisation.start(first_N, far=True, damped=damped)
         else:
             self._globalisation.start(damped=damped)
@@ -283,13 +302,11 @@ class Newton:
         self._retired.clear()
         iterations = self._snes.getIterationNumber()
         self.iterations += iterations
-        solve = Solve(
+        return Solve(
             self._ending(self._snes.getConvergedReason()),
             iterations,
             self._damping.unstable,
         )
-        self.damped += damped and solve.converged
-        return solve
 
     def linear(self) -> Callable[[np.ndarray], np.ndarray]:
         """K⁻¹ at the model's present state, factorised once.
