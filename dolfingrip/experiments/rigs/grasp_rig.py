@@ -20,7 +20,8 @@ from dolfingrip.mechanics.path.path import LoadPath
 
 WORST_GUESS = 0.0
 """No state is predicted: pairs in contact make it a bad start. With twice the residual of a step's
-start allowed, a step takes 13 iterations where it takes 7 without."""
+start allowed, steps around a large potato fail that do not without; a cube's take somewhat fewer
+iterations."""
 
 DRIFTS = 0.05
 """Change of the nodes' normal forces, relative to their sum, that friction's may be behind by. Each
