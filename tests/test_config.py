@@ -32,6 +32,9 @@ DIMENSIONLESS = {
     "protocol.cycle",
     "coupon.max_strain",
     "coupon.step_strain",
+    "food.seed",
+    "food.friction",
+    "food.table_friction",
 }
 """Numbers without a unit: counts, ratios and directions."""
 

@@ -21,7 +21,7 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.results.result import Result, Row
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.report import curve, render
+from dolfingrip.report import curve, gripper, render
 from dolfingrip.report.table import tabulate
 from dolfingrip.sections.units import unit
 
@@ -226,6 +226,8 @@ def _pictures(
         with console.status("plotting and rendering"):
             columns = result.columns()
             curve_file = curve.plot(experiment, columns, out / "curve.png", result.turning)
+            if experiment.gripper:
+                return [curve_file, *gripper.draw(out, result.config, columns)]
             reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
             if not reached:
                 return [curve_file]

@@ -38,6 +38,7 @@ class Experiment(ABC):
         poses: whether its deformed poses can be drawn.
         measured: whether the measured-data format has it.
         gradients: whether its readings can be derived by parameters.
+        gripper: whether a whole gripper is drawn of its result.
     """
 
     name: ClassVar[str]
@@ -52,6 +53,7 @@ class Experiment(ABC):
     poses: ClassVar[bool] = True
     measured: ClassVar[bool] = True
     gradients: ClassVar[bool] = True
+    gripper: ClassVar[bool] = False
 
     @classmethod
     def summary(cls) -> str:

@@ -147,4 +147,6 @@ def _lead(
             "load_steps": arrival.steps,
         }
         reached(row)
+        if rig.over():
+            break
     return None

@@ -138,7 +138,7 @@ def draw_poses(
 
 def _plotter(width_px: int, height_px: int) -> pv.Plotter:
     """A window off screen."""
-    with _no_display():
+    with no_display():
         return pv.Plotter(
             off_screen=True,
             theme=scene_theme(),
@@ -174,7 +174,7 @@ def _aim(plotter: pv.Plotter, focus: Floats, view: View, *, far: float, height_m
 
 
 @contextmanager
-def _no_display() -> Iterator[None]:
+def no_display() -> Iterator[None]:
     """Have VTK make its window by EGL at once where there is no X server.
 
     It would get there by itself, but only after a warning on the console about the missing one.

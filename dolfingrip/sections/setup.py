@@ -9,6 +9,8 @@ from pydantic import model_validator
 
 from dolfingrip.sections.complaint import checked
 from dolfingrip.sections.fixture import Gravity, Plate
+from dolfingrip.sections.food import Food
+from dolfingrip.sections.gripper import Gripper
 from dolfingrip.sections.numerics import Contact, Solver
 from dolfingrip.sections.procedure import Coupon, Experiment, Protocol
 from dolfingrip.sections.section import Section, outside
@@ -30,6 +32,8 @@ class Setup(Section):
     experiment: Experiment = Experiment()
     protocol: Protocol = Protocol()
     coupon: Coupon = Coupon()
+    gripper: Gripper = Gripper()
+    food: Food = Food()
 
     @model_validator(mode="after")
     def _facing(self) -> Setup:

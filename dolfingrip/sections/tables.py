@@ -60,10 +60,11 @@ def read(file: Path) -> dict[str, Any]:
 
 
 def anchor(data: dict[str, Any], folder: Path) -> None:
-    """Make the mesh file's path absolute, so that it is found from any folder later."""
-    mesh = data.get("mesh")
-    if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
-        mesh["file"] = str((folder / mesh["file"]).resolve())
+    """Make paths of files absolute, the mesh's and the food's, so that they are found later."""
+    for name in ("mesh", "food"):
+        section = data.get(name)
+        if isinstance(section, dict) and isinstance(section.get("file"), str):
+            section["file"] = str((folder / section["file"]).resolve())
 
 
 def dumps(config: BaseModel) -> str:

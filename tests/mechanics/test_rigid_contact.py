@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import ufl
+from dolfinx import fem
 from mechanics import blocks, taylor
+from petsc4py import PETSc
 from scipy.spatial.transform import Rotation
 
 from dolfingrip.config import Solver
 from dolfingrip.forms import plate
 from dolfingrip.mechanics.contact.density import Density, Smooth, TwoStage
 from dolfingrip.mechanics.contact.distance import (
+    BentCapsule,
     Capsule,
     Ellipsoid,
     Plane,
@@ -19,7 +22,9 @@ from dolfingrip.mechanics.contact.distance import (
     SignedDistance,
     Sphere,
 )
+from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
+from dolfingrip.mechanics.contact.sampled_distance import SampledDistance
 from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.pose import Pose
@@ -36,6 +41,10 @@ SHAPES: list[SignedDistance] = [
     Capsule(0.5, 0.6),
     Ellipsoid((1.5, 0.8, 0.6)),
     RoundedBox((0.8, 0.6, 0.5), 0.2),
+    BentCapsule(0.5, 0.9, 1.5),
+    SampledDistance.of(
+        lambda x: Ellipsoid((1.2, 0.7, 0.6)).at(x).value, np.full(3, -2.4), np.full(3, 2.4), 0.2
+    ),
 ]
 NAMES = [type(shape).__name__ for shape in SHAPES]
 MATERIAL = blocks.NeoHooke(2.0, 0.3)
@@ -247,3 +256,54 @@ def test_a_free_sphere_settles_on_a_block() -> None:
     q = pose.coordinates
     assert 1.85 < q[2] - 1 < 2.0
     np.testing.assert_allclose(q[[0, 1, 3, 4, 5]], [0.5, 0.5, 0, 0, 0], atol=1e-2)
+
+
+@every
+def test_friction_follows_all_unknowns(shape: SignedDistance) -> None:
+    """Rows, normal forces and friction's forces along a step of points and body together.
+
+    The length of a sampled distance's gradient changes, too, which 2 % of the largest rise allow.
+    """
+    print("seed", SEED)
+    model, contact, _ = resting(shape, gap_mm=0.1)
+    mu = fem.Constant(model.domain.mesh, PETSc.ScalarType(0.4))
+    friction = Friction(contact, model.u, mu)
+    rng, size = np.random.default_rng(SEED + 2), model.unknowns.owned().shape
+    along, before = (model.unknowns.to_local(rng.uniform(-1, 1, size)) for _ in range(2))
+    local = model.unknowns.local() + 0.01 * before  # points slip by about half of what they may
+    model.unknowns.set_local(local)
+    assert friction.refresh(model.u.x.array)
+    nodes, first = contact.touching, contact.tangential(model.u.x.array)
+    moved = nodes.change(along)
+
+    def rows(step: float) -> np.ndarray:
+        model.unknowns.set_local(local + step * along)
+        return nodes.at_nodes(model.u.x.array)
+
+    assert taylor.rates(rows, moved, 1e-3).min() > 1.9
+    pressed = []
+    for step in (1e-5, -1e-5):
+        model.unknowns.set_local(local + step * along)
+        now = contact.tangential(model.u.x.array)
+        np.testing.assert_array_equal(now.keys, first.keys)
+        pressed.append(now.normal_N)
+    rise = first.pressed_more_N(moved, contact.facing(along))
+    difference = (pressed[0] - pressed[1]) / 2e-5
+    np.testing.assert_allclose(rise, difference, atol=0.02 * np.abs(rise).max())
+    assert (rise < 0).any()
+    assert (rise > 0).any()
+
+    model.unknowns.set_local(local)
+    following = friction.following(model.u.x.array)
+    assert following is not None
+
+    def change(step: float) -> np.ndarray:
+        found = Gradient(model.unknowns)
+        following.add_change(step * along, found)
+        return found.array
+
+    rate = Gradient(model.unknowns)
+    following.add_rate(along, rate)
+    assert taylor.rates(change, rate.array, 1e-3).min() > 1.9
+    numbers = model.unknowns.number_rows(np.arange(len(rate.array)))
+    assert np.abs(rate.array[numbers]).max() > 0

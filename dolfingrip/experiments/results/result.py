@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from dolfingrip.config import Config
+from dolfingrip.experiments.results.outcome import Outcome
 from dolfingrip.experiments.results.turning_point import TurningPoint
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
@@ -37,6 +38,7 @@ class Result:
         turning: of the blocked-force curve, where it turns.
         plate: where the force sensor stood.
         facts: contents of ``run.json`` besides the configuration.
+        outcome: what became of a grasp.
         sensitivities: rows of ``sensitivity.csv``, where derivatives were asked for.
         second_runs: by the key of each choice of the model whose difference was asked for, why the
             run with the other choice ended early; None where it did not.
@@ -48,6 +50,7 @@ class Result:
     failure: Failure | None = None
     turning: TurningPoint | None = None
     plate: PlatePose | None = None
+    outcome: Outcome | None = None
     facts: dict[str, Any] = field(default_factory=dict)
     sensitivities: list[dict[str, Any]] = field(default_factory=list)
     second_runs: dict[str, Failure | None] = field(default_factory=dict)
@@ -92,6 +95,7 @@ def facts(
         },
         "notes": list(notes),
         "turning_point": None if result.turning is None else asdict(result.turning),
+        "outcome": None if result.outcome is None else asdict(result.outcome),
         "ranks": model.comm.size,
         "wall_s": round(wall_s, 3),
         "profile": profile.as_dict(),

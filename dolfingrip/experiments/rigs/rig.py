@@ -63,6 +63,10 @@ class Rig(ABC):
         """Changes of the specimen's model, one for each parameter of ``config``."""
         raise ConfigError("--gradients: allowed: with another experiment")
 
+    def over(self) -> bool:
+        """Whether no further stop tells anything."""
+        return False
+
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
         """Bring the specimen to where the experiment starts.
 

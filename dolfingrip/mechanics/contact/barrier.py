@@ -195,7 +195,9 @@ class BarrierContact(Term):
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """The Hessian, the same whole on all ranks."""
         hessian = self.hessian(dofs, convex=convex)
-        return () if hessian is None else [Coupling(self.surface.nodes, hessian)]
+        if hessian is None:
+            return ()
+        return [Coupling(self.surface.nodes, self.surface.in_reference(hessian))]
 
     def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
         """Add the change of the gradient as the reference points move."""

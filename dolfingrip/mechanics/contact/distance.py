@@ -1,9 +1,9 @@
-"""Signed distances from convex rigid shapes, in the shape's own frame."""
+"""Signed distances from rigid shapes, in the shape's own frame."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -25,12 +25,30 @@ class Distances(NamedTuple):
     hessian: np.ndarray
 
 
-class SignedDistance(Protocol):
-    """A convex shape, so that its distance is convex, with a gradient of length 1 outside.
+class Bounds(NamedTuple):
+    """What holds of a distance wherever a point may be; step bounds rest on it.
 
-    Step bounds rest on both: along a straight line the distance stays above its tangent, and it
-    changes by no more than the point moves.
+    Attributes:
+        slope: the distance changes by no more than so many times what the point moves.
+        concavity_per_mm: no second derivative along a line is below minus this, where distances
+            are ``reach_mm`` or less. 0 of a convex shape: its distance stays above its tangent.
+        reach_mm: see above.
+        radius_mm: of a ball about the origin that the shape lies in.
     """
+
+    slope: float = 1.0
+    concavity_per_mm: float = 0.0
+    reach_mm: float = np.inf
+    radius_mm: float = np.inf
+
+
+class SignedDistance(Protocol):
+    """A shape whose distance has a continuous gradient outside."""
+
+    @property
+    def bounds(self) -> Bounds:
+        """What step bounds rest on."""
+        ...
 
     def at(self, points: np.ndarray) -> Distances:
         """Distances of (n, 3) points (mm) from the shape about the origin."""
@@ -46,6 +64,8 @@ class Plane:
     """
 
     normal: tuple[float, float, float]
+
+    bounds: ClassVar[Bounds] = Bounds()
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""
@@ -63,6 +83,11 @@ class Sphere:
     """
 
     radius_mm: float
+
+    @property
+    def bounds(self) -> Bounds:
+        """Convex."""
+        return Bounds(radius_mm=self.radius_mm)
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""
@@ -83,6 +108,11 @@ class Capsule:
     radius_mm: float
     half_length_mm: float
 
+    @property
+    def bounds(self) -> Bounds:
+        """Convex."""
+        return Bounds(radius_mm=self.half_length_mm + self.radius_mm)
+
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""
         beyond = np.abs(points[:, 2]) > self.half_length_mm
@@ -91,6 +121,54 @@ class Capsule:
         felt = np.ones_like(points)
         felt[:, 2] = beyond
         return _from_core(apart, felt, self.radius_mm)
+
+
+@dataclass(frozen=True, slots=True)
+class BentCapsule:
+    """Points within r of a circular arc in the plane y = 0: a bent sausage.
+
+    The arc's middle is at (x₀, 0, 0), where it runs along z; its centre lies at x₀ + R. With ρ the
+    distance from the arc's axis and a = ρ − R, the distance is √(a² + y²) − r; beyond its ends it
+    is that from a sphere. Its second derivative around the axis is a/(ρ (φ + r)), negative inside
+    the bend, and −1/(R − r − φ) at least.
+
+    Attributes:
+        radius_mm: r.
+        half_length_mm: of the arc.
+        bend_radius_mm: R, above r.
+        place_mm: x₀.
+    """
+
+    radius_mm: float
+    half_length_mm: float
+    bend_radius_mm: float
+    place_mm: float = 0.0
+
+    @property
+    def bounds(self) -> Bounds:
+        """Within half of the way from the skin to the arc's axis."""
+        reach = (self.bend_radius_mm - self.radius_mm) / 2
+        farthest = abs(self.place_mm) + self.half_length_mm + self.radius_mm
+        return Bounds(1.0, 1 / reach, reach, farthest)
+
+    def at(self, points: np.ndarray) -> Distances:
+        """See :class:`SignedDistance`."""
+        big = self.bend_radius_mm
+        away = points - [self.place_mm + big, 0.0, 0.0]
+        rho = np.maximum(np.hypot(away[:, 0], away[:, 2]), np.finfo(float).tiny)
+        angle = np.arctan2(away[:, 2], -away[:, 0])
+        most = self.half_length_mm / big
+        end = np.clip(angle, -most, most)
+        nearest = big * np.stack([-np.cos(end), np.zeros_like(end), np.sin(end)], axis=1)
+        apart = away - nearest
+        value, normal, hessian = _from_core(apart, np.ones_like(points), self.radius_mm)
+        # where the nearest point runs along the arc, a/ρ takes the place of 1 in that direction
+        along = np.stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)], axis=1)
+        less = np.where(np.abs(angle) <= most, -big / rho, 0.0)
+        less = less / np.maximum(value + self.radius_mm, np.finfo(float).tiny)
+        less = np.where(np.isfinite(less), less, 0.0)  # on the axes, far inside and far away
+        hessian = hessian + less[:, None, None] * along[:, :, None] * along[:, None, :]
+        return Distances(value, normal, hessian)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +185,11 @@ class RoundedBox:
 
     half_mm: tuple[float, float, float]
     radius_mm: float
+
+    @property
+    def bounds(self) -> Bounds:
+        """Convex."""
+        return Bounds(radius_mm=float(np.linalg.norm(self.half_mm)))
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""
@@ -129,6 +212,11 @@ class Ellipsoid:
     """
 
     half_mm: tuple[float, float, float]
+
+    @property
+    def bounds(self) -> Bounds:
+        """Convex."""
+        return Bounds(radius_mm=max(self.half_mm))
 
     def at(self, points: np.ndarray) -> Distances:
         """See :class:`SignedDistance`."""

@@ -26,9 +26,8 @@ class FollowingFriction:
     a point had all but left, and tells nothing of what will be pressed.
 
     Args:
-        dofs: how many a local array has of the displacement.
         pairs: those that friction holds at u.
-        nodes: that they move with.
+        nodes: that they move with, bodies' rows included, which are linear in w.
         slip: (m, 3) of the pairs at u (mm).
         coefficient: μ.
         ramp: f0.
@@ -37,7 +36,6 @@ class FollowingFriction:
 
     def __init__(
         self,
-        dofs: int,
         pairs: Tangential,
         nodes: NodeSet,
         slip: np.ndarray,
@@ -51,7 +49,6 @@ class FollowingFriction:
         self._coefficient = coefficient
         self._ramp = ramp
         self._facing = facing
-        self._dofs = dofs
         limit_N = coefficient * pairs.normal_N
         self._start = self._at_pairs(slip, limit_N)
         self._hessian = pairs.spread(ramp.curvature(slip, limit_N, pairs.normals))
@@ -71,17 +68,17 @@ class FollowingFriction:
         """Add C(step) (N)."""
         moved = self._moved(step)
         change = self._pairs.weights.T @ (self._at_pairs(*self._after(moved, step)) - self._start)
-        self._nodes.add_owned(change - _times(self._hessian, moved), gradient.at_nodes)
+        self._nodes.add_to(gradient, change - _times(self._hessian, moved))
 
     def add_rate(self, step: np.ndarray, rate: Gradient) -> None:
         """Add the derivative of C along ``step``, at where it was taken last, at first 0."""
         moved = self._moved(step)
         more = self._pairs.pressed_more_N(moved, self._facing(step))
         forces = self._pairs.weights.T @ (more[:, None] * self._along)
-        self._nodes.add_owned(forces + _times(self._curved, moved), rate.at_nodes)
+        self._nodes.add_to(rate, forces + _times(self._curved, moved))
 
     def _moved(self, step: np.ndarray) -> np.ndarray:
-        return self._nodes.at_nodes(step[: self._dofs])
+        return self._nodes.change(step)
 
     def _after(self, moved: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(m, 3) slip and (m,) limits once the nodes have ``moved``."""

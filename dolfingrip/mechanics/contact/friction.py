@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,6 +23,20 @@ material: small against the motion of fingers (mm), large enough for Newton's me
 SAME = 1e-6
 """Relative change of the nodes' normal forces that counts as none: far above that of a load step
 in which nothing happens but Newton's method ending elsewhere within its tolerance."""
+
+
+class Sliding(NamedTuple):
+    """Pairs in a load step.
+
+    Attributes:
+        keys: (m, q) identity of each, as the contact has it.
+        normal_N: (m,) normal forces.
+        slid_mm: (m,) way beyond what is elastic.
+    """
+
+    keys: np.ndarray
+    normal_N: np.ndarray
+    slid_mm: np.ndarray
 
 
 class Friction(Term):
@@ -117,6 +131,11 @@ class Friction(Term):
         size = self._slip(dofs)[1]
         return float(self._limit_N() @ np.maximum(size - self.slip_mm, 0.0))
 
+    def sliding(self, dofs: np.ndarray) -> Sliding:
+        """Pairs that are pressed together, and how far each has slid since the step's start."""
+        size = self._slip(dofs)[1]
+        return Sliding(self._held.keys, self._held.normal_N, np.maximum(size - self.slip_mm, 0.0))
+
     def hessian(self, dofs: np.ndarray) -> sp.coo_matrix:
         """(3k, 3k) second derivatives (N/mm) at the nodes with N and P held; convex."""
         slip = self._slip(dofs)[0]
@@ -129,17 +148,19 @@ class Friction(Term):
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives (N) by the nodes that this rank owns."""
-        self._nodes.add_owned(self.forces_N(dofs), gradient.at_nodes)
+        self._nodes.add_to(gradient, self.forces_N(dofs))
 
     def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
         """Add the gradient's derivative by μ, of which it is a multiple."""
         if constant is self.coefficient:
             forces = self._at_nodes(self._held.normal_N, dofs)
-            self._nodes.add_owned(forces, rate.at_nodes)
+            self._nodes.add_to(rate, forces)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """The Hessian, the same whole on all ranks."""
-        return [Coupling(self._nodes.nodes, self.hessian(dofs))] if len(self._held.keys) else ()
+        if not len(self._held.keys):
+            return ()
+        return self._nodes.couplings(self.hessian(dofs), self.forces_N(dofs), convex=convex)
 
     def following(self, dofs: np.ndarray) -> FollowingFriction | None:
         """How the forces change along a step from ``dofs`` whose normal forces follow."""
@@ -147,7 +168,6 @@ class Friction(Term):
             return None
         coefficient = float(self.coefficient.value)
         return FollowingFriction(
-            len(dofs),
             self._held,
             self._nodes,
             self._slip(dofs)[0],
@@ -211,7 +231,7 @@ class Friction(Term):
         found = {name: values[f"{self._title}.{name}"].copy() for name in names}
         self._stuck = self._memory = found.pop("stuck_mm")
         self._seen_N, self._anew = found.pop("seen_N"), False
-        self._start = self._held = Tangential.of_arrays(found, len(self._nodes.nodes))
+        self._start = self._held = Tangential.of_arrays(found, self._nodes.count)
         self._before = self._nodes.at_nodes(self._u.x.array)
 
 

@@ -94,15 +94,14 @@ class RigidPlate(RigidContact):
     def touching(self) -> NodeSet:
         """Nodes of the skin that may touch the plane."""
         own = self.points.first + self.points.nodes.astype(np.int64)
-        every = np.unique(np.concatenate(self._comm.allgather(own)))
-        return NodeSet(self._u.function_space, every)
+        return NodeSet(self._space, np.unique(self._gathered(own)))
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Nodes that touch the plane, with their shares of its force.
 
         The plane moves along its normal alone.
         """
-        near = self._near(dofs)
+        near = self.near(dofs)
         shares = np.zeros((self.points.owned, 3))
         shares[self.points.nodes[near.rows], 0] = -near.areas * near.felt.slope
         shares[self.points.nodes[near.rows], 1] = near.areas * near.felt.curvature

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -10,23 +11,25 @@ import scipy.sparse as sp
 from dolfinx import fem
 from mpi4py import MPI
 
+from dolfingrip.mechanics.contact.advance import KEPT, Path, reach
 from dolfingrip.mechanics.contact.density import Density, Felt
 from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
+from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.skin_points import SkinPoints
+from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import Rotation, rotation
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
-KEPT = 0.1
-"""Part of its distance from the body that each point keeps in a step."""
-
-ADVANCES = 16
-"""Largest number of pieces in which a step is checked; each is as long as its start allows."""
+AROUND = 2.0
+"""Distances from a ball around a shape, by the barrier's width, from which on none is felt: twice
+what an exact distance needs, as a sampled one is only nearly as steep."""
 
 
-class _Near(NamedTuple):
+class Near(NamedTuple):
     """Points that feel the body.
 
     Attributes:
@@ -88,9 +91,11 @@ class RigidContact(Term):
         self.shape = shape
         self.pose = pose
         self.density = density
+        self._space = u.function_space
         self._comm = u.function_space.mesh.comm
         self._copies = domain.copies
         self._unmoved: SkinPoints | None = None
+        self._found: tuple[SignedDistance, np.ndarray, np.ndarray, Near] | None = None
 
     # -- geometry --------------------------------------------------------------------------------
 
@@ -100,15 +105,27 @@ class RigidContact(Term):
         arms = self.points.positions(dofs) - q[:3]
         return self.shape.at(arms @ rotation(q[3:]).matrix).value
 
-    def _near(self, dofs: np.ndarray) -> _Near:
+    def near(self, dofs: np.ndarray) -> Near:
+        """Kept for the next call with the same positions."""
         q = self.pose.coordinates
+        positions = self.points.positions(dofs)
+        if self._found is not None:
+            shape, at, there, near = self._found
+            same = np.array_equal(at, positions) and np.array_equal(there, q)
+            if same and shape is self.shape:
+                return near
         turned = rotation(q[3:])
-        arms = self.points.positions(dofs) - q[:3]
-        every = self.shape.at(arms @ turned.matrix)
-        rows = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
-        distances = Distances(*(values[rows] for values in every))
-        felt = self.density.at(distances.value)
-        return _Near(rows, arms[rows], self.points.areas[rows], turned, distances, felt)
+        arms = positions - q[:3]
+        beyond = np.linalg.norm(arms, axis=1) - self.shape.bounds.radius_mm
+        around = np.flatnonzero(beyond < AROUND * self.density.width_mm)
+        every = self.shape.at(arms[around] @ turned.matrix)
+        felt = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
+        rows = around[felt]
+        distances = Distances(*(values[felt] for values in every))
+        barrier = self.density.at(distances.value)
+        near = Near(rows, arms[rows], self.points.areas[rows], turned, distances, barrier)
+        self._found = (self.shape, positions, q, near)
+        return near
 
     # -- the potential ---------------------------------------------------------------------------
 
@@ -117,29 +134,28 @@ class RigidContact(Term):
 
     def value(self, dofs: np.ndarray) -> float:
         """Potential (mJ) of the meshed part."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         return float(self._sum(float(near.areas @ near.felt.energy)))
 
-    def _slopes(self, near: _Near) -> tuple[np.ndarray, np.ndarray]:
+    def _slopes(self, near: Near) -> tuple[np.ndarray, np.ndarray]:
         """Derivatives by the near points (n, 3), and this rank's by the pose (6,)."""
         at_points = near.forces @ near.turned.matrix.T
         return at_points, np.concatenate([-at_points.sum(axis=0), near.turned.slopes(near.moment)])
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives by the points and by the pose (N, N mm)."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         at_points, by_pose = self._slopes(near)
-        gradient.at_nodes[self.points.nodes[near.rows]] += at_points
+        nodes = self.points.nodes[near.rows]
+        gradient.at_nodes[nodes] += self.points.to_reference(at_points, near.rows)
         if self.pose.free:
             self.pose.add_slopes(self._sum(by_pose), gradient)
 
     def load_N(self, dofs: np.ndarray) -> np.ndarray:
         """(6,) force (N) and moment-like derivative (N mm) on the body, of the whole."""
-        return -self._copies * np.asarray(self._sum(self._slopes(self._near(dofs))[1]))
+        return -self._copies * np.asarray(self._sum(self._slopes(self.near(dofs))[1]))
 
-    def _curvatures(
-        self, near: _Near, *, convex: bool
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _curvatures(self, near: Near, *, convex: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Second derivatives: at points (n, 3, 3), with the pose (n, 3, 6), the pose's own (6, 6).
 
         Args:
@@ -170,8 +186,11 @@ class RigidContact(Term):
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """At this rank's points; with the pose where it is solved for."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         at_points, with_pose, within = self._curvatures(near, convex=convex)
+        at_points = self.points.to_reference(at_points, near.rows)
+        at_points = self.points.to_reference(at_points.transpose(0, 2, 1), near.rows)
+        with_pose = self.points.to_reference(with_pose, near.rows)
         nodes, count = self.points.nodes[near.rows], len(near.rows)
         places = np.arange(count + 1)
         own = sp.bsr_matrix((at_points, places[:-1], places), (3 * count, 3 * count))
@@ -182,6 +201,57 @@ class RigidContact(Term):
             flat = mixed.reshape(SIX, -1)
             found += self.pose.coupling(self.points.first, flat, self._sum(within))
         return found
+
+    # -- for friction ----------------------------------------------------------------------------
+
+    @cached_property
+    def touching(self) -> NodeSet:
+        """Nodes of the skin that may touch the body, and the body."""
+        own = self.points.first + self.points.nodes.astype(np.int64)
+        every, first = np.unique(self._gathered(own), return_index=True)
+        frames = self.points.frames
+        if frames is not None:
+            frames = self._gathered(frames)[first]
+        return RelativeNodes(self._space, every, frames, [self.pose])
+
+    def tangential(self, dofs: np.ndarray) -> Tangential:
+        """Nodes that feel the body, each against that point of the body that it is above."""
+        near = self.near(dofs)
+        pressed = np.flatnonzero(near.felt.slope < 0)
+        own = self.points.first + self.points.nodes[near.rows[pressed]].astype(np.int64)
+        below = near.arms[pressed] @ near.turned.matrix
+        keys, normals, normal_N, rise, below = (
+            self._gathered(values)
+            for values in (
+                own,
+                near.distances.gradient[pressed] @ near.turned.matrix.T,
+                -(near.areas * near.felt.slope)[pressed],
+                (near.areas * near.felt.curvature)[pressed],
+                below,
+            )
+        )
+        lengths = np.linalg.norm(normals, axis=1)  # of a sampled distance not quite 1
+        nodes = self.touching.nodes
+        count = len(keys)
+        one = (np.ones(count), (np.arange(count), np.searchsorted(nodes, keys)))
+        at_nodes = sp.csr_matrix(one, shape=(count, len(nodes)))
+        at_rows = sp.hstack([at_nodes, sp.csr_matrix(-weights(below))], format="csr")
+        # the force is N |∇φ|, and φ falls by |∇φ| for each mm
+        return Tangential(
+            at_rows,
+            normals / lengths[:, None],
+            lengths * normal_N,
+            lengths**2 * rise,
+            keys[:, None],
+        )
+
+    def facing(self, step: np.ndarray) -> np.ndarray:
+        """(3,) 0: the body is among what :attr:`touching` moves."""
+        return np.zeros(3)
+
+    def _gathered(self, values: np.ndarray) -> np.ndarray:
+        """Rows of all ranks, in the ranks' order."""
+        return np.concatenate(self._comm.allgather(values))
 
     # -- derivatives by parameters ---------------------------------------------------------------
 
@@ -206,31 +276,34 @@ class RigidContact(Term):
             dofs: displacement.
             velocity: of the displacement's reference nodes (mm for each unit of a parameter).
         """
-        near = self._near(dofs)
+        near = self.near(dofs)
         at_points, with_pose, _ = self._curvatures(near, convex=False)
-        moving = velocity.reshape(-1, NODE)[self.points.nodes[near.rows]]
+        moving = self.points.displacement(velocity)[near.rows]
         grown = near._replace(areas=self.points.area_rates(velocity)[near.rows])
         slopes, by_pose = self._slopes(grown)  # linear in the areas
         at_nodes = np.zeros((self.points.owned, NODE))
-        at_nodes[self.points.nodes[near.rows]] = slopes + np.einsum("nij,nj->ni", at_points, moving)
+        changed = slopes + np.einsum("nij,nj->ni", at_points, moving)
+        at_nodes[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
         return at_nodes, by_pose + np.einsum("nik,ni->k", with_pose, moving)
 
     def pose_rate(self, dofs: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
-        near = self._near(dofs)
+        near = self.near(dofs)
         found = np.zeros((self.points.owned, NODE))
-        found[self.points.nodes[near.rows]] = self._curvatures(near, convex=False)[1] @ motion
+        changed = self._curvatures(near, convex=False)[1] @ motion
+        found[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
         return found
 
     def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
         """(6, 6) this rank's part of the second derivatives by the pose."""
-        return self._curvatures(self._near(dofs), convex=False)[2]
+        return self._curvatures(self.near(dofs), convex=False)[2]
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the points by ``change`` (local array, mm); None: put them back."""
         if self._unmoved is None:
             self._unmoved = self.points
         self.points = self._unmoved if change is None else self._unmoved.moved(change)
+        self._found = None
         if change is None:
             self._unmoved = None
 
@@ -239,50 +312,40 @@ class RigidContact(Term):
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
         """Largest fraction of ``step`` that leaves each point a tenth of its distance.
 
-        The shape is convex, so that along a straight line a point's distance stays above its
-        tangent. As the body turns by ω = |Δθ|, a point's path in the body's frame bends by no more
-        than B = 2 ω² |x − c| + 2 ω |Δx − Δc|: φ(t) ≥ φ + t φ' − t² B/2. The step is checked piece
-        by piece, each as long as this lower bound allows.
+        As the body turns by ω = |Δθ|, a point's speed in its frame stays below
+        ω |x − c| + |Δx − Δc|, and its acceleration below 2 ω² |x − c| + 2 ω |Δx − Δc|; see
+        :func:`~.advance.reach`.
         """
-        change = self.pose.change(step)
-        moved = step[: len(dofs)].reshape(-1, NODE)[self.points.nodes]
-        allowed = self._reach(self.points.positions(dofs), moved, change)
-        return float(self._comm.allreduce(allowed, MPI.MIN))
-
-    def _reach(self, start: np.ndarray, moved: np.ndarray, change: np.ndarray) -> float:
-        """The bound for this rank's points at ``start``, moving by ``moved`` and ``change``."""
-        if not len(start):
-            return 1.0
-        q = self.pose.coordinates
+        moved = self.points.displacement(step[: len(dofs)])
+        start, q, change = (
+            self.points.positions(dofs),
+            self.pose.coordinates,
+            self.pose.change(step),
+        )
         drift, turn = moved - change[:3], float(np.linalg.norm(change[3:]))
         speed = np.linalg.norm(drift, axis=1)
-        least: np.ndarray | None = None
-        reached = 0.0
-        for _ in range(ADVANCES):
-            here = q + reached * change
-            arms = start + reached * moved - here[:3]
+        # most points are too far away for the step, whatever their way
+        away = np.linalg.norm(start - q[:3], axis=1)
+        beyond = away - self.shape.bounds.radius_mm
+        close = (1 - KEPT) * beyond <= turn * (away + speed) + speed
+        start, moved, drift, speed = (values[close] for values in (start, moved, drift, speed))
+
+        def at(part: float) -> Path:
+            here = q + part * change
+            arms = start + part * moved - here[:3]
             turned = rotation(here[3:])
             found = self.shape.at(arms @ turned.matrix)
-            least = KEPT * found.value if least is None else least
             spin = np.einsum("k,kij->ij", change[3:], turned.first)
-            away = drift @ turned.matrix + arms @ spin
-            slope = np.einsum("ni,ni->n", found.gradient, away)
+            slope = np.einsum("ni,ni->n", found.gradient, drift @ turned.matrix + arms @ spin)
             lengths = np.linalg.norm(arms, axis=1) + speed
             bend = 2 * turn**2 * lengths + 2 * turn * speed
-            spare = np.maximum(found.value - least, 0.0)
-            ahead = _until_spent(spare, slope, bend)
-            reached += ahead
-            if reached >= 1.0:
-                return 1.0
-            if ahead < KEPT * reached:
-                break
-        return reached
+            return Path(found.value, slope, turn * lengths + speed, bend)
 
+        allowed = reach(at, self.shape.bounds)
+        return float(self._comm.allreduce(allowed, MPI.MIN))
 
-def _until_spent(spare: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> float:
-    """Least positive t at which some spare + t slope − t² bend/2 vanishes; 1 or less."""
-    root = np.sqrt(slope**2 + 2 * bend * spare)
-    below = root - slope
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found = np.where(below > 0, 2 * spare / below, np.inf)
-    return float(min(found.min(initial=np.inf), 1.0))
+    def rejects(self, dofs: np.ndarray) -> str:
+        """A state in which a point lies within the body."""
+        least = float(self.gaps_mm(dofs).min(initial=np.inf))
+        inside = self._comm.allreduce(least, MPI.MIN) <= 0
+        return "the skin passes through a rigid body" if inside else ""

@@ -12,6 +12,7 @@ from dolfinx import fem, la
 from dolfingrip.forms import plate as form
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.placement import to_reference, to_world
 from dolfingrip.mechanics.model.unknowns import NODE
 
 
@@ -29,7 +30,8 @@ class SkinPoints:
     Attributes:
         nodes: (n,) local numbers.
         areas: (n,) their shares of the reference area (mm²).
-        rest: (n, 3) where they are at rest (mm).
+        rest: (n, 3) where they are at rest in the world (mm).
+        frames: (n, 3, 3) from reference axes to the world's; None where they are the same.
         measure: of the regions, integrated at the nodes.
         first: this rank's first node.
         owned: how many nodes it owns.
@@ -48,11 +50,23 @@ class SkinPoints:
         self.nodes = np.flatnonzero(shares > 0).astype(np.int32)
         self.areas = shares[self.nodes]
         self.rest = space.tabulate_dof_coordinates()[self.nodes]
+        self.frames: np.ndarray | None = None
+        if domain.placement is not None:
+            self.frames = domain.placement.frames(self.rest)
+            self.rest = domain.placement.positions(self.rest)
         self._rate: tuple[fem.Function, fem.Form] | None = None
 
     def positions(self, dofs: np.ndarray) -> np.ndarray:
         """(n, 3) deformed positions (mm)."""
-        return self.rest + dofs.reshape(-1, NODE)[self.nodes]
+        return self.rest + self.displacement(dofs)
+
+    def displacement(self, local: np.ndarray) -> np.ndarray:
+        """(n, 3) in the world, of a local array of the displacement's nodes (mm)."""
+        return to_world(self.frames, local.reshape(-1, NODE)[self.nodes])
+
+    def to_reference(self, vectors: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Vectors (m, 3, …) of the world at some points, in reference axes."""
+        return to_reference(None if self.frames is None else self.frames[rows], vectors)
 
     def area_rates(self, velocity: np.ndarray) -> np.ndarray:
         """(n,) change of the areas (mm²) as reference points move: A div_Γ v.
@@ -73,7 +87,7 @@ class SkinPoints:
     def moved(self, change: np.ndarray) -> SkinPoints:
         """The same points where the reference nodes are moved a little by ``change`` (mm)."""
         other = copy(self)
-        other.rest = self.rest + change.reshape(-1, NODE)[self.nodes]
+        other.rest = self.rest + self.displacement(change)
         other.areas = self.areas + self.area_rates(change)
         return other
 

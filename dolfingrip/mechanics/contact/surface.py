@@ -37,10 +37,11 @@ class Surface(NodeSet):
         space: of the displacement.
         domain: reference configuration.
         facets: this rank's facets of the surface.
-        spacing_mm: largest distance of neighbouring vertices where they are spread.
+        spacing_mm: largest distance of neighbouring vertices where they are spread; None: the
+            nodes are the vertices.
 
     Attributes:
-        rest: (v, 3) reference positions of the vertices (mm).
+        rest: (v, 3) positions of the vertices at rest in the world (mm).
         triangles: (m, 3) vertex numbers.
         nodes: (n,) global displacement nodes (block index) that the vertices move with.
         owned: places in ``nodes`` of those this rank owns.
@@ -48,7 +49,11 @@ class Surface(NodeSet):
     """
 
     def __init__(
-        self, space: fem.FunctionSpace, domain: Domain, facets: np.ndarray, spacing_mm: float = 2.5
+        self,
+        space: fem.FunctionSpace,
+        domain: Domain,
+        facets: np.ndarray,
+        spacing_mm: float | None = 2.5,
     ) -> None:
         local = _facet_nodes(space, domain, facets)
         global_nodes = space.dofmap.index_map.local_to_global(local.ravel().astype(np.int32))
@@ -67,13 +72,16 @@ class Surface(NodeSet):
         rest = rest[order]
         self._number(nodes[order])
         faces = _canonical(rank_of[faces].reshape(-1, width))
-        spread = resample(faces, rest, spacing_mm) if width == 8 else None
+        spread = resample(faces, rest, spacing_mm) if width == 8 and spacing_mm else None
         if spread is None:
             self.weights = sp.eye_array(len(rest), format="csr")
             self.triangles = faces[:, SPLIT[width]].reshape(-1, 3).astype(np.int32)
         else:
             self.weights = spread[0]
             self.triangles = spread[1].astype(np.int32)
+        if domain.placement is not None:
+            self.frames = domain.placement.frames(rest)
+            rest = domain.placement.positions(rest)
         self.rest = self.weights @ rest
 
     def moved(self, change_mm: np.ndarray) -> Surface:

@@ -11,6 +11,7 @@ import ufl
 from dolfinx import fem, graph, io, mesh
 from mpi4py import MPI
 
+from dolfingrip.mechanics.model.placement import Placement
 from dolfingrip.meshes.cells import BY_NODES
 from dolfingrip.meshes.groups import SYMMETRY
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
@@ -27,12 +28,14 @@ class Domain:
         half: the half y ≥ 0 of a symmetric solid.
         parts: this rank's cells by name, of several bodies or materials that share none; empty
             where the solid is one.
+        placement: where the solid's copies stand in the world; None where it is drawn.
     """
 
     mesh: mesh.Mesh
     regions: dict[str, np.ndarray]
     half: bool
     parts: dict[str, np.ndarray] = field(default_factory=dict)
+    placement: Placement | None = None
     _integration: list[tuple[int, np.ndarray]] = field(init=False, repr=False)
     _cells: list[tuple[int, np.ndarray]] | None = field(init=False, repr=False)
 
@@ -93,7 +96,8 @@ class Domain:
         """
         chosen = mesh.locate_entities_boundary(self.mesh, 2, where)
         facets = np.intersect1d(chosen, self.facets(*among)).astype(np.int32)
-        return Domain(self.mesh, {**self.regions, name: facets}, self.half, self.parts)
+        regions = {**self.regions, name: facets}
+        return Domain(self.mesh, regions, self.half, self.parts, self.placement)
 
 
 def _cells_and_local(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:

@@ -237,6 +237,11 @@ class Model:
         """Largest relative change of what a term holds fixed since its last update."""
         return max(term.drift(self.u.x.array) for term in self.all_terms)
 
+    def heed(self, residual_N: float) -> None:
+        """Tell all terms the residual at which a tangent is asked for."""
+        for term in self.all_terms:
+            term.heed(residual_N)
+
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
         """Largest fraction of ``step`` that no term forbids, and the term that set it.
 

@@ -91,6 +91,8 @@ class RigidMotion(Term):
         pose: of the body.
         gravity_m_s2: (3,) acceleration of free fall, a control's array; 0 where weightless.
         copies: symmetry multiplicity: meshed parts that make the whole and share the body.
+        restraint_mm: distance over which the restraint, a stiffness that Newton's method adds to a
+            nearly free body, bears the residual's force; it vanishes with the residual.
     """
 
     name: ClassVar[str] = "rigid body"
@@ -102,7 +104,9 @@ class RigidMotion(Term):
         gravity_m_s2: np.ndarray,
         comm: MPI.Comm,
         copies: int = 1,
+        restraint_mm: float = np.inf,
     ) -> None:
+        self.restraint_mm = restraint_mm
         self.body = body
         self.pose = pose
         self.gravity_m_s2 = np.asarray(gravity_m_s2, dtype=float)
@@ -111,6 +115,7 @@ class RigidMotion(Term):
         inertia = np.asarray(body.inertia_kg_mm2, dtype=float)
         self._moment = np.trace(inertia) / 2 * np.eye(3) - inertia
         self._step_s = 0.0
+        self._residual_N = 0.0
         self._start = pose.coordinates
         self._velocity = np.zeros(3)
         self._turning = np.zeros((3, 3))
@@ -161,7 +166,15 @@ class RigidMotion(Term):
             stiffness, _, m = inertia
             within[:3, :3] = stiffness * np.eye(3)
             within[3:, 3:] = rotation(self.pose.coordinates[3:]).curvatures(m)
-        return self.pose.coupling(0, np.zeros((SIX, 0)), self._share * within)
+        within *= self._share
+        restraint = self._residual_N / self.restraint_mm
+        turning = restraint * self.body.gyration_mm**2
+        within += np.diag(3 * [restraint] + 3 * [turning])
+        return self.pose.coupling(0, np.zeros((SIX, 0)), within)
+
+    def heed(self, residual_N: float) -> None:
+        """Restrain the body by the residual."""
+        self._residual_N = residual_N
 
     def scale_N(self) -> float:
         """The weight."""

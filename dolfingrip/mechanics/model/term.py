@@ -104,6 +104,12 @@ class Term:
         """Force that the residual's tolerance may refer to; 0 where the term has none."""
         return 0.0
 
+    def heed(self, residual_N: float) -> None:
+        """Take note of the residual at which Newton's method asks for a tangent; 0 for the exact.
+
+        A term may stiffen its part of the tangent by as much as vanishes with the residual.
+        """
+
     # -- Newton's steps --------------------------------------------------------------------------
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:

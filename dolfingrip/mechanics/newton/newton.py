@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
 
@@ -81,6 +82,8 @@ class Newton:
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
         damped: damped solves since the start that converged.
+        worst_guess: a guess is left out whose residual is more than so many times the start's, as
+            in contact, which an extrapolation may press together or take apart.
     """
 
     def __init__(
@@ -107,6 +110,8 @@ class Newton:
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
         self._condensation = None if model.p is None else Condensation(model)
         self._damped = False
+        self.worst_guess = np.inf
+        self._before: Mapping[str, float] = {}
         self._snes = self._make_snes()
 
     def _make_snes(self) -> PETSc.SNES:
@@ -160,7 +165,9 @@ class Newton:
             if self._damped and carried is not None:
                 carried.reset()  # only the energy's own tangent gives a descent direction
             before = self.tangent.matrix
-            self.tangent.assemble()
+            self.model.heed(float(snes.getFunctionNorm()))
+            with self._first_controls(snes.getIterationNumber()):
+                self.tangent.assemble()
             if self.tangent.matrix is not before:
                 self._retired.append(before)  # SNES still holds it until this call returns
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
@@ -176,6 +183,17 @@ class Newton:
         self._refreshing.followed = any(term.held() is not None for term in self.model.terms)
         step = FollowingStep(self.model, self.tangent.matrix)
         return step if step.any else None
+
+    @contextmanager
+    def _first_controls(self, iteration: int) -> Iterator[None]:
+        """The controls of the first tangent, for as long as entered; time is none of them."""
+        if iteration or not self._before:
+            yield
+            return
+        now = {name: self.model.controls[name].value for name in self._before}
+        self.model.prescribe(self._before)
+        yield
+        self.model.prescribe(now)
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
         """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
@@ -216,23 +234,63 @@ class Newton:
             due = verdict is Verdict.CONVERGED and self._refreshing.drifts()
         return due and self.model.refresh()
 
+    def tolerate_drift(self, most: float) -> None:
+        """Let what terms hold be behind by a relative change of up to ``most``."""
+        self._refreshing.most = most
+
     # -- solve ---------------------------------------------------------------------------------
 
-    def solve(self, guess: Guess | None = None, *, damped: bool = False) -> Solve:
+    def solve(
+        self,
+        guess: Guess | None = None,
+        *,
+        damped: bool = False,
+        before: Mapping[str, float] | None = None,
+    ) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
+
+        Normal forces that follow steps may lead far away, as where a body nearly slips off. Such
+        a solve starts once more, with normal forces held along each step.
 
         Args:
             guess: start there instead; the tolerance still refers to the present state's residual.
             damped: damp and search along each step, which takes more and costlier iterations but
                 robustly follows a motion to a stable state.
+            before: controls of the present state, time excluded, where it is in equilibrium: with
+                them the first tangent is that of the equilibrium path. A pressure without the
+                stress that bears it would soften it.
         """
+        here = self.model.unknowns.local()
+        held = [(term, now) for term in self.model.terms if (now := term.held()) is not None]
+        self._before = before or {}
+        solve = self._iterate(guess, damped=damped)
+        if not solve.converged and self._refreshing.overshot:
+            self.model.unknowns.set_local(here)
+            for term, then in held:
+                term.hold(then)
+            self._before = before or {}
+            again = self._iterate(guess, damped=damped, following=False)
+            solve = replace(again, iterations=solve.iterations + again.iterations)
+        self.damped += damped and solve.converged
+        return solve
+
+    def _iterate(self, guess: Guess | None, *, damped: bool, following: bool = True) -> Solve:
+        """See :meth:`solve`."""
         model = self.model
         carried = model.potential.carried
-        self._prepare(damped, predicted=guess is not None)
+        self._prepare(damped)
+        self._refreshing.start(following=following)
         if guess is not None and carried is not None:
-            self._globalisation.start(self._residual_norm(), far=True, damped=damped)
+            first_N, here = self._residual_norm(), model.unknowns.local()
             model.unknowns.set_local(guess.unknowns)
             carried.stress.x.array[:] = guess.stress
+            if self.worst_guess < np.inf and self._residual_norm() > self.worst_guess * first_N:
+                model.unknowns.set_local(here)
+                carried.reset()
+            else:
+                self._before = {}
+                self._refreshing.start(predicted=True, following=following)
+            self._globalisation.start(first_N, far=True, damped=damped)
         else:
             self._globalisation.start(damped=damped)
             if carried is not None:
@@ -244,13 +302,11 @@ class Newton:
         self._retired.clear()
         iterations = self._snes.getIterationNumber()
         self.iterations += iterations
-        solve = Solve(
+        return Solve(
             self._ending(self._snes.getConvergedReason()),
             iterations,
             self._damping.unstable,
         )
-        self.damped += damped and solve.converged
-        return solve
 
     def linear(self) -> Callable[[np.ndarray], np.ndarray]:
         """K⁻¹ at the model's present state, factorised once.
@@ -262,6 +318,7 @@ class Newton:
         self._prepare(damped=False)
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
+        self.model.heed(0.0)
         self.tangent.assemble()
         self._snes.setJacobian(self._form_tangent, self.tangent.matrix)
         self._factors.factorise(self.tangent.matrix)
@@ -272,10 +329,10 @@ class Newton:
 
         return solve
 
-    def _prepare(self, damped: bool, *, predicted: bool = False) -> None:
+    def _prepare(self, damped: bool) -> None:
         """Prepare SNES for a damped solve, or a plain one."""
         self._damped = damped
-        self._refreshing.start(predicted=predicted)
+        self._refreshing.start()
         self._damping.start()
         solver = self._damping if damped else self._factors
         self._snes.getKSP().getPC().setPythonContext(solver)

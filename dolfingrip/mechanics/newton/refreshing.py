@@ -42,22 +42,26 @@ class Refreshing:
     Attributes:
         fresh: what is held is that of the present iterate, and may follow the next step.
         followed: it has followed the last step; Newton's method says so.
+        overshot: a step that it followed made the residual grow too much.
+        most: drift above which it is too old; :data:`DRIFTS` at first.
     """
 
     def __init__(self, model: Model) -> None:
         self._model = model
+        self.most = DRIFTS
         self.start()
 
-    def start(self, *, predicted: bool = False) -> None:
+    def start(self, *, predicted: bool = False, following: bool = True) -> None:
         """Forget the last solve.
 
         Args:
             predicted: the next one starts at an estimate of its solution, not at the last one.
+            following: what is held may follow steps.
         """
         self._peak_N = self._last_N = 0.0
-        self._held = self.fresh = self.followed = False
+        self._held = self.fresh = self.followed = self.overshot = False
         self._predicted = predicted
-        self._repeats = self._followed = 0
+        self._repeats, self._followed = 0, 0 if following else LONGEST
 
     @property
     def lost(self) -> bool:
@@ -76,18 +80,18 @@ class Refreshing:
         fallen = norm <= FALLEN * (self._last_N or first_N)
         self._followed += self.followed
         if self.followed and 0 < OVERSHOT * self._last_N < norm:
-            self.followed, self._followed = False, LONGEST
+            self.followed, self.overshot, self._followed = False, True, LONGEST
         due = self.followed or (at_start and self._predicted)
-        due = due or (fallen and (not self._held or self._model.drift() > DRIFTS))
+        due = due or (fallen and (not self._held or self._model.drift() > self.most))
         self._held |= norm <= CLOSE * self._peak_N
-        current = due or (at_start and self._model.drift() <= DRIFTS)
+        current = due or (at_start and self._model.drift() <= self.most)
         self.fresh = current and not self._held and self._followed < LONGEST
         self.followed = False
         return due
 
     def drifts(self) -> bool:
         """Whether they are to do so where the solve has converged."""
-        drifted = self._model.drift() > DRIFTS
+        drifted = self._model.drift() > self.most
         self._repeats += drifted
         return drifted
 

@@ -66,6 +66,12 @@ class LoadPath:
         passable: called at the last good state with the controls that were not reached; returns
             whether equilibrium goes on there at a falling load.
         observers: called after each converged step, before it is accepted.
+
+    Attributes:
+        from_equilibrium: a step that starts without a predicted state has its first tangent with
+            the controls of its start.
+        cuts_at_once: a step that fails is halved before it is damped, but for the last one tried:
+            where inertia follows a motion, short steps are easy ones.
     """
 
     def __init__(
@@ -83,6 +89,7 @@ class LoadPath:
         self._accept = accept or self.model.rejects
         self._passable = passable
         self.observers = observers
+        self.from_equilibrium = self.cuts_at_once = False
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
@@ -168,8 +175,12 @@ class LoadPath:
         target it is left out, but for the ``last`` step that is tried: beyond a limit point a
         damped solve takes many iterations to run away.
         """
-        solve = self.newton.solve(guess)
-        if solve.converged or (self._lost and not last):
+        if self.from_equilibrium:
+            before = {name: good.controls[name] for name in self.model.controls}
+            solve = self.newton.solve(guess, before=before)
+        else:
+            solve = self.newton.solve(guess)
+        if solve.converged or ((self._lost or self.cuts_at_once) and not last):
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)

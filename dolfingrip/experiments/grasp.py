@@ -1,0 +1,128 @@
+"""Three fingers grasp food from a table and lift it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.description import Column, Curve, Option, Plot
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.notes import notes
+from dolfingrip.experiments.protocol import grasping
+from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.results.outcome import COLUMNS
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from dolfingrip.experiments.results.result import Result
+    from dolfingrip.experiments.rigs.rig import Rig
+    from dolfingrip.mechanics.model.profile import Profile
+
+COARSE_MM = 7.0
+"""Size of the elements of the coarse preset, at edges, too."""
+
+LEAST_STEP = 0.02
+"""Part of the longest step below which none is tried: where food is squeezed out, shorter ones
+take long and tell no more."""
+
+MOST_ITERATIONS = 20
+"""Of Newton's method; a step that takes more is halved."""
+
+TIME_LIMIT_S = 7200.0
+"""Of a grasp, where none is configured: it ends as a failure then, and does not go on for ever."""
+
+TOLERANCE = 1e-5
+"""Of the residual: 1e-5 of the force of a step's change of pressure is a thousandth of the weight
+of what is grasped."""
+
+
+class Grasp(Experiment):
+    """Grasp food from a table with three fingers, and lift it.
+
+    The gripper stands still and the table moves. Fingers are quasi-static; the food is rigid and
+    has inertia. Friction on fingers and table has a memory.
+    """
+
+    name: ClassVar = "grasp"
+    command: ClassVar = "grasp"
+    title: ClassVar = "Grasp"
+    columns: ClassVar = COLUMNS
+    table: ClassVar = (
+        Column("pressure_kPa", "Pressure (kPa)", "g"),
+        Column("time_s", "Time (s)", ".2f"),
+        Column("angle_A_deg", "Thumb (°)", ".1f"),
+        Column("angle_B_deg", "Finger (°)", ".1f"),
+        Column("normal_A_N", "Thumb (N)", ".3f"),
+        Column("normal_B_N", "Finger (N)", ".3f"),
+        Column("table_N", "Table (N)", ".3f"),
+        Column("object_z_mm", "Food z (mm)", ".2f"),
+        Column("slip_mm", "Slip (mm)", ".2f"),
+    )
+    plot: ClassVar = Plot(
+        "Normal force (N)",
+        (
+            Curve("normal_A_N", "thumb A"),
+            Curve("normal_B_N", "finger B"),
+            Curve("normal_C_N", "finger C"),
+            Curve("table_N", "table"),
+        ),
+        over="time_s",
+        over_label="Time (s)",
+    )
+    options: ClassVar = (
+        Option("--food", str, None, "What is grasped, e.g. potato-large.", "food.kind"),
+        Option("--pose", str, None, "scoop, pinch or claw.", "gripper.pose"),
+        Option("--pressure", float, None, "Pressure in kPa.", "experiment.max_pressure_kPa"),
+        Option("--friction", float, None, "Of fingers on food.", "food.friction"),
+        Option("--preset", str, None, "Mesh: coarse or default.", "gripper.preset"),
+    )
+    protocol: ClassVar = False
+    poses: ClassVar = False
+    measured: ClassVar = False
+    gradients: ClassVar = False
+    gripper: ClassVar = True
+
+    def settings(self, config: Config) -> Config:
+        solver = {
+            "time_limit_s": config.solver.time_limit_s or TIME_LIMIT_S,
+            "max_iterations": min(config.solver.max_iterations, MOST_ITERATIONS),
+            "rtol": max(config.solver.rtol, TOLERANCE),
+            "min_step_kPa": max(
+                config.solver.min_step_kPa, LEAST_STEP * config.solver.max_step_kPa
+            ),
+        }
+        mesh: dict[str, Any] = {"half": False}
+        if config.gripper.preset == "coarse" and config.mesh.edge_size_mm is None:
+            mesh["edge_size_mm"] = COARSE_MM
+        return config.changed(mesh=mesh, solver=solver, gravity={"acceleration_m_s2": 0.0})
+
+    def schedule(self, config: Config) -> Sequence[Stop]:
+        return grasping.stops(config)
+
+    def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
+        from dolfingrip.experiments.rigs.grasp_rig import GraspRig
+
+        return GraspRig.built(config, comm, profile)
+
+    def setup(self, config: Config) -> dict[str, Any]:
+        return {
+            "finger": config.finger.model_dump(exclude_defaults=True),
+            "gripper": config.gripper.model_dump(exclude_defaults=True),
+            "food": config.food.model_dump(mode="json", exclude_none=True),
+        }
+
+    def notes(self, config: Config) -> list[str]:
+        return notes(config)
+
+    def conclude(self, result: Result, rig: Rig) -> None:
+        from dolfingrip.experiments.rigs.grasp_rig import GraspRig
+
+        assert isinstance(rig, GraspRig)
+        result.outcome = rig.outcome(complete=result.failure is None and not rig.over())
+
+    def remarks(self, result: Result) -> list[str]:
+        if result.outcome is None:
+            return []
+        return [f"{result.outcome.kind}: {result.outcome.sentence}"]

@@ -1,0 +1,37 @@
+"""The stages of a grasp: pressurise, settle, lift, settle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.protocol.schedule import Stop, steps
+from dolfingrip.sections.gripper import Gripper
+
+LIFTED = 6
+"""Readings of the lift."""
+
+
+def lift_starts_s(gripper: Gripper) -> float:
+    """When the lift begins."""
+    return gripper.pressurise_s + gripper.settle_s
+
+
+def lift_mm(gripper: Gripper, time_s: float) -> float:
+    """How far the gripper has been lifted."""
+    way = (time_s - lift_starts_s(gripper)) * gripper.lift_mm_per_s
+    return min(max(way, 0.0), gripper.lift_mm)
+
+
+def stops(config: Config) -> Sequence[Stop]:
+    """In steps to the highest pressure, a wait, the lift, a wait."""
+    gripper, largest = config.gripper, config.experiment.max_pressure_kPa
+    found = [
+        Stop(value, gripper.pressurise_s * value / largest, "loading")
+        for value in steps(largest, config.experiment.step_kPa)
+    ]
+    start = lift_starts_s(gripper)
+    end = start + gripper.lift_mm / gripper.lift_mm_per_s
+    times = [start + part * (end - start) / LIFTED for part in range(LIFTED + 1)]
+    found += [Stop(largest, time_s, "hold") for time_s in (*times, end + gripper.settle_s)]
+    return found

@@ -1,0 +1,182 @@
+"""What is read off a gripper: forces by finger, angles, slip, pressure on the food."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from dolfingrip.experiments.results.outcome import COLUMNS, LETTERS, Moment
+from dolfingrip.experiments.rigs.gripper import GripperModel
+from dolfingrip.mechanics.contact import force_closure
+from dolfingrip.mechanics.contact.surface import Surface
+from dolfingrip.mechanics.model.state import State
+
+PRESSING_kPa = 1e3
+"""kPa in MPa."""
+
+
+class GraspReadings:
+    """Reads a gripper's model, and keeps books from step to step.
+
+    Args:
+        gripper: its model, as it starts.
+
+    Attributes:
+        moments: all accepted steps so far.
+        lift_starts_s: when the lift begins.
+    """
+
+    def __init__(self, gripper: GripperModel, lift_starts_s: float) -> None:
+        self._gripper = gripper
+        self.lift_starts_s = lift_starts_s
+        model = gripper.model
+        domain, space = model.domain, model.u.function_space
+        points = space.tabulate_dof_coordinates()
+        skin = gripper.contact.points.nodes
+        self._finger_of_node = gripper.placement.which(points)
+        self._finger_of_point = self._finger_of_node[skin]
+        self._tips = Surface(space, domain, domain.facets("tip"), spacing_mm=None)
+        self._to_finger = gripper.placement.rotations.transpose(0, 2, 1)
+        self._tip_of = np.array([self._nearest(point) for point in self._tips.rest])
+        pose = gripper.pose.coordinates
+        self._height = float(pose[2])
+        self._start = Rotation.from_rotvec(pose[3:])
+        self._velocity = np.zeros(3)
+        self._slip_mm = np.zeros(len(LETTERS))
+        self._friction_mJ = 0.0
+        self._momentum_error_N = 0.0
+        self.moments: list[Moment] = []
+
+    def _nearest(self, point: np.ndarray) -> int:
+        """The finger whose tip stands closest to a point of a tip at rest."""
+        gripper = self._gripper
+        length = gripper.finger.config.finger.length_mm
+        down = gripper.placement.origins_mm + length * gripper.placement.rotations[:, :, 2]
+        return int(np.linalg.norm(down - point, axis=1).argmin())
+
+    # -- as an observer of the path ----------------------------------------------------------------
+
+    def converged(self, before: State) -> None:
+        """Keep the books of an accepted step."""
+        gripper, dofs = self._gripper, self._gripper.model.u.x.array
+        sliding = gripper.rubbing.sliding(dofs)
+        which = self._finger_of_node[sliding.keys[:, 0]]
+        for i in range(len(LETTERS)):
+            mine = which == i
+            weight = float(sliding.normal_N[mine].sum())
+            if weight > 0:
+                mean = float(sliding.normal_N[mine] @ sliding.slid_mm[mine]) / weight
+                self._slip_mm[i] += mean
+        self._friction_mJ += gripper.rubbing.dissipated_mJ(dofs)
+        self._friction_mJ += gripper.table_rubbing.dissipated_mJ(dofs)
+        self._balance(before)
+        q = gripper.pose.coordinates
+        weight_N = float(np.linalg.norm(gripper.motion.weight_N))
+        time_s = gripper.model.time_s
+        table_z = gripper.model.controls["table_z_mm"].value
+        self.moments.append(
+            Moment(
+                time_s,
+                time_s > self.lift_starts_s + 1e-9,
+                q[:3].copy(),
+                float(q[2]) - table_z - self._height,
+                self.normal_N(),
+                float(gripper.table.load_N()[2]) / weight_N,
+            )
+        )
+
+    def _balance(self, before: State) -> None:
+        """m Δv/h = Σ F of the object, by the forces that each contact reports."""
+        gripper, model = self._gripper, self._gripper.model
+        step_s = model.time_s - before.controls["time_s"]
+        if step_s <= 0:
+            return
+        names = [number.name for number in gripper.pose.free[:3]]
+        here = gripper.pose.coordinates[:3]
+        velocity = (here - np.array([before.numbers[name] for name in names])) / step_s
+        change = 1e-3 * gripper.motion.body.mass_kg * (velocity - self._velocity) / step_s
+        self._velocity = velocity
+        total = gripper.motion.weight_N + gripper.table.load_N() + self.on_object_N().sum(axis=0)
+        total = total + self._table_friction_N()
+        error = float(np.linalg.norm(change - total))
+        self._momentum_error_N = max(self._momentum_error_N, error)
+
+    # -- forces ------------------------------------------------------------------------------------
+
+    def normal_N(self) -> np.ndarray:
+        """(k,) sum of each finger's normal forces on the object."""
+        gripper = self._gripper
+        near = gripper.contact.near(gripper.model.u.x.array)
+        sizes = np.linalg.norm(near.forces, axis=1)
+        which = self._finger_of_point[near.rows]
+        return np.bincount(which, sizes, len(LETTERS))
+
+    def on_object_N(self) -> np.ndarray:
+        """(k, 3) force of each finger on the object, friction included."""
+        gripper, dofs = self._gripper, self._gripper.model.u.x.array
+        near = gripper.contact.near(dofs)
+        found = np.zeros((len(LETTERS), 3))
+        pushed = near.forces @ near.turned.matrix.T
+        np.add.at(found, self._finger_of_point[near.rows], pushed)
+        nodes = gripper.contact.touching.nodes
+        rubbed = gripper.rubbing.forces_N(dofs)[: len(nodes)]
+        np.add.at(found, self._finger_of_node[nodes], rubbed)
+        return found
+
+    def _table_friction_N(self) -> np.ndarray:
+        """(3,) on the object."""
+        return -self._gripper.table_rubbing.forces_N(self._gripper.model.u.x.array)[0]
+
+    def angles_deg(self) -> np.ndarray:
+        """(k,) rotation of each tip face's area vector about its finger's y, towards the food.
+
+        That of the single finger, by the polygons between the face's nodes.
+        """
+        tips = self._tips
+        to_finger = self._to_finger[self._tip_of[tips.triangles[:, 0]]]
+        now, rest = (
+            np.einsum("nij,nj->ni", to_finger, _areas(points[tips.triangles]))
+            for points in (tips.positions(self._gripper.model.u.x.array), tips.rest)
+        )
+        outward = np.sign(rest[:, 2])[:, None] * now  # a triangle may turn either way
+        which = self._tip_of[tips.triangles[:, 0]]
+        sums = np.array([outward[which == i].sum(axis=0) for i in range(len(LETTERS))])
+        return np.degrees(np.arctan2(-sums[:, 0], sums[:, 2]))
+
+    # -- a row -------------------------------------------------------------------------------------
+
+    def read(self) -> dict[str, float]:
+        """Values by column.
+
+        ``normal_A_N`` is the sum of the normal forces of finger A, ``lift_A_N`` the vertical part
+        of all its forces on the object; ``slip_mm`` how far the finger that slid most has slid over
+        the food so far, in the mean of its points by normal force; ``force_closure`` see
+        :func:`~dolfingrip.mechanics.contact.force_closure.margin`; ``friction_mJ`` what sliding has
+        taken so far; ``momentum_error_N`` the largest |m Δv/h − ΣF| of all steps.
+        """
+        gripper = self._gripper
+        q = gripper.pose.coordinates
+        turn = (Rotation.from_rotvec(q[3:]) * self._start.inv()).as_rotvec(degrees=True)
+        near = gripper.contact.near(gripper.model.u.x.array)
+        pressure = -float(near.felt.slope.min(initial=0.0)) * PRESSING_kPa
+        normals = -near.distances.gradient @ near.turned.matrix.T
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        sizes = np.linalg.norm(near.forces, axis=1)
+        friction = gripper.finger.config.food.friction
+        closure = force_closure.margin(near.arms, normals, sizes, friction)
+        values = (
+            *(gripper.model.controls["table_z_mm"].value, *q[:3], float(np.linalg.norm(turn))),
+            *turn,
+            *self.angles_deg(),
+            *self.normal_N(),
+            *self.on_object_N()[:, 2],
+            *(float(gripper.table.load_N()[2]), float(self._slip_mm.max()), pressure, closure),
+            *(self._friction_mJ, self._momentum_error_N),
+        )
+        return {column: float(value) for column, value in zip(COLUMNS, values, strict=True)}
+
+
+def _areas(triangles: np.ndarray) -> np.ndarray:
+    """(m, 3) area vectors of (m, 3, 3) triangles, times two."""
+    a, b, c = (triangles[:, i] for i in range(3))
+    return np.cross(b - a, c - a)

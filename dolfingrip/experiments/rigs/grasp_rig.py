@@ -1,0 +1,96 @@
+"""The rig of a gripper that grasps food from a table and lifts it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mpi4py import MPI
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.protocol.grasping import lift_mm, lift_starts_s
+from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.results.outcome import Outcome, ejected, judge
+from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
+from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
+from dolfingrip.experiments.rigs.rig import Rig
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.path.path import LoadPath
+
+WORST_GUESS = 0.0
+"""No state is predicted: pairs in contact make it a bad start. With twice the residual of a step's
+start allowed, steps around a large potato fail that do not without; a cube's take somewhat fewer
+iterations."""
+
+DRIFTS = 0.05
+"""Change of the nodes' normal forces, relative to their sum, that friction's may be behind by. Each
+step takes them anew: what one lags behind, the next has."""
+
+SETTLING_S = 0.1
+"""Time before the first stop, in which fingers and food come to rest."""
+
+
+class GraspRig(Rig):
+    """Leads pressure and table, and reads fingers and food.
+
+    Args:
+        config: as asked for.
+        gripper: its model.
+        profile: where the time is booked.
+    """
+
+    def __init__(self, config: Config, gripper: GripperModel, profile: Profile) -> None:
+        super().__init__(Newton(gripper.model, config.solver, profile), gripper)
+        self.newton.worst_guess = WORST_GUESS
+        self.newton.tolerate_drift(DRIFTS)
+        self.readings = {}
+        self._config = config
+        self._gripper = gripper
+        self._reads = GraspReadings(gripper, SETTLING_S + lift_starts_s(config.gripper))
+
+    @classmethod
+    def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> GraspRig:
+        """The rig of a configuration's gripper.
+
+        Raises:
+            ConfigError: on every rank, one line.
+        """
+        if comm.size > 1:
+            raise ConfigError(f"grasp: {comm.size} ranks; allowed: one")
+        with profile.phase("mesh and forms"):
+            gripper = build_gripper(config, comm)
+        return cls(config, gripper, profile)
+
+    def longest(self) -> dict[str, float]:
+        return {"time_s": self._config.gripper.step_s}
+
+    def controls(self, stop: Stop) -> Mapping[str, float]:
+        return {
+            "pressure_kPa": stop.value,
+            "time_s": SETTLING_S + stop.time_s,
+            "table_z_mm": -lift_mm(self._config.gripper, stop.time_s),
+        }
+
+    def start(self, path: LoadPath, first: Stop) -> Failure | None:
+        """The food stands on the table; the books start."""
+        path.from_equilibrium = path.cuts_at_once = True
+        path.observers = [*path.observers, self._reads]
+        return None
+
+    def read(self) -> dict[str, float]:
+        model = self._gripper.model
+        pressure = model.controls["pressure_kPa"].value
+        time_s = model.time_s - SETTLING_S
+        return {"time_s": time_s, "pressure_kPa": pressure, **self._reads.read()}
+
+    def over(self) -> bool:
+        """Whether the food has left the fingers."""
+        return ejected(self._reads.moments) is not None
+
+    def outcome(self, *, complete: bool) -> Outcome | None:
+        """What became of the grasp; see :func:`~dolfingrip.experiments.results.outcome.judge`."""
+        found = judge(self._reads.moments, complete=complete)
+        if found is None:
+            return None
+        return Outcome(found.kind, found.time_s - SETTLING_S, found.sentence)

@@ -1,0 +1,83 @@
+"""How far a step may lead points before one comes too near to a shape (conservative advancement).
+
+Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996, section 2.3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from dolfingrip.mechanics.contact.distance import Bounds
+
+KEPT = 0.1
+"""Part of its distance that each point keeps in a step."""
+
+ADVANCES = 16
+"""Pieces in which a step is looked at; each is as long as is safe from where the last one ends."""
+
+
+class Path(NamedTuple):
+    """Points at one place of a step, in the shape's frame, by the step's fraction; each (n,).
+
+    Attributes:
+        distance: φ.
+        slope: φ'.
+        fastest: bound on the speed in the rest of the step.
+        bend: bound on the acceleration in the rest of the step.
+    """
+
+    distance: np.ndarray
+    slope: np.ndarray
+    fastest: np.ndarray
+    bend: np.ndarray
+
+
+def reach(at: Callable[[float], Path], bounds: Bounds, kept: float = KEPT) -> float:
+    """Fraction of a step, 1 or less, that leaves each point a part of its distance.
+
+    With a shape's slope L and concavity κ, φ(t) ≥ φ + t φ' − t² (L A + κ v²)/2 as long as φ stays
+    within the shape's reach, v and A being bounds on speed and acceleration, and φ(t) ≥ φ − t L v
+    anywhere. The step is looked at piece by piece, each as long as the better of these lower bounds
+    lets it be.
+
+    Args:
+        at: the points at a fraction of the step.
+        bounds: of the shape.
+        kept: that part.
+    """
+    path = at(0.0)
+    if not len(path.distance):
+        return 1.0
+    least, reached = kept * path.distance, 0.0
+    for _ in range(ADVANCES):
+        ahead = _ahead(path, least, bounds)
+        reached += ahead
+        if reached >= 1.0:
+            return 1.0
+        if ahead < KEPT * reached:
+            break
+        path = at(reached)
+    return reached
+
+
+def _ahead(path: Path, least: np.ndarray, bounds: Bounds) -> float:
+    """Part of a step, 1 or less, in which all distances surely stay above the least ones."""
+    spare = np.maximum(path.distance - least, 0.0)
+    curved = bounds.slope * path.bend + bounds.concavity_per_mm * path.fastest**2
+    safe = _until_spent(spare, path.slope, curved)
+    if np.isfinite(bounds.reach_mm):
+        most = bounds.slope * np.maximum(path.fastest, np.finfo(float).tiny)
+        leaves = np.maximum(bounds.reach_mm - path.distance, 0.0) / most
+        safe = np.maximum(np.minimum(safe, leaves), spare / most)
+    return float(min(safe.min(initial=np.inf), 1.0))
+
+
+def _until_spent(spare: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
+    """(n,) least positive t at which spare + t slope − t² bend/2 vanishes."""
+    root = np.sqrt(slope**2 + 2 * bend * spare)
+    below = root - slope
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(below > 0, 2 * spare / below, np.inf)

@@ -1,0 +1,66 @@
+"""Whether contacts with friction can resist any load."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linprog
+
+EDGES = 8
+"""Of the pyramid that stands for a friction cone."""
+
+MOST = 40
+"""Contacts that are looked at: those that press hardest."""
+
+
+def margin(
+    points_mm: np.ndarray, normals: np.ndarray, normal_N: np.ndarray, friction: float
+) -> float:
+    """Force-closure margin of contacts; 0 where some load cannot be resisted.
+
+    The least, over pushes and turns about the three axes to either side, of the largest load that
+    normal forces with a sum of 1 can bear within the friction pyramids: max t, Σ λ_j w_j = t e_k,
+    Σ λ_j = 1, λ ≥ 0, each a linear programme. That is the largest cross-polytope in the hull of the
+    wrenches w_j, where Ferrari and Canny (Planning Optimal Grasps, ICRA 1992) take a ball. Moments
+    are divided by the points' spread. Two hard opposite contacts have μ at most.
+
+    Args:
+        points_mm: (n, 3) places from the centre of gravity.
+        normals: (n, 3) directions in which they push the object.
+        normal_N: (n,) forces, by which the hardest are chosen.
+        friction: μ.
+    """
+    hardest = np.argsort(normal_N)[::-1][:MOST]
+    if len(hardest) < 2:
+        return 0.0
+    wrenches = _wrenches(points_mm[hardest], normals[hardest], friction)
+    ways = [sign * np.eye(6)[k] for k in range(6) for sign in (1, -1)]
+    return max(min(_borne(wrenches, way) for way in ways), 0.0)
+
+
+def _borne(wrenches: np.ndarray, way: np.ndarray) -> float:
+    """The largest t; 0 where there is none."""
+    count = wrenches.shape[1]
+    balance = np.hstack([wrenches, -way[:, None]])
+    total = np.append(np.ones(count), 0.0)[None, :]
+    found = linprog(
+        np.append(np.zeros(count), -1.0),
+        A_eq=np.vstack([balance, total]),
+        b_eq=np.append(np.zeros(6), 1.0),
+        bounds=(0, None),
+        method="highs",
+    )
+    return float(-found.fun) if found.success else 0.0
+
+
+def _wrenches(points_mm: np.ndarray, normals: np.ndarray, friction: float) -> np.ndarray:
+    """(6, n edges) forces and moments of the pyramids' edges, moments by the points' spread."""
+    helper = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    one = np.cross(normals, helper)
+    one /= np.linalg.norm(one, axis=1)[:, None]
+    other = np.cross(normals, one)
+    length = max(float(np.sqrt((points_mm**2).sum(axis=1).mean())), 1e-9)
+    found = []
+    for angle in 2 * np.pi * np.arange(EDGES) / EDGES:
+        force = normals + friction * (np.cos(angle) * one + np.sin(angle) * other)
+        found.append(np.concatenate([force, np.cross(points_mm, force) / length], axis=1))
+    return np.concatenate(found).T

@@ -1,0 +1,68 @@
+"""Copies of a solid, side by side in one reference mesh, that stand elsewhere in the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from dolfingrip.meshes.copies import shares
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where copies of a solid stand: x = R_i (X + u − s_i) + o_i.
+
+    Forms, internal variables and material axes are those of the solid where it is meshed; contact
+    and gravity, which know the world, are what a placement enters.
+
+    Attributes:
+        rotations: (k, 3, 3) R_i.
+        origins_mm: (k, 3) o_i.
+        pitch_mm: copies are shifted along x, s_i = i times this; a copy's points have an x from
+            ``start_mm`` to below ``start_mm`` + pitch, shift apart.
+        start_mm: see above.
+    """
+
+    rotations: np.ndarray
+    origins_mm: np.ndarray
+    pitch_mm: float
+    start_mm: float
+
+    @classmethod
+    def of(cls, points: np.ndarray, rotations: np.ndarray, origins_mm: np.ndarray) -> Self:
+        """Of copies with (n, 3) reference points, made by :mod:`~dolfingrip.meshes.copies`."""
+        low, high = float(points[:, 0].min()), float(points[:, 0].max())
+        return cls(rotations, origins_mm, *shares(low, high, len(rotations)))
+
+    @property
+    def count(self) -> int:
+        """Number of copies."""
+        return len(self.rotations)
+
+    def which(self, points: np.ndarray) -> np.ndarray:
+        """(n,) the copy that (n, 3) reference points belong to."""
+        found = np.floor((points[:, 0] - self.start_mm) / self.pitch_mm).astype(int)
+        return np.asarray(np.clip(found, 0, self.count - 1))
+
+    def frames(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3, 3) rotations of the copies that (n, 3) reference points belong to."""
+        return np.asarray(self.rotations[self.which(points)])
+
+    def positions(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) where undeformed reference points stand in the world (mm)."""
+        which = self.which(points)
+        shifted = points - np.outer(which * self.pitch_mm, [1.0, 0.0, 0.0])
+        turned = np.einsum("nij,nj->ni", self.rotations[which], shifted)
+        return np.asarray(turned + self.origins_mm[which])
+
+
+def to_world(frames: np.ndarray | None, vectors: np.ndarray) -> np.ndarray:
+    """(n, 3) vectors in reference axes as they are in the world; None: the same axes."""
+    return vectors if frames is None else np.einsum("nij,nj->ni", frames, vectors)
+
+
+def to_reference(frames: np.ndarray | None, vectors: np.ndarray) -> np.ndarray:
+    """(n, 3, …) vectors in the world, or their derivatives, in reference axes."""
+    return vectors if frames is None else np.einsum("nji,nj...->ni...", frames, vectors)

@@ -1,0 +1,193 @@
+"""Pictures and an animation of a gripper with its food, in the laboratory's frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from PIL import Image as Pillow
+from scipy.spatial.transform import Rotation
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.experiments.rigs.gripper import stands_of
+from dolfingrip.mechanics.model.placement import Placement, to_world
+from dolfingrip.report.columns import Columns
+from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
+from dolfingrip.report.scene import Image, no_display
+from dolfingrip.report.skin import Floats, Skin, extract_skin
+from dolfingrip.report.theme import BLUE, GREEN, INK, PALE, scene_theme
+
+FOOD = "#E0B060"
+"""Of sausages and potatoes alike."""
+
+COLOURS = (GREEN, BLUE, BLUE)
+"""Of thumb A, fingers B and C."""
+
+HEIGHT_PX, ELEVATION_DEG, AZIMUTH_DEG = 720, 14.0, 35.0
+
+FRAME_MS = 250
+"""Time that each picture of the animation is shown."""
+
+MARGIN = 1.04
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One row of a result.
+
+    Attributes:
+        skin: (n, 3) positions of the fingers' skin, the gripper at rest.
+        food: (m, 3) of the food's.
+        table_mm: height of the table, the gripper at rest.
+    """
+
+    skin: Floats
+    food: Floats
+    table_mm: float
+
+
+def draw(out: Path, config: Config, result: Columns) -> list[Path]:
+    """Write ``grasp.png``, the stages side by side, and ``grasp.gif``, all rows.
+
+    Args:
+        out: folder of a run, with its ``fields.pvd``.
+        config: of the run, as it was computed.
+        result: its columns.
+    """
+    body = grasped(config.food)
+    skin, moments = _moments(out / "fields.pvd", config, result, body)
+    images = _images(skin, body, moments)
+    branches = list(result["branch"])
+    lifted = len(moments) - 1
+    pressed = max((i for i, b in enumerate(branches) if b == "loading"), default=0)
+    chosen = list(dict.fromkeys([0, pressed // 2, pressed, lifted]))
+    strip = np.concatenate([images[i] for i in chosen], axis=1)
+    still, moving = out / "grasp.png", out / "grasp.gif"
+    Pillow.fromarray(strip).save(still)
+    frames = [Pillow.fromarray(image).resize(_halved(image)) for image in images]
+    frames[0].save(
+        moving, save_all=True, append_images=frames[1:], duration=FRAME_MS, loop=0, optimize=True
+    )
+    return [still, moving]
+
+
+def _halved(image: Image) -> tuple[int, int]:
+    return image.shape[1] // 2, image.shape[0] // 2
+
+
+def _moments(
+    fields: Path, config: Config, result: Columns, body: GraspedBody
+) -> tuple[Skin, list[Moment]]:
+    """The fingers' skin, and where everything is at each row."""
+    files = list_steps(fields)
+    grids = [read_grid(file) for file in files]
+    mesh = read_mesh(grids[0])
+    skin = extract_skin(mesh, mirror=False)
+    found = stands_of(config, body)
+    placement = Placement.of(
+        skin.points,
+        np.array([stand.rotation for stand in found]),
+        np.array([stand.origin_mm for stand in found]),
+    )
+    rest, frames = placement.positions(skin.points), placement.frames(skin.points)
+    first = Rotation.from_rotvec(body.turn)
+    moments = []
+    for row, grid in enumerate(grids):
+        displacement = read_point_data(grid, "displacement_mm", mesh.source)[skin.node]
+        turn = [float(result[f"object_turn_{axis}_deg"][row]) for axis in "xyz"]
+        place = [float(result[f"object_{axis}_mm"][row]) for axis in "xyz"]
+        turned = Rotation.from_rotvec(turn, degrees=True) * first
+        food = turned.apply(body.surface.points) + place
+        table = float(result["table_z_mm"][row])
+        moments.append(Moment(rest + to_world(frames, displacement), food, table))
+    return _coloured(skin, placement), moments
+
+
+def _coloured(skin: Skin, placement: Placement) -> Skin:
+    """The skin with the finger that each point belongs to in place of its side."""
+    return Skin(
+        skin.points,
+        skin.node,
+        placement.which(skin.points).astype(float),
+        skin.triangles,
+        skin.edges,
+        skin.creases,
+    )
+
+
+def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Image]:
+    """One picture a moment, all with one camera; the table stands still."""
+    azimuth, elevation = np.radians([AZIMUTH_DEG, ELEVATION_DEG])
+    towards = np.array(
+        [
+            np.sin(azimuth) * np.cos(elevation),
+            -np.cos(azimuth) * np.cos(elevation),
+            np.sin(elevation),
+        ]
+    )
+    right = np.cross([0.0, 0.0, 1.0], towards)
+    right /= np.linalg.norm(right)
+    up = np.cross(towards, right)
+    lift = [np.array([0.0, 0.0, -moment.table_mm]) for moment in moments]
+    table = _table(moments)
+    every = np.concatenate(
+        [part + by for m, by in zip(moments, lift, strict=True) for part in (m.skin, m.food)]
+    )
+    every = np.concatenate([every, np.asarray(table.points)])
+    low, high = (f([every @ right, every @ up], axis=1) for f in (np.min, np.max))
+    width_mm, height_mm = MARGIN * (high - low)
+    with no_display():
+        plotter = pv.Plotter(
+            off_screen=True,
+            theme=scene_theme(),
+            lighting="light kit",
+            window_size=[int(np.ceil(HEIGHT_PX * width_mm / height_mm)), HEIGHT_PX],
+        )
+    try:
+        fingers = [_surface(skin, i) for i in range(len(COLOURS))]
+        for (mesh, _), colour in zip(fingers, COLOURS, strict=True):
+            plotter.add_mesh(mesh, color=colour, ambient=0.35, diffuse=0.65, specular=0.05)
+        lines = pv.PolyData(
+            moments[0].skin.copy(), lines=np.insert(skin.creases, 0, 2, axis=1).ravel()
+        )
+        plotter.add_mesh(lines, color=INK, line_width=1.2, opacity=0.6, lighting=False)
+        food: Any = body.surface.polydata()
+        plotter.add_mesh(food, color=FOOD, smooth_shading=True, ambient=0.3)
+        plotter.add_mesh(table, color=PALE, ambient=0.4)
+        focus = ((low + high) / 2) @ np.array([right, up])
+        far = 5 * float(np.ptp(every, axis=0).max())
+        plotter.camera_position = [focus + far * towards, focus, up]
+        plotter.camera.parallel_projection = True
+        plotter.camera.parallel_scale = height_mm / 2
+        plotter.camera.clipping_range = (0.01 * far, 3 * far)
+        images = []
+        for moment, by in zip(moments, lift, strict=True):
+            for mesh, nodes in fingers:
+                mesh.points = moment.skin[nodes] + by
+            lines.points = moment.skin + by + 0.25 * towards
+            food.points = moment.food + by
+            plotter.render()
+            images.append(np.array(plotter.screenshot(return_img=True))[..., :3])
+    finally:
+        plotter.close()
+        plotter.deep_clean()
+    return images
+
+
+def _surface(skin: Skin, finger: int) -> tuple[Any, np.ndarray]:
+    """The mesh of one finger, and its points among all."""
+    mine = skin.triangles[skin.side[skin.triangles[:, 0]] == finger]
+    nodes, triangles = np.unique(mine, return_inverse=True)
+    triangles = triangles.reshape(-1, 3)
+    return pv.PolyData(skin.points[nodes], faces=np.insert(triangles, 0, 3, 1).ravel()), nodes
+
+
+def _table(moments: Sequence[Moment]) -> Any:
+    """A slab below the food, as wide as the fingers stand."""
+    low, high = moments[0].skin.min(axis=0) - 8, moments[0].skin.max(axis=0) + 8
+    return pv.Box((low[0], high[0], low[1], high[1], -4.0, 0.0))

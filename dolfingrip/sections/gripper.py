@@ -1,0 +1,54 @@
+"""Section of the configuration that tells how three fingers stand and what the gripper does."""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+from pydantic import Field
+
+from dolfingrip.sections.section import Section
+
+GripPose = Literal["scoop", "pinch", "claw"]
+
+ALPHA_DEG: Final[dict[str, float]] = {"scoop": -45.0, "pinch": 90.0, "claw": 0.0}
+"""Rotation of fingers B and C where ``alpha_deg`` is not given. The paper has 0 for claw and 90°
+for pinch; for scoop, both fingers closest to the thumb, it has no number."""
+
+
+class Gripper(Section):
+    """A thumb A and two fingers B, C around a centre O, as in the paper's Fig. 5(c)."""
+
+    preset: Literal["coarse", "default"] = Field(
+        "default", description="coarse: fingers of 13,000 dofs each, not graded to their edges"
+    )
+    pose: GripPose = Field("pinch", description="how fingers B and C are turned")
+    alpha_deg: float | None = Field(
+        None, ge=-80, le=90, description="of B and C about their centres; default: by pose"
+    )
+    L_mm: float | None = Field(
+        None, gt=0, le=300, description="thumb A to centre O; default: beside the food"
+    )
+    W_mm: float = Field(
+        12.0, ge=0, le=300, description="offset of B's and C's rotation centres from O"
+    )
+    R_mm: float | None = Field(
+        None, ge=0, le=300, description="B, C to rotation centres; default: beside the food"
+    )
+    clearance_mm: float = Field(
+        4.0, gt=0, le=100, description="finger to food where L_mm, R_mm are not given"
+    )
+    tip_height_mm: float = Field(
+        4.0, gt=0, le=300, description="of the straight fingers' tips above the table"
+    )
+    pressurise_s: float = Field(2.0, gt=0, le=600, description="ramp to the pressure (paper: 2 s)")
+    settle_s: float = Field(0.5, gt=0, le=600, description="wait before the lift, and after it")
+    lift_mm: float = Field(30.0, gt=0, le=500, description="way up")
+    lift_mm_per_s: float = Field(30.0, gt=0, le=1000, description="speed of the lift")
+    step_s: float = Field(0.1, gt=0, le=10, description="longest step in time")
+    barrier_mm: float = Field(0.4, gt=0, le=10, description="distance at which food is felt")
+    stiffness_MPa: float = Field(0.05, gt=0, description="of that barrier")
+
+    @property
+    def alpha(self) -> float:
+        """Rotation of B and C (deg)."""
+        return ALPHA_DEG[self.pose] if self.alpha_deg is None else self.alpha_deg

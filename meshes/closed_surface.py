@@ -1,0 +1,147 @@
+"""Closed triangulated surfaces: what they enclose, how far points are from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.meshes.solid import Floats, Ints, MeshError
+
+MM3_PER_M3: Final = 1e9
+
+PROJECTIONS: Final = 4
+"""Newton's steps onto a surface from half a cell away or less."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClosedSurface:
+    """Triangles that enclose a solid.
+
+    Attributes:
+        points: (n, 3) in mm.
+        triangles: (m, 3) corners, counter-clockwise seen from outside.
+    """
+
+    points: Floats
+    triangles: Ints
+
+    @property
+    def volume_mm3(self) -> float:
+        """Enclosed volume, ⅓ ∮ x · n dA."""
+        return float(self._tetrahedra().sum())
+
+    @property
+    def centre_mm(self) -> Floats:
+        """(3,) centre of the enclosed volume."""
+        volumes = self._tetrahedra()
+        means = self.points[self.triangles].sum(axis=1) / 4
+        return np.asarray(volumes @ means / volumes.sum())
+
+    def inertia_mm5(self) -> Floats:
+        """(3, 3) tensor about the centre of the enclosed volume at density 1.
+
+        ∫ x xᵀ dV over each tetrahedron from the centre to a triangle is V/20 (Σ p pᵀ + s sᵀ), s
+        the sum of its corners p.
+        """
+        about = self.moved(-self.centre_mm)
+        corners = about.points[about.triangles]
+        total = corners.sum(axis=1)
+        volumes = about._tetrahedra() / 20
+        second = np.einsum("n,nai,naj->ij", volumes, corners, corners)
+        second += np.einsum("n,ni,nj->ij", volumes, total, total)
+        return np.asarray(np.trace(second) * np.eye(3) - second)
+
+    def point_areas_mm2(self) -> Floats:
+        """(n,) each point's share of the surface."""
+        corners = self.points[self.triangles]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        third = np.repeat(np.linalg.norm(normal, axis=1) / 6, 3)
+        return np.asarray(np.bincount(self.triangles.ravel(), third, len(self.points)), dtype=float)
+
+    def moved(self, by_mm: Floats) -> ClosedSurface:
+        """The same surface elsewhere."""
+        return ClosedSurface(self.points + by_mm, self.triangles)
+
+    def distances_mm(self, points: Floats) -> Floats:
+        """(k,) signed distances of points, positive outside."""
+        from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+        from vtkmodules.vtkCommonCore import vtkDoubleArray
+        from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
+
+        implicit = vtkImplicitPolyDataDistance()
+        implicit.SetInput(self.polydata())
+        found = vtkDoubleArray()
+        implicit.FunctionValue(numpy_to_vtk(np.ascontiguousarray(points)), found)
+        return np.asarray(vtk_to_numpy(found), dtype=float).copy()
+
+    def polydata(self) -> object:
+        """As PyVista has it."""
+        import pyvista as pv
+
+        return pv.PolyData(self.points, faces=np.insert(self.triangles, 0, 3, axis=1).ravel())
+
+    def _tetrahedra(self) -> Floats:
+        """(m,) signed volumes from the origin to each triangle."""
+        a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
+        return np.asarray(np.einsum("ij,ij->i", a, np.cross(b, c)) / 6)
+
+
+def read(path: Path, key: str = "food.file") -> ClosedSurface:
+    """A closed surface from an STL file in mm.
+
+    Raises:
+        MeshError: one line, where it cannot be read, is open, or encloses nothing.
+    """
+    import pyvista as pv
+
+    if not path.is_file():
+        raise MeshError(f"{key} = {path}: no such file")
+    if path.suffix.lower() != ".stl":
+        raise MeshError(f"{key} = {path}: allowed: an .stl file")
+    read = pv.read(path)
+    solid = read.triangulate().clean() if read.n_points else read
+    if not solid.n_points or not solid.is_manifold or solid.n_open_edges:
+        raise MeshError(f"{key} = {path}: allowed: a closed surface of triangles")
+    triangles = np.asarray(solid.regular_faces, dtype=np.int64)
+    found = ClosedSurface(np.asarray(solid.points, dtype=float), triangles)
+    if found.volume_mm3 < 0:
+        found = ClosedSurface(found.points, triangles[:, ::-1].copy())
+    if found.volume_mm3 <= 0:
+        raise MeshError(f"{key} = {path}: encloses no volume; allowed: a closed surface")
+    return found
+
+
+def level_set(
+    distance: Callable[[Floats], tuple[Floats, Floats]],
+    low_mm: Floats,
+    high_mm: Floats,
+    spacing_mm: float,
+) -> ClosedSurface:
+    """The surface φ = 0 in triangles of about a spacing, its points on it.
+
+    Args:
+        distance: φ (n,) and its gradients (n, 3) at (n, 3) points.
+        low_mm: (3,) corner of a box around it.
+        high_mm: (3,) opposite corner.
+        spacing_mm: of the grid whose cells it is cut by.
+    """
+    import pyvista as pv
+
+    count = np.ceil((high_mm - low_mm) / spacing_mm).astype(int) + 1
+    low = (low_mm + high_mm - spacing_mm * (count - 1)) / 2  # as symmetric as the box
+    grid = pv.ImageData(dimensions=count, spacing=3 * (spacing_mm,), origin=low)
+    grid["phi"] = distance(np.asarray(grid.points, dtype=float))[0]
+    found = grid.contour([0.0], scalars="phi", method="flying_edges").clean()
+    points = np.asarray(found.points, dtype=float)
+    for _ in range(PROJECTIONS):
+        value, gradient = distance(points)
+        points = points - (value / (gradient**2).sum(axis=1))[:, None] * gradient
+    triangles = np.asarray(found.regular_faces, dtype=np.int64)
+    surface = ClosedSurface(points, triangles)
+    if surface.volume_mm3 < 0:
+        surface = ClosedSurface(points, triangles[:, ::-1].copy())
+    return surface

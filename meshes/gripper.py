@@ -1,0 +1,124 @@
+"""Where the fingers of a gripper stand (section III.B and Fig. 5(c) of the paper).
+
+Seen from above, O is the centre, the thumb A stands at (−L, 0). B and C turn about (0, ±W), at a
+distance R: B stands at (R sin α, W + R cos α), C is its mirror image in y = 0. So α = 90° is the
+pinch, both opposite to the thumb, and α = 0 the claw, all from different sides. Each finger's base
+layer faces O, or its rotation centre; the fingers hang down, clamped at the height of their length.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from dolfingrip.meshes.solid import Floats
+from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.gripper import Gripper
+from dolfingrip.sections.specimen import Finger
+
+
+class Stand(NamedTuple):
+    """Where a finger stands: its point X is at R X + o.
+
+    Attributes:
+        name: thumb A, finger B or finger C.
+        rotation: R, (3, 3): its x away from the food, its z down.
+        origin_mm: o, (3,): where the middle of the base layer's back is clamped.
+    """
+
+    name: str
+    rotation: Floats
+    origin_mm: Floats
+
+    @property
+    def outward(self) -> Floats:
+        """(2,) unit vector in the plane of the table, from the food to the finger."""
+        return self.rotation[:2, 0]
+
+
+def stands(
+    gripper: Gripper, finger: Finger, extent_mm: Callable[[Floats], float] | None = None
+) -> list[Stand]:
+    """Thumb A, fingers B and C.
+
+    Args:
+        gripper: pose and distances.
+        finger: dimensions.
+        extent_mm: how far the food reaches along a unit vector (2,) in the plane of the table,
+            from O; sets what the configuration leaves open.
+
+    Raises:
+        ConfigError: one line, where fingers intersect, or one intersects the food.
+    """
+    alpha = math.radians(gripper.alpha)
+    height = finger.length_mm + gripper.tip_height_mm
+    across = np.array([math.sin(alpha), math.cos(alpha)])
+    mirrored = across * [1, -1]
+
+    def reach(given: float | None, less: float, *ways: Floats) -> float:
+        if given is not None:
+            return given
+        beside = max(extent_mm(way) for way in ways) if extent_mm is not None else 0.0
+        return max(beside + gripper.clearance_mm - less, 0.0)
+
+    thumb = reach(gripper.L_mm, 0.0, np.array([-1.0, 0.0]))
+    radius = reach(gripper.R_mm, gripper.W_mm * across[1], across, mirrored)
+    centre = np.array([0.0, gripper.W_mm])
+    found = [
+        _stand("thumb A", np.array([-thumb, 0.0]), np.array([-1.0, 0.0]), height),
+        _stand("finger B", centre + radius * across, across, height),
+        _stand("finger C", -centre + radius * mirrored, mirrored, height),
+    ]
+    given = f"L_mm = {thumb:.4g}, W_mm = {gripper.W_mm:.4g}, R_mm = {radius:.4g}"
+    said = f"gripper: {given}, alpha_deg = {gripper.alpha:g}"
+    for one, other in combinations(found, 2):
+        if _overlap(_outline(one, finger), _outline(other, finger)):
+            raise ConfigError(
+                f"{said}: {one.name} and {other.name} intersect; "
+                "allowed: larger distances, or an alpha_deg nearer to 90"
+            )
+    if extent_mm is not None:
+        _refuse_touch(said, found, extent_mm)
+    return found
+
+
+def _refuse_touch(said: str, found: Sequence[Stand], extent_mm: Callable[[Floats], float]) -> None:
+    """Straight fingers must stand beside the food: the plane of each base layer misses it."""
+    for stand in found:
+        room = float(stand.origin_mm[:2] @ stand.outward) - extent_mm(stand.outward)
+        if room <= 0:
+            raise ConfigError(
+                f"{said}: {stand.name} stands in the food's way by {-room:.3g} mm; "
+                "allowed: larger L_mm or R_mm, or another food.turn_deg"
+            )
+
+
+def _stand(name: str, place: Floats, outward: Floats, height_mm: float) -> Stand:
+    x, z = np.append(outward, 0.0), np.array([0.0, 0.0, -1.0])
+    rotation = np.stack([x, np.cross(z, x), z], axis=1)
+    return Stand(name, rotation, np.append(place, height_mm))
+
+
+def _outline(stand: Stand, finger: Finger) -> Floats:
+    """(4, 2) corners of a straight finger seen from above."""
+    half = finger.width_mm / 2
+    corners = np.array(
+        [(x, y, 0.0) for x, y in ((0, -half), (finger.depth_mm, -half),
+                                  (finger.depth_mm, half), (0, half))]
+    )  # fmt: skip
+    return np.asarray((corners @ stand.rotation.T + stand.origin_mm)[:, :2])
+
+
+def _overlap(one: Floats, other: Floats) -> bool:
+    """Whether two convex polygons share a point: no edge's normal separates them."""
+    for corners in (one, other):
+        edges = np.roll(corners, -1, axis=0) - corners
+        for normal in edges @ np.array([[0.0, -1.0], [1.0, 0.0]]):
+            a, b = one @ normal, other @ normal
+            if a.max() < b.min() or b.max() < a.min():
+                return False
+    return True
