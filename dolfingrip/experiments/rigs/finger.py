@@ -14,9 +14,10 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.config import KPA, Config, ConfigError, Plate
+from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
-from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
+from dolfingrip.forms import cavity_pressure, gravity
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.surface import Surface
@@ -105,8 +106,7 @@ def build(
     space = fem.functionspace(mesh, displacement_element(name))
     degree = space.ufl_element().degree
     u = fem.Function(space, name="displacement_mm")
-    mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
-    lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
+    base = BaseMaterial.on(mesh, config.material)
     pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
 
     p = pressure_field(name, mesh)
@@ -118,17 +118,13 @@ def build(
     sensor = _plate(config, domain, u) if plate else None
     contact = _contact(config, domain, u) if config.contact.self_contact else None
     history = History(u, integration_degree(space))
-    known = {
-        "material.mu_MPa": mu,
-        "material.lmbda_MPa": lmbda,
-        "gravity.weight_N_mm3": dead_weight,
-    }
+    known = {**base.constants, "gravity.weight_N_mm3": dead_weight}
     site = Site(
         config,
         domain,
         u,
-        mu,
-        lmbda,
+        base.mu,
+        base.lmbda,
         history,
         sensor,
         _held(domain),
@@ -136,9 +132,7 @@ def build(
         pressure=pressure,
         contact=contact,
     )
-    density = config.extensions.strain_energy(
-        lambda strain: strain_energy(strain, p, mu, lmbda), site
-    )
+    density = config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)
     terms += [*config.extensions.terms(site), *loads(site)]
     numbers = list(site.unknowns.values())
     if sensor is not None:
@@ -222,13 +216,6 @@ def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None
     if element != "P2-P1":
         return None
     return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
-
-
-def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -> Expr:
-    """Energy per reference volume (mJ/mm³) of the printed material, mixed where there is a p."""
-    if p is None:
-        return neo_hookean.energy(strain, mu, lmbda)
-    return mixed_neo_hookean.energy(strain, p, mu, lmbda)
 
 
 def weight(config: Config) -> np.ndarray:
