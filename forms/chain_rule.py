@@ -1,9 +1,9 @@
 """Derivatives of energies that hold functions whose own derivatives are known.
 
-:mod:`dolfingrip.forms.isotropic` marks such functions. UFL carries a tensor through each operation of
-what it differentiates by the strain: nine numbers in the stress, 81 in its derivative. The derivatives
-of marked functions are taken as they stand instead, by the chain rule. What has none is differentiated
-as UFL does.
+:mod:`dolfingrip.forms.isotropic` marks such functions. UFL carries a tensor through each operation
+of what it differentiates by the strain: nine numbers in the stress, 81 in its derivative. The
+derivatives of marked functions are taken as they stand instead, by the chain rule. What has none is
+differentiated as UFL does.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 from ufl.classes import Label, Variable, Zero
 from ufl.core.expr import Expr
 from ufl.domain import extract_unique_domain
-
 
 NOWHERE = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
 """Domain of an expression that has none, being of numbers alone."""

@@ -9,10 +9,9 @@ UFL as a function whose derivatives are known (:func:`known`), which
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ufl.classes import Label, Variable
 from ufl.core.expr import Expr
 
 
@@ -89,13 +88,18 @@ class Jet:
         )
 
 
+def constant(value: Expr) -> Jet:
+    """A number."""
+    return Jet(value, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 def variables(x: Expr, y: Expr) -> tuple[Jet, Jet]:
     """The two numbers themselves."""
     return Jet(x, 1.0, 0.0, 0.0, 0.0, 0.0), Jet(y, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
-def series(terms: Mapping[tuple[int, int], float], x: Jet, y: Jet) -> Jet | float:
-    """Σ c xⁱ yʲ by Horner's rule, in x within y.
+def series(terms: Mapping[tuple[int, int], float], x: Jet, y: Jet) -> Jet:
+    """Σ c xⁱ yʲ by Horner's rule, in x within y; c may be of UFL.
 
     Args:
         terms: c by (i, j).
@@ -108,35 +112,15 @@ def series(terms: Mapping[tuple[int, int], float], x: Jet, y: Jet) -> Jet | floa
         >>> p.f, p.y
         (25.0, 24.0)
     """
-
-    def horner(factors: Mapping[int, Jet | float], z: Jet) -> Jet | float:
-        highest = max(factors)
-        found = factors[highest]
-        for power in range(highest - 1, -1, -1):
-            found = z * found
-            if power in factors:
-                found = found + factors[power]
-        return found
-
-    rows = {j: {i: c for (i, k), c in terms.items() if k == j} for _, j in terms}
-    return horner({j: horner(row, x) for j, row in rows.items()}, y)
+    rows = {j: {i: constant(c) for (i, k), c in terms.items() if k == j} for _, j in terms}
+    return _horner({j: _horner(row, x) for j, row in rows.items()}, y)
 
 
-class Known(Label):
-    """Label of a value whose derivatives are known.
-
-    Attributes:
-        arguments: what it is a function of.
-        slopes: its derivatives by these.
-    """
-
-    def __init__(self, arguments: Sequence[Expr], slopes: Sequence[Expr]) -> None:
-        super().__init__()
-        self.arguments, self.slopes = tuple(arguments), tuple(slopes)
-
-
-def known(jet: Jet, x: Expr, y: Expr) -> Expr:
-    """The jet's value, of which the derivatives by x and y are known up to the second."""
-    along_x = Variable(jet.x, Known((x, y), (jet.xx, jet.xy)))
-    along_y = Variable(jet.y, Known((x, y), (jet.xy, jet.yy)))
-    return Variable(jet.f, Known((x, y), (along_x, along_y)))
+def _horner(factors: Mapping[int, Jet], z: Jet) -> Jet:
+    highest = max(factors)
+    found = factors[highest]
+    for power in range(highest - 1, -1, -1):
+        found = z * found
+        if power in factors:
+            found = found + factors[power]
+    return found

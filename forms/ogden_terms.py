@@ -15,8 +15,8 @@ def energy(strain: Expr, mu: Sequence[Expr], alpha: Sequence[Expr]) -> Expr:
 
     ψ = Σ 2μ_k/α_k² (λ̄₁^α_k + λ̄₂^α_k + λ̄₃^α_k − 3)
 
-    of the isochoric principal stretches (Ogden, Proc. R. Soc. A 326, 1972). The initial shear modulus
-    is Σ μ_k. The powers come from :mod:`dolfingrip.forms.stretch_powers`.
+    of the isochoric principal stretches (Ogden, Proc. R. Soc. A 326, 1972). The initial shear
+    modulus is Σ μ_k. The powers come from :mod:`dolfingrip.forms.stretch_powers`.
 
     Args:
         strain: Green–Lagrange strain E, (3, 3).
@@ -24,8 +24,8 @@ def energy(strain: Expr, mu: Sequence[Expr], alpha: Sequence[Expr]) -> Expr:
         alpha: exponents α_k, of either sign but not 0.
 
     Example:
-        A bar of constant volume has P = Σ 2μ/α (λ^(α−1) − λ^(−α/2−1)), here with α = −2 at a stretch
-        of 2: 1 − 1/8.
+        A bar of constant volume has P = Σ 2μ/α (λ^(α−1) − λ^(−α/2−1)), here with α = −2 at a
+        stretch of 2: 1 − 1/8.
 
         >>> from dolfingrip.forms.evaluate import nominal_stress
         >>> round(nominal_stress(lambda strain: energy(strain, [1.0], [-2.0]), 2.0), 6)

@@ -153,7 +153,7 @@ class Material(Section):
 
     def _foreign(self) -> dict[str, object]:
         """What is given but belongs to another law."""
-        owner = {
+        owner: dict[str, dict[str, object]] = {
             "neo-hooke": {"mu_MPa": self.mu_MPa},
             "ogden": {"ogden_mu_MPa": self.ogden_mu_MPa, "ogden_alpha": self.ogden_alpha},
             "polynomial": {key: getattr(self, key) for key in POLYNOMIAL},

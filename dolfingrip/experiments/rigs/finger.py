@@ -11,7 +11,6 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
-from ufl.core.expr import Expr
 
 from dolfingrip.config import KPA, Config, ConfigError, Plate
 from dolfingrip.experiments.rigs.base_material import BaseMaterial
