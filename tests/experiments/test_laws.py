@@ -133,7 +133,8 @@ def test_derivatives_of_the_coupon_by_all_parameters(law: tuple[str, ...]) -> No
         expected = (after - before) / (2 * step)
         print(parameter.key, slope, expected)
         assert parameter.key == "material.density_kg_m3" or abs(expected).max() > 1e-4
-        np.testing.assert_allclose(slope, expected, rtol=3e-5, atol=1e-6)
+        # the rounding of the derivative is 1e-8 MPa for a change of one scale
+        np.testing.assert_allclose(slope, expected, rtol=3e-5, atol=5e-8 / parameter.scale)
 
 
 def test_the_tangent_is_the_stress_derivative() -> None:
