@@ -21,6 +21,8 @@ NAMES = (
     "yeoh",
     "gent",
     "ogden",
+    "ogden_terms",
+    "polynomial",
     "bulk_modulus",
     "print_anisotropy",
     "mullins",
