@@ -21,14 +21,14 @@ Terms = Annotated[tuple[float, ...], Field(strict=False, min_length=1, max_lengt
 class OgdenTerms(Effect):
     """Terms of Ogden's energy beside the base model's, such as a biaxial stiffening.
 
-    ψ += Σ 2μ_k/α_k² (λ̄₁^α_k + λ̄₂^α_k + λ̄₃^α_k − 3) (Ogden, Proc. R. Soc. A 326, 1972). The initial
-    shear modulus rises by Σ μ_k. A term with a negative exponent hardly acts in uniaxial tension and
-    much in equibiaxial tension, which governs ballooning. See :mod:`dolfingrip.forms.ogden_terms`;
-    ``material.law = "ogden"`` has such terms alone.
+    ψ += Σ 2μ_k/α_k² (λ̄₁^α_k + λ̄₂^α_k + λ̄₃^α_k − 3) (Ogden, Proc. R. Soc. A 326, 1972). The
+    initial shear modulus rises by Σ μ_k. A term with a negative exponent hardly acts in uniaxial
+    tension and much in equibiaxial tension, which governs ballooning. See
+    :mod:`dolfingrip.forms.ogden_terms`; ``material.law = "ogden"`` has such terms alone.
 
     Prior: μ = 0.2 ± 0.2 MPa and α = −3 ± 2, engineering guesses.
-    Fingerprint: FINGERPRINT
-    Loading and unloading agree, at any rate.
+    Fingerprint: angle and force are lower at all pressures, by 5.9 and 0.3 % at 25 kPa and by
+    6.5 and 3.2 % at 250 kPa. Loading and unloading agree, at any rate.
     Confused with: the modulus at low pressure; Mooney–Rivlin and Yeoh's energies.
     """
 

@@ -20,13 +20,13 @@ GUESS = "engineering guess"
 class Polynomial(Effect):
     """A polynomial of the invariants beside the base model's energy.
 
-    ψ += Σ C_ij (Ī₁ − 3)ⁱ (Ī₂ − 3)ʲ (Rivlin & Saunders, Phil. Trans. R. Soc. A 243, 1951). The initial
-    shear modulus rises by 2 (C₁₀ + C₀₁). See :mod:`dolfingrip.forms.polynomial`;
+    ψ += Σ C_ij (Ī₁ − 3)ⁱ (Ī₂ − 3)ʲ (Rivlin & Saunders, Phil. Trans. R. Soc. A 243, 1951). The
+    initial shear modulus rises by 2 (C₁₀ + C₀₁). See :mod:`dolfingrip.forms.polynomial`;
     ``material.law = "polynomial"`` has such terms alone.
 
     Prior: engineering guesses, in the range of soft thermoplastic polyurethane.
-    Fingerprint: FINGERPRINT
-    Loading and unloading agree, at any rate.
+    Fingerprint: angle and force are lower at all pressures, by 5.9 and 0.3 % at 25 kPa and by
+    6.7 and 3.3 % at 250 kPa. Loading and unloading agree, at any rate.
     Confused with: the modulus at low pressure; Mooney–Rivlin, Yeoh's and Ogden's energies.
     """
 
