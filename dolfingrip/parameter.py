@@ -259,6 +259,8 @@ def _of_table(
     for key, info in type(table).model_fields.items():
         if f"{path}.{key}" in NUMERICAL:
             continue
+        if f"{path}.{key}" == "material.mu_MPa" and config.material.law != "neo-hooke":
+            continue  # another law has numbers of its own
         value = getattr(table, key)
         if f"{path}.{key}" == "material.nu" and config.material.bulk_MPa is None:
             value = config.material.poisson

@@ -16,6 +16,7 @@ from dolfingrip.sections import units
 DIMENSIONLESS = {
     "finger.bellows",
     "material.nu",
+    "material.ogden_alpha",
     "mesh.order",
     "mesh.refine",
     "mesh.target_elements",

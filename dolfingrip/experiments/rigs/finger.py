@@ -12,6 +12,7 @@ from dolfinx import fem
 from petsc4py import PETSc
 
 from dolfingrip.config import KPA, Config
+from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.experiments.rigs.fixture import (
     facing_plate,
     fixed_regions,
@@ -21,12 +22,7 @@ from dolfingrip.experiments.rigs.fixture import (
     self_contact,
     supply,
 )
-from dolfingrip.experiments.rigs.material import (
-    element_name,
-    pressure_field,
-    strain_energy,
-    weight,
-)
+from dolfingrip.experiments.rigs.material import element_name, pressure_field, weight
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity
@@ -110,10 +106,9 @@ def build(
     config = config.adapted()
     if plate:
         domain = facing_plate(config, domain)
-    site, p = _site(config, domain, element_name(config, domain), plate)
-    density = config.extensions.strain_energy(
-        lambda strain: strain_energy(strain, p, site.mu, site.lmbda), site
-    )
+    base = BaseMaterial.on(domain.mesh, config.material)
+    site, p = _site(config, domain, base, plate)
+    density = config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)
     terms = [*_loads(site), *config.extensions.terms(site), *loads(site)]
     numbers = list(site.unknowns.values())
     sensor, contact = site.plate, site.contact
@@ -160,14 +155,13 @@ def build(
 
 
 def _site(
-    config: Config, domain: Domain, element: str, plate: bool
+    config: Config, domain: Domain, base: BaseMaterial, plate: bool
 ) -> tuple[Site, fem.Function | None]:
     """The fields, constants and contacts of a model, and the pressure of a mixed element."""
     mesh = domain.mesh
+    element = element_name(config, domain)
     space = fem.functionspace(mesh, displacement_element(element))
     u = fem.Function(space, name="displacement_mm")
-    mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
-    lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
     pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
     p = pressure_field(element, mesh)
     dead_weight = fem.Constant(mesh, weight(config))
@@ -175,17 +169,13 @@ def _site(
         config,
         domain,
         u,
-        mu,
-        lmbda,
+        base.mu,
+        base.lmbda,
         plate=rigid_plate(config, domain, u) if plate else None,
         contact=self_contact(config, domain, u) if config.contact.self_contact else None,
         history=History(u, integration_degree(space)),
         held=fixed_regions(domain),
-        parameters={
-            "material.mu_MPa": mu,
-            "material.lmbda_MPa": lmbda,
-            WEIGHT: dead_weight,
-        },
+        parameters={**base.constants, WEIGHT: dead_weight},
         pressure=pressure,
     )
     return site, p

@@ -1,14 +1,12 @@
-"""The printed material of a model: its element, its strain energy and its weight."""
+"""The printed material of a model: its element, its pressure field and its weight."""
 
 from __future__ import annotations
 
 import dolfinx
 import numpy as np
 from dolfinx import fem
-from ufl.core.expr import Expr
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.forms import mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import CELL
 
@@ -50,13 +48,6 @@ def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None
     if element != "P2-P1":
         return None
     return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
-
-
-def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -> Expr:
-    """Energy per reference volume (mJ/mm³) of the printed material, mixed where there is a p."""
-    if p is None:
-        return neo_hookean.energy(strain, mu, lmbda)
-    return mixed_neo_hookean.energy(strain, p, mu, lmbda)
 
 
 def weight(config: Config) -> np.ndarray:

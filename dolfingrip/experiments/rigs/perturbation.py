@@ -9,6 +9,7 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.rigs import base_material
 from dolfingrip.experiments.rigs.finger import WEIGHT, FingerModel
 from dolfingrip.experiments.rigs.material import weight
 from dolfingrip.experiments.rigs.undeformed import morph
@@ -172,11 +173,7 @@ def of_constants(
 def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Values of a model's constants, by name, that ``config`` asks for."""
     config = config.adapted()
-    base = {
-        "material.mu_MPa": config.material.mu_MPa,
-        "material.lmbda_MPa": config.material.lmbda_MPa,
-        WEIGHT: weight(config),
-    }
+    base = {**base_material.values(config.material), WEIGHT: weight(config)}
     found: dict[str, np.ndarray] = {}
     for name in names:
         if name in base:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
+from dolfingrip.forms import chain_rule
 from dolfingrip.mechanics.model import points
 
 
@@ -42,7 +42,7 @@ class CarriedStress:
         for stress, cells in stresses:
             predicted = stress
             for field, step in zip(fields, self._steps, strict=True):
-                predicted = predicted + ufl.derivative(stress, field, step)
+                predicted = predicted + chain_rule.along(stress, field, step)
             self._now.append(points.AtPoints(stress, mesh, degree, cells))
             self._after.append(points.AtPoints(predicted, mesh, degree, cells))
 

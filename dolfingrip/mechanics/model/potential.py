@@ -15,6 +15,7 @@ from mpi4py import MPI
 from ufl.algorithms import expand_derivatives
 from ufl.core.expr import Expr
 
+from dolfingrip.forms import chain_rule
 from dolfingrip.forms.kinematics import (
     deformation_gradient,
     geometric_variation,
@@ -88,7 +89,7 @@ class Potential(Term):
         residual = _sum(ufl.inner(part.stress, strain_variation(u, v)) * part.dx for part in parts)
         tangent = _sum(
             (
-                ufl.inner(ufl.derivative(part.stress, u, w), strain_variation(u, v))
+                ufl.inner(chain_rule.along(part.stress, u, w), strain_variation(u, v))
                 + ufl.inner(
                     self.carried.stress if self.carried else part.stress, geometric_variation(v, w)
                 )
@@ -189,7 +190,7 @@ def _parts(
 
     def part(energies: Sequence[StrainEnergy], dx: ufl.Measure, cells: np.ndarray | None) -> _Part:
         density = sum((energy(strain) for energy in energies), start=0 * strain[0, 0])
-        return _Part(density, ufl.diff(density, strain), dx, cells)
+        return _Part(density, chain_rule.by_variable(density, strain), dx, cells)
 
     if not isinstance(strain_energies, Mapping):
         mesh = u.function_space.mesh
