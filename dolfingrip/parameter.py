@@ -27,13 +27,17 @@ STEP: Final = 1e-4
 """Part of a parameter's scale by which numbers of the configuration are differentiated. What they
 determine is smooth, so the error of a central difference is 1e-8 of it."""
 
-SECTIONS: Final = ("material", "finger", "morph", "plate", "gravity", "extensions")
+SECTIONS: Final = ("material", "finger", "cast", "pneunet", "morph", "plate", "gravity",
+                   "extensions")  # fmt: skip
 """Those whose numbers are properties of a finger, its set-up or its instruments."""
 
 NUMERICAL: Final = ("plate.normal", "plate.contact_length_mm", "plate.barrier_mm",
                     "plate.stiffness_MPa", "gravity.direction")  # fmt: skip
 """Keys in these sections that are choices of the model, or have an effect of their own: gravity's
 direction has gravity_pitch."""
+
+SHAPES: Final = ("finger", "cast", "pneunet")
+"""Those with dimensions, one for each kind of geometry."""
 
 PRIORS: Final = {
     "material.mu_MPa": Prior(2.93, 0.6, "printed NinjaFlex; spread 20 %, engineering guess", True),
@@ -155,6 +159,8 @@ def every(config: Config) -> list[Parameter]:
     for section in SECTIONS:
         if section == "gravity" and not config.gravity.acceleration_m_s2:
             continue
+        if section in SHAPES and section != config.geometry_table:
+            continue
         if section == "extensions":
             for effect in config.extensions.active():
                 found += _of_table(config, effect, f"extensions.{effect.name()}", effect)
@@ -171,7 +177,7 @@ def named(key: str, option: str = "--set") -> Parameter:
     """
     section, _, name = key.partition(".")
     info = Config.model_fields.get(section)
-    fields = getattr(info.annotation, "model_fields", {}) if info is not None else {}
+    fields = getattr(_bare(info.annotation), "model_fields", {}) if info is not None else {}
     allowed = "allowed: a number of the configuration"
     if name not in fields:
         raise ConfigError(f"{option} {key}: unknown key; {allowed}")
@@ -215,6 +221,8 @@ def _of_table(
         if f"{path}.{key}" in NUMERICAL:
             continue
         value = getattr(table, key)
+        if f"{path}.{key}" == "cast.cup_mm" and not value:
+            continue  # without a cup there is no face that could move
         if f"{path}.{key}" == "material.nu" and config.material.bulk_MPa is None:
             value = config.material.poisson
         for name, number, metadata in _numbers(key, value, info):
@@ -283,8 +291,7 @@ def _scale(value: float, prior: Prior | None) -> float:
 def _entry(section: str, key: str, effect: Effect | None) -> Entry:
     if effect is None:
         return {
-            "finger": Entry.SHAPE,
-            "morph": Entry.SHAPE,
+            **dict.fromkeys((*SHAPES, "morph"), Entry.SHAPE),
             "plate": Entry.POSE if key in ("gap_mm", "tilt_deg") else Entry.CONSTANT,
         }.get(section, Entry.CONSTANT)
     if effect.kind == "numerical":

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -37,11 +37,15 @@ class SolidMesh:
         quadrilaterals, shape (k, 4) or (k, 8): corners counter-clockwise seen from outside
         the solid (normals point out of it, into the cavity on the cavity's surface), then
         the midpoints of the edges from each corner to the next.
+    regions
+        Rows of ``cells`` of each volume group; empty where the solid has none. They may overlap
+        or leave cells out.
     """
 
     points: Floats
     cells: Ints
     facets: dict[str, Ints]
+    regions: dict[str, Ints] = field(default_factory=dict)
 
     @property
     def shape(self) -> CellShape:
@@ -154,7 +158,12 @@ def _rows(name: str, facets: Ints, cells: Ints) -> Ints:
     return rows
 
 
-def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
+def assemble(
+    points: Floats,
+    cells: Ints,
+    facets: dict[str, Ints],
+    regions: Mapping[str, Ints] | None = None,
+) -> SolidMesh:
     """A mesh from facets in any orientation, without the points that no element has.
 
     Parameters
@@ -165,6 +174,8 @@ def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
         As in :class:`SolidMesh`.
     facets
         Corners of each group's facets first, shape (k, nodes).
+    regions
+        As in :class:`SolidMesh`.
 
     Raises
     ------
@@ -180,7 +191,7 @@ def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
     groups = {}
     for name, found in facets.items():
         groups[name] = every[np.unique(_rows(name, new[found[:, :corners]], compact))]
-    return SolidMesh(np.ascontiguousarray(points[used]), compact, groups)
+    return SolidMesh(np.ascontiguousarray(points[used]), compact, groups, dict(regions or {}))
 
 
 def second_order(mesh: SolidMesh) -> SolidMesh:
@@ -202,4 +213,4 @@ def second_order(mesh: SolidMesh) -> SolidMesh:
     every = faces(cells)
     groups = {name: every[_rows(name, facets, cells)] for name, facets in mesh.facets.items()}
     points = np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)])
-    return SolidMesh(points, cells, groups)
+    return SolidMesh(points, cells, groups, mesh.regions)

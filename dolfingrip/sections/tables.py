@@ -61,7 +61,9 @@ def dumps(config: BaseModel) -> str:
     document = tomlkit.document()
     document.add(tomlkit.comment("dolfingrip configuration: every key, as resolved"))
     for name in type(config).model_fields:
-        document.add(name, _table(getattr(config, name)))
+        section = getattr(config, name)
+        if section is not None:  # the tables of other kinds of geometry
+            document.add(name, _table(section))
     return tomlkit.dumps(document)
 
 

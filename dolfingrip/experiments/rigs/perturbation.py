@@ -114,13 +114,13 @@ def velocity(parameter: Parameter, config: Config, domain: Domain) -> np.ndarray
         raise ConfigError(
             f"--parameters {parameter.key}: allowed: with a finger that is made from dimensions"
         )
-    finger = config.adapted().finger
+    dimensions = config.adapted().geometry
     points = morph(config).inverse().points(domain.mesh.geometry.x)
 
     def at(changed: Config) -> np.ndarray:
         found = points
         if config.mesh.file is None:
-            found = moved(points, finger, changed.adapted().finger)
+            found = moved(points, dimensions, changed.adapted().geometry)
         return morph(changed).points(found)
 
     return parameter.derivative(config, at)

@@ -34,7 +34,7 @@ def solid(config: Config) -> SolidMesh:
 
         mesh = files.read(config.mesh.file)
     elif config.hexahedra:
-        mesh = structured_mesh(config.finger, config.mesh)
+        mesh = structured_mesh(config.geometry, config.mesh)
     else:
         from dolfingrip.meshes.generate import finger_mesh
 
