@@ -15,6 +15,7 @@ from dolfingrip.extensions.index import Extensions
 from dolfingrip.sections import tables
 from dolfingrip.sections.cast import Cast
 from dolfingrip.sections.complaint import ConfigError, checked
+from dolfingrip.sections.films import Film
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.numerics import Contact, Solver
 from dolfingrip.sections.pneunet import Pneunet
@@ -33,6 +34,7 @@ __all__ = [
     "Contact",
     "Coupon",
     "Experiment",
+    "Film",
     "Finger",
     "Gravity",
     "Material",

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Final, Union, get_args, get_origin
 import numpy as np
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from dolfingrip.config import Config, ConfigError, checked
+from dolfingrip.config import Config, ConfigError, Film, Material, checked
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.sections import complaint
 from dolfingrip.sections.units import unit
@@ -27,7 +27,7 @@ STEP: Final = 1e-4
 """Part of a parameter's scale by which numbers of the configuration are differentiated. What they
 determine is smooth, so the error of a central difference is 1e-8 of it."""
 
-SECTIONS: Final = ("material", "finger", "cast", "pneunet", "morph", "plate", "gravity",
+SECTIONS: Final = ("material", "film", "finger", "cast", "pneunet", "morph", "plate", "gravity",
                    "extensions")  # fmt: skip
 """Those whose numbers are properties of a finger, its set-up or its instruments."""
 
@@ -102,8 +102,9 @@ class Parameter:
 
     def value(self, config: Config) -> float:
         """Its value in ``config``."""
-        if self.key == "material.nu":  # which may be absent
-            return config.material.poisson
+        section, _, region = self.key.removesuffix(".nu").partition(".")
+        if section == "material" and self.key.endswith(".nu"):  # which may be absent
+            return config.material.of(region).poisson
         value: Any = config
         for part in _parts(self.key):
             value = value[part] if isinstance(part, int) else getattr(value, part)
@@ -165,7 +166,10 @@ def every(config: Config) -> list[Parameter]:
             for effect in config.extensions.active():
                 found += _of_table(config, effect, f"extensions.{effect.name()}", effect)
         else:
-            found += _of_table(config, getattr(config, section), section, None)
+            table = getattr(config, section)
+            found += _of_table(config, table, section, None)
+            for name, below in (table.model_extra or {}).items():
+                found += _of_table(config, below, f"{section}.{name}", None)
     return found
 
 
@@ -177,7 +181,12 @@ def named(key: str, option: str = "--set") -> Parameter:
     """
     section, _, name = key.partition(".")
     info = Config.model_fields.get(section)
-    fields = getattr(_bare(info.annotation), "model_fields", {}) if info is not None else {}
+    table = _bare(info.annotation) if info is not None else None
+    below, _, last = name.rpartition(".")
+    entries = getattr(table, "entries", None)
+    if below and entries is not None:
+        table, name = entries, last
+    fields = getattr(table, "model_fields", {})
     allowed = "allowed: a number of the configuration"
     if name not in fields:
         raise ConfigError(f"{option} {key}: unknown key; {allowed}")
@@ -223,8 +232,10 @@ def _of_table(
         value = getattr(table, key)
         if f"{path}.{key}" == "cast.cup_mm" and not value:
             continue  # without a cup there is no face that could move
-        if f"{path}.{key}" == "material.nu" and config.material.bulk_MPa is None:
-            value = config.material.poisson
+        if isinstance(table, Film) and key == "fibre_deg" and config.mesh.half:
+            continue  # turned alone, a family is no mirror image any more
+        if isinstance(table, Material) and key == "nu" and table.bulk_MPa is None:
+            value = table.poisson
         for name, number, metadata in _numbers(key, value, info):
             prior = effect.priors().get(key) if effect else PRIORS.get(f"{path}.{key}")
             low, high = _bounds(metadata)

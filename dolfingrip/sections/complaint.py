@@ -41,7 +41,7 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
     # the numbers are places in a list, which is named as a whole
     location = [str(part) for part in first["loc"] if not isinstance(part, int)]
     key = ".".join(location)
-    if first["type"] == "extra_forbidden":
+    if first["type"] == "extra_forbidden" or _is_no_table(first, location, root):
         return _unknown(location, root)
     if first["type"] == "geometry":
         return f"{key}.{first['msg']}" if key else str(first["msg"])
@@ -54,6 +54,13 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
     return f"{key} = {shown(value)}: {_reason(first['type'], location, root)}"
 
 
+def _is_no_table(first: Mapping[str, Any], location: Sequence[str], root: type[BaseModel]) -> bool:
+    """Whether a name that a user chose is that of a value: it was meant for a key."""
+    no_table = first["type"] in ("model_type", "model_attributes_type")
+    fields = _fields(location[:-1], root)
+    return no_table and bool(fields) and location[-1] not in fields
+
+
 def shown(value: Any) -> str:
     """A value as it stands in TOML, cut where it is long."""
     text = json.dumps(value, ensure_ascii=False, default=str)
@@ -61,7 +68,9 @@ def shown(value: Any) -> str:
 
 
 def _reason(kind: str, location: Sequence[str], root: type[BaseModel]) -> str:
-    info = _fields(location[:-1], root)[location[-1]]
+    info = _fields(location[:-1], root).get(location[-1])
+    if info is None:  # a name that a user chose
+        return f"not a table; allowed: keys {', '.join(_fields(location, root))}"
     hint = _bare(info.annotation)
     if isinstance(hint, type) and issubclass(hint, BaseModel):
         return f"not a table; allowed: keys {', '.join(hint.model_fields)}"
@@ -135,6 +144,9 @@ def _fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
     """Fields of the section at the end of ``sections``."""
     model: Any = root
     for name in sections:
+        if name not in model.model_fields:
+            model = model.entries
+            continue
         model = _bare(model.model_fields[name].annotation)
         if get_origin(model) is tuple:  # a list of tables
             model = get_args(model)[0]

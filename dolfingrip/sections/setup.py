@@ -9,12 +9,14 @@ from pydantic import model_validator
 
 from dolfingrip.sections.cast import Cast
 from dolfingrip.sections.complaint import checked
+from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.numerics import Contact, Solver
 from dolfingrip.sections.pneunet import Pneunet
 from dolfingrip.sections.procedure import Coupon, Experiment, Protocol
+from dolfingrip.sections.regions import Materials
 from dolfingrip.sections.section import Section, outside
-from dolfingrip.sections.specimen import Cog, Finger, Material, Mesh, Morph
+from dolfingrip.sections.specimen import Cog, Finger, Mesh, Morph
 
 KINDS: Final = {"cast": Cast, "pneunet": Pneunet}
 """Tables of the kinds of geometry but the bellows, whose dimensions are in ``finger`` itself."""
@@ -24,7 +26,7 @@ class Setup(Section):
     """All that a simulation of the simple model depends on: every section but the extensions."""
 
     finger: Finger = Finger()
-    material: Material = Material()
+    material: Materials = Materials()
     mesh: Mesh = Mesh()
     morph: Morph = Morph()
     cog: Cog = Cog()
@@ -37,6 +39,7 @@ class Setup(Section):
     coupon: Coupon = Coupon()
     cast: Cast | None = None
     pneunet: Pneunet | None = None
+    film: Films = Films()
 
     @model_validator(mode="before")
     @classmethod
@@ -67,6 +70,52 @@ class Setup(Section):
                     "finger.kind", kind, 'made of hexahedra; allowed: with solver.element = "S2"'
                 )
         return self
+
+    @model_validator(mode="after")
+    def _known_regions(self) -> Setup:
+        for name in self.material.own:
+            self._check_region(f"material.{name}", name)
+        layers: dict[str, str] = {}
+        for name, film in self.film.all.items():
+            for key, region in film.regions:
+                if region:
+                    self._check_region(f"film.{name}.{key}", region)
+            if film.model == "layer":
+                if film.region in self.material.own or film.region in layers:
+                    other = layers.get(film.region, f"material.{film.region}")
+                    raise outside(
+                        f"film.{name}.region",
+                        film.region,
+                        f"has {other} already; allowed: one of them",
+                    )
+                layers[film.region] = f"film.{name}"
+                if film.thickness_mm is None and self._thickness_mm(film.region) is None:
+                    raise outside(f"film.{name}.thickness_mm", "none", "allowed: above 0 mm")
+            if self.mesh.half and self.mesh.file is None and not film.symmetric:
+                raise outside(
+                    f"film.{name}.fibre_deg",
+                    list(film.fibre_deg),
+                    "allowed with mesh.half = true: families at 0, 90 or in pairs of opposite sign",
+                )
+        return self
+
+    def _check_region(self, key: str, region: str) -> None:
+        """Refuse a region that the geometry has not; a mesh file's are not known yet."""
+        known = self.geometry.regions
+        if self.mesh.file is None and region not in known:
+            allowed = ", ".join(known) or "none with this kind of geometry"
+            raise outside(key, f'"{region}"', f"no such region; allowed: {allowed}")
+
+    def _thickness_mm(self, region: str) -> float | None:
+        """Thickness of a region that is a film by its geometry, None of another."""
+        found = None if self.mesh.file else getattr(self.geometry, f"{region}_mm", None)
+        return None if found is None else float(found)
+
+    def film_thickness_mm(self, film: Film) -> float:
+        """Thickness of a layer."""
+        found = film.thickness_mm or self._thickness_mm(film.region)
+        assert found is not None  # the validator sees to it
+        return found
 
     @model_validator(mode="after")
     def _facing(self) -> Setup:

@@ -81,6 +81,7 @@ def _table(section: BaseModel) -> tomlkit.items.Table:
             item = tomlkit.item(_plain(value))
             item.comment(info.description or "")
             table.add(key, item)
+    inner |= {key: _table(below) for key, below in (section.model_extra or {}).items()}
     for key, below in inner.items():
         table.add(key, below)
     return table

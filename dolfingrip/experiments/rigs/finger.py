@@ -14,6 +14,8 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.config import KPA, Config, ConfigError, Plate
+from dolfingrip.experiments.rigs.films import sheets
+from dolfingrip.experiments.rigs.regions import REST, strain_energies, weighed
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure, gravity, mixed_neo_hookean, neo_hookean
@@ -112,16 +114,16 @@ def build(
     p = pressure_field(name, mesh)
     cavity = domain.surface("cavity", quadrature_degree=2 * degree)
     terms = [cavity_pressure.energy(u, mesh, pressure) * cavity]
-    dead_weight = fem.Constant(mesh, weight(config))
-    if np.any(dead_weight.value):
-        terms.append(gravity.energy(u, dead_weight) * domain.volume(quadrature_degree=degree))
+    weights = weights_of(config, domain)
+    if any(np.any(each.value) for each in weights.values()):
+        terms += weighed(domain, weights, lambda each: gravity.energy(u, each), degree)
     sensor = _plate(config, domain, u) if plate else None
     contact = _contact(config, domain, u) if config.contact.self_contact else None
     history = History(u, integration_degree(space))
     known = {
         "material.mu_MPa": mu,
         "material.lmbda_MPa": lmbda,
-        "gravity.weight_N_mm3": dead_weight,
+        **{weight_name(part): each for part, each in weights.items()},
     }
     site = Site(
         config,
@@ -139,6 +141,9 @@ def build(
     density = config.extensions.strain_energy(
         lambda strain: strain_energy(strain, p, mu, lmbda), site
     )
+    densities = strain_energies(
+        config, domain, density, lambda strain, *moduli: strain_energy(strain, p, *moduli), known
+    )
     terms += [*config.extensions.terms(site), *loads(site)]
     numbers = list(site.unknowns.values())
     if sensor is not None:
@@ -152,12 +157,13 @@ def build(
         u,
         Potential(
             u,
-            [density],
+            densities,
             terms,
             carried=config.solver.mixed_integration_point,
             p=p,
             numbers=numbers,
             domain=domain,
+            sheets=sheets(config, mesh, known),
         ),
         supports,
         {"pressure_kPa": supply or by_pressure},
@@ -231,10 +237,21 @@ def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -
     return mixed_neo_hookean.energy(strain, p, mu, lmbda)
 
 
-def weight(config: Config) -> np.ndarray:
-    """Dead weight per reference volume (N/mm³), (3,)."""
+def weights_of(config: Config, domain: Domain) -> dict[str, fem.Constant]:
+    """Dead weight per reference volume (N/mm³) as constants, by part."""
+    own = [part for part in domain.parts if part in config.material.own]
+    return {part: fem.Constant(domain.mesh, weight(config, part)) for part in (REST, *own)}
+
+
+def weight_name(part: str) -> str:
+    """Name of the constant that is a part's dead weight."""
+    return "gravity.weight_N_mm3" if part == REST else f"material.{part}.weight_N_mm3"
+
+
+def weight(config: Config, part: str = REST) -> np.ndarray:
+    """Dead weight of a part per reference volume (N/mm³), (3,)."""
     direction = np.asarray(config.gravity.direction, dtype=float)
-    size = config.material.density_kg_m3 * config.gravity.acceleration_m_s2 * KG_M3_M_S2
+    size = config.material.of(part).density_kg_m3 * config.gravity.acceleration_m_s2 * KG_M3_M_S2
     return size * direction / np.linalg.norm(direction)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.rigs.films import film_value
 from dolfingrip.experiments.rigs.finger import FingerModel, weight
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.model.domain import Domain
@@ -176,7 +177,19 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
     for name in names:
         if name in base:
             found[name] = np.asarray(base[name])
+        elif name.startswith(("material.", "film.")):
+            found[name] = _of_region(config, name)
         else:
             _, effect, key = name.split(".")
             found[name] = np.asarray(getattr(getattr(config.extensions, effect), key), float)
     return found
+
+
+def _of_region(config: Config, name: str) -> np.ndarray:
+    """Value of a constant of a region's material or of a film."""
+    section, which, key = name.split(".")
+    if section == "film":
+        return film_value(config, which, key)
+    if key == "weight_N_mm3":
+        return weight(config, which)
+    return np.asarray(getattr(config.material.of(which), key), float)

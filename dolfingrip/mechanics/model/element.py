@@ -31,6 +31,15 @@ RULE: Final = {
 """Degree of the volume's quadrature by cell and order of the displacement."""
 
 
+SHEET_RULE: Final = {
+    ("tetrahedron", 1): 1,
+    ("tetrahedron", 2): 2,  # three points
+    ("hexahedron", 1): 3,
+    ("hexahedron", 2): 3,  # four points, as many as the volume's rule has in a layer
+}
+"""Degree of the quadrature of surfaces with an energy of their own."""
+
+
 def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
     """A displacement element for UFL.
 
@@ -48,6 +57,12 @@ def integration_degree(space: fem.FunctionSpace) -> int:
     """Degree of the quadrature with which energies in a displacement space are integrated."""
     element = space.ufl_element()
     return RULE[space.mesh.ufl_cell().cellname(), element.degree]
+
+
+def sheet_degree(space: fem.FunctionSpace) -> int:
+    """Degree of the quadrature with which membranes in a displacement space are integrated."""
+    element = space.ufl_element()
+    return SHEET_RULE[space.mesh.ufl_cell().cellname(), element.degree]
 
 
 def _serendipity(shape: tuple[int, ...]) -> Any:

@@ -223,7 +223,7 @@ class Newton:
         if guess is not None and carried is not None:
             self._globalisation.start(self._residual_norm(), far=True, damped=damped)
             model.unknowns.set_local(guess.unknowns)
-            carried.stress.x.array[:] = guess.stress
+            carried.values = guess.stress
         else:
             self._globalisation.start(damped=damped)
             if carried is not None:
