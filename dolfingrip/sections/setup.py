@@ -169,6 +169,13 @@ class Setup(Section):
         return self.solver.element == "S2"
 
     @property
+    def full_integration(self) -> bool:
+        """Whether hexahedra are integrated with the full rule."""
+        if self.solver.integration is None:
+            return self.finger.kind != "bellows" and self.mesh.file is None
+        return self.solver.integration == "full"
+
+    @property
     def size_mm(self) -> float:
         """Largest element of a mesh made from sizes (mm)."""
         mesh = self.mesh

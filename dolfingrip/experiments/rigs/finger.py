@@ -119,7 +119,8 @@ def build(
         terms += weighed(domain, weights, lambda each: gravity.energy(u, each), degree)
     sensor = _plate(config, domain, u) if plate else None
     contact = _contact(config, domain, u) if config.contact.self_contact else None
-    history = History(u, integration_degree(space))
+    rule = integration_degree(space, full=config.full_integration)
+    history = History(u, rule)
     known = {
         "material.mu_MPa": mu,
         "material.lmbda_MPa": lmbda,
@@ -164,6 +165,7 @@ def build(
             numbers=numbers,
             domain=domain,
             sheets=sheets(config, mesh, known),
+            degree=rule,
         ),
         supports,
         {"pressure_kPa": supply or by_pressure},

@@ -52,6 +52,7 @@ class Potential(Term):
         numbers: solved for, too; constants that ``terms`` contain.
         domain: whose parts ``strain_energies`` names, and whose sheets ``sheets``.
         sheets: membranes; their stress is carried as the solid's is.
+        degree: of the quadrature of strain energies; default: the element's.
 
     Attributes:
         numbers, sheets: as given.
@@ -72,9 +73,10 @@ class Potential(Term):
         numbers: Sequence[Number] = (),
         domain: Domain | None = None,
         sheets: Sequence[Sheet] = (),
+        degree: int | None = None,
     ) -> None:
         space = u.function_space
-        degree = integration_degree(space)
+        degree = degree or integration_degree(space)
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
 
         solids = solid_parts(u, strain_energies, domain, degree)
