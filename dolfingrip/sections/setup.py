@@ -7,6 +7,7 @@ from typing import Any, Final, Self
 
 from pydantic import model_validator
 
+from dolfingrip.sections.camera import Camera
 from dolfingrip.sections.cast import Cast
 from dolfingrip.sections.complaint import checked
 from dolfingrip.sections.films import Film, Films
@@ -40,6 +41,7 @@ class Setup(Section):
     cast: Cast | None = None
     pneunet: Pneunet | None = None
     film: Films = Films()
+    camera: Camera = Camera()
 
     @model_validator(mode="before")
     @classmethod

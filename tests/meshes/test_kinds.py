@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
+from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.config import Cast, ConfigError, Mesh, Pneunet
-from dolfingrip.experiments.rigs.undeformed import solid
+from dolfingrip.experiments.rigs.undeformed import load_domain, solid
+from dolfingrip.meshes import files
 from dolfingrip.meshes.dimensions import moved
 from dolfingrip.meshes.kinds import box_solid
 from dolfingrip.meshes.measures import jacobians
@@ -161,3 +166,28 @@ def test_bad_geometry_is_one_clear_line(assignments: list[str], said: str) -> No
         solid(config.load(overrides=assignments))
     assert str(error.value).startswith(said)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".inp", ".vtk", ".vtu"])
+@pytest.mark.parametrize("order", [1, 2])
+def test_regions_are_written_and_read(suffix: str, order: int, tmp_path: Path) -> None:
+    mesh = structured_mesh(Cast(chambers=2), SMALL.model_copy(update={"order": order}))
+    files.write(tmp_path / f"cast{suffix}", mesh)
+    again = files.read(tmp_path / f"cast{suffix}")
+    assert set(again.regions) == {"body", "film"}
+    middles = again.points[again.cells[:, :8]].mean(axis=1)[:, 0]
+    inside = np.zeros(len(middles), dtype=bool)
+    inside[again.regions["film"]] = True
+    np.testing.assert_array_equal(inside, middles < 0.5)
+    assert check(again).volume_mm3 == pytest.approx(check(mesh).volume_mm3, rel=1e-12)
+
+
+def test_a_file_whose_regions_are_not_those_asked_for(tmp_path: Path) -> None:
+    file = tmp_path / "cast.msh"
+    files.write(file, structured_mesh(Cast(chambers=2), SMALL))
+    asked = config.load(None, [f"mesh.file='{file}'", "material.silk.mu_MPa=3"])
+    said = 'material.silk = "silk": no such region; allowed: body, film'
+    with pytest.raises(MeshError, match=re.escape(said)):
+        load_domain(asked, MPI.COMM_SELF)
+    found = config.load(None, [f"mesh.file='{file}'", "material.film.mu_MPa=3"])
+    assert set(load_domain(found, MPI.COMM_SELF).parts) == {"film", "rest"}
