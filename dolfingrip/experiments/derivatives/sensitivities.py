@@ -26,10 +26,10 @@ def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
     Raises:
         ConfigError: one line: an unknown key, a choice of the model, or a led volume.
     """
-    if config.experiment.control == "volume":
+    if config.experiment.control != "pressure":
         raise ConfigError(
-            'experiment.control = "volume": allowed: "pressure" with --gradients, as the volume '
-            "that is led would change with the finger's dimensions"
+            f'experiment.control = "{config.experiment.control}": allowed: "pressure" with '
+            "--gradients, as the volume that is led would change with the finger's dimensions"
         )
     if not keys:
         return [parameter for parameter in every(config) if parameter.entry is not Entry.CHOICE]

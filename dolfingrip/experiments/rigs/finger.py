@@ -295,7 +295,7 @@ def _plate(config: Config, domain: Domain, u: fem.Function) -> RigidPlate:
 def _supply(config: Config, cavity: Control) -> Supply | None:
     """What stands between regulator and cavity, where anything does."""
     stages = config.extensions.active("outlet_kPa")
-    if stages and config.experiment.control == "volume":
+    if stages and config.experiment.control != "pressure":
         raise ConfigError(
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
         )

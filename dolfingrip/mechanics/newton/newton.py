@@ -110,6 +110,12 @@ class Newton:
         self._damped = False
         self._snes = self._make_snes()
 
+    def of(self, model: Model) -> Newton:
+        """A solver with the same settings of another model, which goes on counting."""
+        made = Newton(model, self.settings, self.profile)
+        made.iterations, made.damped = self.iterations, self.damped
+        return made
+
     def _make_snes(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.model.comm)
         snes.setOptionsPrefix(PREFIX)
