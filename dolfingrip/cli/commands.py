@@ -195,7 +195,8 @@ def _bar(
             nonlocal rows
             rows += 1
             column = led[row["experiment"]]
-            show(rows, total, f"{row[column]:g} {unit(column)}")
+            # what goes on by volume has stops that nobody knew before
+            show(rows, max(rows, total), f"{row[column]:g} {unit(column)}")
 
         yield advance
 

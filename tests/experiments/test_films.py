@@ -12,6 +12,7 @@ from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.results.result import Result
+from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.experiments.rigs.undeformed import load_domain
 
 PAPER = (
@@ -150,3 +151,14 @@ def test_a_finger_of_one_material_has_no_parts() -> None:
     domain = load_domain(config.load(None, ["mesh.size_mm=10"]), MPI.COMM_SELF)
     assert domain.parts == {}
     assert domain.sheets == {}
+
+
+def test_a_clamp_that_moves_wants_a_closed_cavity() -> None:
+    """A tube's opening would move with it, which the cavity's volume does not see."""
+    cast = (
+        "finger.kind=cast", "cast.chambers=1", "mesh.size_mm=20", "mesh.edge_size_mm=20",
+        "contact.self_contact=false", "extensions.clamp_compliance={}",
+    )  # fmt: skip
+    opened = config.load(None, cast)
+    with pytest.raises(ConfigError, match=r"^extensions: a clamp that moves; allowed: "):
+        build(opened, load_domain(opened, MPI.COMM_SELF), plate=False)

@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.config import KPA, Config, ConfigError, Plate
+from dolfingrip.experiments.rigs.clamp import held_regions, moving_clamp
 from dolfingrip.experiments.rigs.films import sheets
 from dolfingrip.experiments.rigs.regions import REST, strain_energies, weighed
 from dolfingrip.extensions.site import Site
@@ -26,7 +27,6 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import CELL, displacement_element, integration_degree
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
-from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
@@ -134,7 +134,7 @@ def build(
         lmbda,
         history,
         sensor,
-        _held(domain),
+        held_regions(domain),
         known,
         pressure=pressure,
         contact=contact,
@@ -172,7 +172,7 @@ def build(
         further,
         [history] if supply is None else [history, supply],
         p=p,
-        moving=_moving_clamp(site, supports),
+        moving=moving_clamp(site, supports),
     )
     exactly = domain.surface("cavity", quadrature_degree=3 * degree)
     enclosed = cavity_pressure.volume_density(u, mesh) * exactly
@@ -300,21 +300,3 @@ def _supply(config: Config, cavity: Control) -> Supply | None:
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
         )
     return Supply(cavity, stages) if stages else None
-
-
-def _held(domain: Domain) -> dict[int, list[str]]:
-    """Regions without displacement along each axis: the clamp; across it the symmetry plane."""
-    held = {0: ["clamp"], 1: ["clamp"], 2: ["clamp"]}
-    if domain.half:
-        held[1].append("symmetry")
-    return held
-
-
-def _moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport | None:
-    """The clamp, where an extension lets it move."""
-    if not site.motions:
-        return None
-    nodes = fem.locate_dofs_topological(
-        site.u.function_space, 2, site.domain.facets("clamp"), remote=True
-    )
-    return MovingSupport(site.u, supports, nodes, site.motions)
