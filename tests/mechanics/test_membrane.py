@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from mechanics import bricks
+from mechanics import bricks, taylor
 from mechanics.bricks import distributed, solved
 from petsc4py import PETSc
+from ufl.core.expr import Expr
 
 from dolfingrip.forms import membrane, saint_venant
 from dolfingrip.forms.kinematics import current_area_vector
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.sheet import Sheet, covector, facet_rule
 from dolfingrip.meshes import sheets as surfaces
 from dolfingrip.meshes.solid import SolidMesh
 
+SEED = 3
 CLAMPED = {0: ["low z"], 1: ["low z"], 2: ["low z"]}
 
 
-def moduli(domain, *values: float) -> list[fem.Constant]:
+def moduli(domain: Domain, *values: float) -> list[fem.Constant]:
     return [fem.Constant(domain.mesh, PETSc.ScalarType(value)) for value in values]
 
 
@@ -103,7 +110,7 @@ def test_fibres_couple_tension_and_shear() -> None:
     u = bricks.displacement(domain)
     y, stiffness, angle, c, pull = moduli(domain, young, k, np.deg2rad(degrees), 0.0, 1e-6)
 
-    def energy(strain, normal):
+    def energy(strain: Expr, normal: Expr) -> Expr:
         return membrane.fibres(strain, stiffness, membrane.direction(angle, normal), c)
 
     space = u.function_space
@@ -166,3 +173,41 @@ def test_area_of_a_sheet(highest: bool) -> None:
     )
     assert area == pytest.approx(10.0, rel=1e-12)
     assert level / area == pytest.approx(float(highest), abs=1e-12)
+
+
+def test_derivatives_of_membranes() -> None:
+    """Taylor remainders of energy and gradient at an irregular state, wrinkles and fibres on."""
+    solid = bricks.bricks([0, 0.4, 1], [0, 1, 2], [0, 1.2, 2])
+    lower = np.flatnonzero(bricks.centres(solid)[:, 0] < 0.4)
+    rows = surfaces.on_plane(solid, lower, highest=True)
+    domain = distributed(solid, sheets={"film": rows})
+    u = bricks.displacement(domain)
+    yt, k, angle, nu, c, y = moduli(domain, 3.0, 2.0, 0.4, 0.3, 0.3, 1.0)
+
+    def energy(strain: Expr, normal: Expr) -> Expr:
+        along = membrane.direction(angle, normal)
+        sheet = membrane.isotropic(strain, yt, nu, c)
+        return sheet + membrane.fibres(strain, k, along, c)
+
+    film = Sheet("film", energy)
+    potential = Potential(
+        u, [lambda e: saint_venant.energy(e, y, 0.0)], domain=domain, sheets=[film]
+    )
+    model = Model(domain, u, potential, [], {})
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    start, way = 0.1 * rng.uniform(-1, 1, (2, u.x.array.size))
+
+    def at(step: float, value: Callable[[], np.ndarray | float]) -> np.ndarray | float:
+        u.x.array[:] = start + step * way
+        return value()
+
+    slope = at(0.0, model.gradient) @ way
+    assert taylor.rates(lambda e: at(e, model.energy), slope, 1e-2).min() > 1.9
+    at(0.0, model.energy)
+    potential.carried.reset()
+    along = fem.Function(u.function_space)
+    along.x.array[:] = way
+    curvature = potential.stiffness_along(along)[0]
+    # the tension field's second derivatives jump where a point begins to wrinkle
+    assert np.median(taylor.rates(lambda e: at(e, model.gradient), curvature, 1e-3)) > 1.9
