@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal, Protocol
 
 from pydantic import Field, model_validator
 
 from dolfingrip.sections.section import Section, check_up_to, outside
 
 
+class Geometry(Protocol):
+    """What the tables of all kinds of geometry tell."""
+
+    @property
+    def length_mm(self) -> float:
+        """Clamp to tip, along z."""
+        ...
+
+    @property
+    def thinnest_mm(self) -> float:
+        """Thickness that sizes at concave edges are taken from."""
+        ...
+
+
 class Finger(Section):
     """Bellows finger: a base layer at x = 0, clamped at z = 0, bellows towards +x."""
+
+    regions: ClassVar = ()
 
     length_mm: float = Field(90.0, gt=0, le=1000, description="clamp to tip, along z")
     width_mm: float = Field(20.0, gt=0, le=500, description="along y")
@@ -26,6 +42,9 @@ class Finger(Section):
     )
     base_block_mm: float = Field(12.0, gt=0, description="solid block at the clamp")
     tip_mm: float = Field(6.0, gt=0, description="solid tip")
+    kind: Literal["bellows", "cast", "pneunet"] = Field(
+        "bellows", description="of geometry; another than bellows has a table of its own"
+    )
 
     @property
     def pitch_mm(self) -> float:
@@ -46,6 +65,15 @@ class Finger(Section):
     def channel_width(self) -> float:
         """Width of the air channel (mm), the chambers' where none is given."""
         return self.chamber_width_mm if self.channel_width_mm is None else self.channel_width_mm
+
+    @property
+    def thinnest_mm(self) -> float:
+        """Thickness that sizes at concave edges are taken from."""
+        return self.wall_mm
+
+    def count(self) -> tuple[str, int]:
+        """Key and value of the number that no mesh can be moved to another of."""
+        return "finger.bellows", self.bellows
 
     @model_validator(mode="after")
     def _possible(self) -> Finger:
@@ -266,11 +294,11 @@ class Mesh(Section):
         None, ge=100, le=5_000_000, description="scale both sizes to this number of tetrahedra"
     )
 
-    def hexahedra_mm(self, finger: Finger) -> tuple[float, float]:
+    def hexahedra_mm(self, geometry: Geometry) -> tuple[float, float]:
         """Largest hexahedron and that at concave edges (mm)."""
         size = HEXAHEDRON_MM if self.size_mm is None else self.size_mm
         if self.edge_size_mm is None:
-            return size, min(size, EDGE_WALLS * finger.wall_mm)
+            return size, min(size, EDGE_WALLS * geometry.thinnest_mm)
         return size, self.edge_size_mm
 
     def tetrahedra_mm(self) -> tuple[float, float]:

@@ -20,6 +20,9 @@ from dolfingrip.forms import (
 )
 from dolfingrip.sections.specimen import POLYNOMIAL, Material
 
+TABLE = "material"
+"""Table of the configuration with the material of all regions that have none of their own."""
+
 
 @dataclass(frozen=True, slots=True)
 class BaseMaterial:
@@ -29,21 +32,23 @@ class BaseMaterial:
         material: as configured.
         mu, lmbda: moduli at small strain (MPa).
         constants: all of them by name, that sensitivities are taken to.
+        table: of the configuration, which these names begin with.
     """
 
     material: Material
     mu: fem.Constant
     lmbda: fem.Constant
     constants: dict[str, fem.Constant]
+    table: str = TABLE
 
     @classmethod
-    def on(cls, mesh: dolfinx.mesh.Mesh, material: Material) -> BaseMaterial:
+    def on(cls, mesh: dolfinx.mesh.Mesh, material: Material, table: str = TABLE) -> BaseMaterial:
         """The material's constants on ``mesh``."""
         made = {
             name: fem.Constant(mesh, np.asarray(value, dtype=PETSc.ScalarType))
-            for name, value in values(material).items()
+            for name, value in values(material, table).items()
         }
-        return cls(material, made["material.mu_MPa"], made["material.lmbda_MPa"], made)
+        return cls(material, made[f"{table}.mu_MPa"], made[f"{table}.lmbda_MPa"], made, table)
 
     def energy(self, strain: Expr, p: fem.Function | None = None) -> Expr:
         """Energy per reference volume (mJ/mm³), mixed where there is a pressure field p."""
@@ -60,28 +65,28 @@ class BaseMaterial:
 
     def _isochoric(self, strain: Expr) -> Expr:
         if self.material.law == "ogden":
-            mu, alpha = (self.constants[f"material.ogden_{key}"] for key in ("mu_MPa", "alpha"))
+            mu, alpha = (self.constants[f"{self.table}.ogden_{key}"] for key in ("mu_MPa", "alpha"))
             terms = range(len(self.material.ogden_alpha))
             return ogden_terms.energy(strain, [mu[k] for k in terms], [alpha[k] for k in terms])
         given = {
-            powers: self.constants[f"material.{key}"]
+            powers: self.constants[f"{self.table}.{key}"]
             for key, powers in POLYNOMIAL.items()
             if getattr(self.material, key) is not None
         }
         return polynomial.energy(strain, given)
 
 
-def values(material: Material) -> dict[str, np.ndarray | float]:
-    """Values of the constants by name."""
+def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | float]:
+    """Values of the constants by name, which begins with the configuration's ``table``."""
     found: dict[str, np.ndarray | float] = {
-        "material.mu_MPa": material.shear_MPa,
-        "material.lmbda_MPa": material.lmbda_MPa,
+        f"{table}.mu_MPa": material.shear_MPa,
+        f"{table}.lmbda_MPa": material.lmbda_MPa,
     }
     if material.law == "ogden":
         for key in ("ogden_mu_MPa", "ogden_alpha"):
-            found[f"material.{key}"] = np.array(getattr(material, key), dtype=float)
+            found[f"{table}.{key}"] = np.array(getattr(material, key), dtype=float)
     if material.law == "polynomial":
         for key in POLYNOMIAL:
             if getattr(material, key) is not None:
-                found[f"material.{key}"] = getattr(material, key)
+                found[f"{table}.{key}"] = getattr(material, key)
     return found

@@ -109,6 +109,13 @@ class Newton:
         self._damped = False
         self._snes = self._make_snes()
 
+    def of(self, model: Model) -> Newton:
+        """A solver of another model with the same settings; its counts begin with these."""
+        made = Newton(model, self.settings, self.profile)
+        made.iterations, made.damped = self.iterations, self.damped
+        made._factors.count, made._damping.count = self._factors.count, self._damping.count
+        return made
+
     def _make_snes(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.model.comm)
         snes.setOptionsPrefix(PREFIX)
@@ -232,7 +239,7 @@ class Newton:
         if guess is not None and carried is not None:
             self._globalisation.start(self._residual_norm(), far=True, damped=damped)
             model.unknowns.set_local(guess.unknowns)
-            carried.stress.x.array[:] = guess.stress
+            carried.values = guess.stress
         else:
             self._globalisation.start(damped=damped)
             if carried is not None:

@@ -66,6 +66,7 @@ class LoadPath:
         passable: called at the last good state with the controls that were not reached; returns
             whether equilibrium goes on there at a falling load.
         observers: called after each converged step, before it is accepted.
+        damped: solve a failed step again with damping, which may jump to another state.
     """
 
     def __init__(
@@ -75,6 +76,7 @@ class LoadPath:
         accept: Callable[[], str] | None = None,
         passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
         observers: Sequence[Observer] = (),
+        damped: bool = True,
     ) -> None:
         self.newton = newton
         self.model = newton.model
@@ -83,6 +85,7 @@ class LoadPath:
         self._accept = accept or self.model.rejects
         self._passable = passable
         self.observers = observers
+        self._damped = damped
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
@@ -169,7 +172,7 @@ class LoadPath:
         damped solve takes many iterations to run away.
         """
         solve = self.newton.solve(guess)
-        if solve.converged or (self._lost and not last):
+        if solve.converged or not self._damped or (self._lost and not last):
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)
