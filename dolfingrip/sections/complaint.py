@@ -185,4 +185,5 @@ def unknown(location: Sequence[str], root: type[BaseModel]) -> str:
         near = difflib.get_close_matches(name, here, 1, 0.6)
         meant = ".".join([*sections, *near]) if near else ""
     hint = f"did you mean {meant}? " if meant else ""
-    return f"{'.'.join(location)}: unknown key; {hint}allowed: {', '.join(here)}"
+    allowed = ", ".join(here) or f"tables [{'.'.join(sections)}.NAME]"
+    return f"{'.'.join(location)}: unknown key; {hint}allowed: {allowed}"

@@ -13,7 +13,9 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.results.result import Result
 from dolfingrip.experiments.rigs.finger import build
+from dolfingrip.experiments.rigs.perturbation import constant_values
 from dolfingrip.experiments.rigs.undeformed import load_domain
+from dolfingrip.parameter import every
 
 PAPER = (
     "finger.kind=pneunet", "pneunet.chambers=2", "pneunet.paper_mm=0.02", "material.mu_MPa=0.06",
@@ -76,6 +78,25 @@ def test_a_region_of_the_same_material_is_none() -> None:
     plain = bent("film.sheet.Et_N_per_mm=1.0")
     own = bent("film.sheet.Et_N_per_mm=1.0", "material.body.mu_MPa=0.06")
     np.testing.assert_allclose(own.column("angle_deg"), plain.column("angle_deg"), rtol=1e-7)
+
+
+def test_a_region_may_have_another_law() -> None:
+    """The model's constants are those that derivatives are taken to, of this law alone."""
+    ogden = (
+        "material.base.law=ogden", "material.base.ogden_mu_MPa=[0.08]",
+        "material.base.ogden_alpha=[2.0]", "film.sheet.Et_N_per_mm=1.0",
+    )  # fmt: skip
+    settings = config.load(None, [*PAPER, *ogden])
+    made = build(settings, load_domain(settings, MPI.COMM_SELF), plate=False)
+    asked = constant_values(settings, made.parameters)
+    assert {"material.base.ogden_mu_MPa", "material.base.ogden_alpha"} < set(made.parameters)
+    for name, constant in made.parameters.items():
+        np.testing.assert_array_equal(constant.value, asked[name], err_msg=name)
+    assert float(made.parameters["material.base.mu_MPa"].value) == 0.08
+    keys = [parameter.key for parameter in every(settings)]
+    assert "material.base.ogden_mu_MPa[0]" in keys
+    assert "material.base.mu_MPa" not in keys
+    assert "material.mu_MPa" in keys
 
 
 def test_derivatives_by_films_and_regions() -> None:

@@ -67,6 +67,6 @@ def test_a_volume_that_cannot_be_reached_is_a_classified_failure() -> None:
     result = run("bending", config.load(EXAMPLE, [*COARSE, *READINGS, *hopeless]))
     assert result.failure is not None
     assert result.failure.kind in (FailureKind.ITERATION_LIMIT, FailureKind.LIMIT_POINT)
-    assert "cavity_volume_mm3" in result.failure.attempted
+    assert "cavity_volume_mm3" in result.failure.last_good
     assert "mm3" in result.failure.sentence()
     assert len(result.rows) == 1
