@@ -26,7 +26,7 @@ class OgdenTerms(Effect):
     tension and much in equibiaxial tension, which governs ballooning. See
     :mod:`dolfingrip.forms.ogden_terms`; ``material.law = "ogden"`` has such terms alone.
 
-    Prior: μ = 0.2 ± 0.2 MPa and α = −3 ± 2, engineering guesses.
+    Prior: μ = 0.2 ± 0.2 MPa and α = −3 ± 1.5, engineering guesses.
     Fingerprint: angle and force are lower at all pressures, by 5.9 and 0.3 % at 25 kPa and by
     6.5 and 3.2 % at 250 kPa. Loading and unloading agree, at any rate.
     Confused with: the modulus at low pressure; Mooney–Rivlin and Yeoh's energies.
@@ -38,7 +38,7 @@ class OgdenTerms(Effect):
     mu_MPa: Annotated[Terms, Prior(0.2, 0.2, "engineering guess")] = Field(
         (0.2,), description="shear modulus of each term; of either sign"
     )
-    alpha: Annotated[Terms, Prior(-3.0, 2.0, "engineering guess")] = Field(
+    alpha: Annotated[Terms, Prior(-3.0, 1.5, "engineering guess")] = Field(
         (-3.0,), description="exponent of the stretches of each term; not 0"
     )
 
