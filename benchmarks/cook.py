@@ -18,7 +18,8 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs.material import pressure_field, strain_energy
+from dolfingrip.experiments.rigs.material import pressure_field
+from dolfingrip.forms import mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import displacement_element
 from dolfingrip.mechanics.model.model import Control, Model
@@ -64,7 +65,9 @@ def model(element: str, cells: int, nu: float) -> Model:
     load = fem.Constant(solid, PETSc.ScalarType(0.0))
 
     def energy(strain: Expr) -> Expr:
-        return strain_energy(strain, p, *moduli)
+        if p is None:
+            return neo_hookean.energy(strain, *moduli)
+        return mixed_neo_hookean.energy(strain, p, *moduli)
 
     work = (
         -load

@@ -13,9 +13,12 @@ from typing import Any, Self
 
 from dolfingrip.extensions.index import Extensions
 from dolfingrip.sections import tables
+from dolfingrip.sections.cast import Cast
 from dolfingrip.sections.complaint import ConfigError, checked
+from dolfingrip.sections.films import Film
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.numerics import Contact, Solver
+from dolfingrip.sections.pneunet import Pneunet
 from dolfingrip.sections.procedure import Branch, Coupon, Experiment, Protocol
 from dolfingrip.sections.setup import Setup
 from dolfingrip.sections.specimen import Cog, Finger, Material, Mesh, Morph
@@ -24,18 +27,21 @@ from dolfingrip.sections.units import KPA
 __all__ = [
     "KPA",
     "Branch",
+    "Cast",
     "Cog",
     "Config",
     "ConfigError",
     "Contact",
     "Coupon",
     "Experiment",
+    "Film",
     "Finger",
     "Gravity",
     "Material",
     "Mesh",
     "Morph",
     "Plate",
+    "Pneunet",
     "Protocol",
     "Setup",
     "Solver",

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Final, Union, get_args, get_origin
 import numpy as np
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
-from dolfingrip.config import Config, ConfigError, checked
+from dolfingrip.config import Config, ConfigError, Film, Material, checked
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.sections import complaint, tables
@@ -28,13 +28,17 @@ STEP: Final = 1e-4
 """Part of a parameter's scale by which numbers of the configuration are differentiated. What they
 determine is smooth, so the error of a central difference is 1e-8 of it."""
 
-SECTIONS: Final = ("material", "finger", "morph", "plate", "gravity", "extensions")
+SECTIONS: Final = ("material", "film", "finger", "cast", "pneunet", "morph", "plate", "gravity",
+                   "extensions")  # fmt: skip
 """Those whose numbers are properties of a finger, its set-up or its instruments."""
 
 NUMERICAL: Final = ("plate.normal", "plate.contact_length_mm", "plate.barrier_mm",
                     "plate.stiffness_MPa", "gravity.direction")  # fmt: skip
 """Keys in these sections that are choices of the model, or have an effect of their own: gravity's
 direction has gravity_pitch."""
+
+SHAPES: Final = ("finger", "cast", "pneunet")
+"""Those with dimensions, one for each kind of geometry."""
 
 PRIORS: Final = {
     "material.mu_MPa": Prior(2.93, 0.6, "printed NinjaFlex; spread 20 %, engineering guess", True),
@@ -103,8 +107,9 @@ class Parameter:
 
     def value(self, config: Config) -> float:
         """Its value in ``config``."""
-        if self.key == "material.nu":  # which may be absent
-            return config.material.poisson
+        section, _, region = self.key.removesuffix(".nu").partition(".")
+        if section == "material" and self.key.endswith(".nu"):  # which may be absent
+            return config.material.of(region).poisson
         value: Any = config
         for part in _parts(self.key):
             value = value[part] if isinstance(part, int) else getattr(value, part)
@@ -160,11 +165,16 @@ def every(config: Config) -> list[Parameter]:
     for section in SECTIONS:
         if section == "gravity" and not config.gravity.acceleration_m_s2:
             continue
+        if section in SHAPES and section != config.geometry_table:
+            continue
         if section == "extensions":
             for effect in config.extensions.active():
                 found += _of_table(config, effect, f"extensions.{effect.name()}", effect)
         else:
-            found += _of_table(config, getattr(config, section), section, None)
+            table = getattr(config, section)
+            found += _of_table(config, table, section, None)
+            for name, below in (table.model_extra or {}).items():
+                found += _of_table(config, below, f"{section}.{name}", None)
     return found
 
 
@@ -214,11 +224,12 @@ def _field(key: str, option: str) -> Any:
     parts = key.split(".")
     info = None
     for i, part in enumerate(parts):
-        known = complaint.fields(parts[:i], Config)
-        if not known:
+        known, entries = complaint.below(parts[:i], Config)
+        if not known and entries is None:
             raise ConfigError(f"{option} {key}: {parts[i - 1]} is a value, not a section")
         info = known.get(part)
-        if info is None:
+        chosen = entries is not None and i + 1 < len(parts)  # a table that a user named
+        if info is None and not chosen:
             raise ConfigError(f"{option} {complaint.unknown(parts[: i + 1], Config)}")
     return info
 
@@ -259,9 +270,15 @@ def _of_table(
     for key, info in type(table).model_fields.items():
         if f"{path}.{key}" in NUMERICAL:
             continue
+        if isinstance(table, Material) and key == "mu_MPa" and table.law != "neo-hooke":
+            continue  # another law has numbers of its own
         value = getattr(table, key)
-        if f"{path}.{key}" == "material.nu" and config.material.bulk_MPa is None:
-            value = config.material.poisson
+        if f"{path}.{key}" == "cast.cup_mm" and not value:
+            continue  # without a cup there is no face that could move
+        if isinstance(table, Film) and key == "fibre_deg" and config.mesh.half:
+            continue  # turned alone, a family is no mirror image any more
+        if isinstance(table, Material) and key == "nu" and table.bulk_MPa is None:
+            value = table.poisson
         for name, number, metadata in _numbers(key, value, info):
             prior = effect.priors().get(key) if effect else PRIORS.get(f"{path}.{key}")
             low, high = _bounds(metadata)
@@ -328,8 +345,7 @@ def _scale(value: float, prior: Prior | None) -> float:
 def _entry(section: str, key: str, effect: Effect | type[Effect] | None) -> Entry:
     if effect is None:
         return {
-            "finger": Entry.SHAPE,
-            "morph": Entry.SHAPE,
+            **dict.fromkeys((*SHAPES, "morph"), Entry.SHAPE),
             "plate": Entry.POSE if key in ("gap_mm", "tilt_deg") else Entry.CONSTANT,
         }.get(section, Entry.CONSTANT)
     if effect.kind == "numerical":

@@ -10,7 +10,10 @@ import basix.ufl
 import ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.classes import Condition, Label, MultiIndex, Variable
 from ufl.core.expr import Expr
+
+from dolfingrip.forms import chain_rule
 
 SOLID = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
 """Domain of expressions in coordinates, which UFL requires; it has no cells."""
@@ -34,7 +37,35 @@ def number(
         6.0
     """
     plain = apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))
-    return float(plain(at, dict(known or {})))
+    return float(_folded(plain, at, dict(known or {})))
+
+
+def _folded(top: Expr, at: Sequence[float], known: dict[Expr, object]) -> Expr:
+    """``top`` as a number: each scalar in it is evaluated once, however often it is used."""
+    done: dict[int, Expr] = {}
+    left = [top]
+    while left:
+        node = left[-1]
+        waiting = [part for part in node.ufl_operands if id(part) not in done]
+        if waiting:
+            left += waiting
+            continue
+        left.pop()
+        if id(node) in done:
+            continue
+        parts = [done[id(part)] for part in node.ufl_operands]
+        same = all(a is b for a, b in zip(parts, node.ufl_operands, strict=True))
+        found = node if same else node._ufl_expr_reconstruct_(*parts)
+        if isinstance(node, Variable):
+            found = parts[0]
+        elif not isinstance(node, Label | MultiIndex | Condition) and _is_number(node):
+            found = ufl.as_ufl(float(found(at, known)))
+        done[id(node)] = found
+    return done[id(top)]
+
+
+def _is_number(node: Expr) -> bool:
+    return not (node.ufl_shape or node.ufl_free_indices)
 
 
 def displacement(gradient: Sequence[Sequence[float]]) -> Expr:
@@ -61,4 +92,4 @@ def nominal_stress(density: Callable[[Expr], Expr], stretch: float, *, held: boo
     across = ufl.as_ufl(1.0) if held else 1 / ufl.sqrt(along)
     strains = [(each**2 - 1) / 2 for each in (across, across, along)]
     strain = ufl.as_matrix([[strains[i] if i == j else 0 for j in range(3)] for i in range(3)])
-    return number(ufl.diff(density(strain), along))
+    return number(chain_rule.by_variable(density(strain), along))

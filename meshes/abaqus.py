@@ -106,7 +106,12 @@ def read(path: Path) -> SolidMesh:
             claimed = np.isin(every[free, :corners], members).all(axis=1)
             facets[name] = every[free[claimed]]
             free = free[~claimed]
-    return assemble(points, cells, facets)
+    regions = {}
+    for name, listed in deck.elsets.items():
+        inside = np.array([row[element] for element in listed if element in row], dtype=np.int64)
+        if name != groups.SOLID and len(inside):
+            regions[name] = np.unique(inside)
+    return assemble(points, cells, facets, regions)
 
 
 def write(path: Path, mesh: SolidMesh) -> None:
@@ -124,7 +129,10 @@ def write(path: Path, mesh: SolidMesh) -> None:
         meshio.Mesh(
             mesh.points,
             [(nodes[mesh.cells.shape[1]], to_vtk(mesh.cells))],
-            cell_sets={groups.SOLID: [np.arange(len(mesh.cells))]},
+            cell_sets={
+                groups.SOLID: [np.arange(len(mesh.cells))],
+                **{name: [rows] for name, rows in mesh.regions.items()},
+            },
             point_sets={name: np.unique(facets) for name, facets in mesh.facets.items()},
         ),
         file_format="abaqus",

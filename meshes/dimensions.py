@@ -1,6 +1,6 @@
 """Motion of the points of a finger's mesh as its dimensions change; cells and groups stay.
 
-All faces of a bellows finger lie in planes x, y or z = const that follow from its dimensions, so a
+All faces of a finger of boxes lie in planes x, y or z = const that follow from its dimensions, so a
 mesh of any kind follows a change of a dimension by moving along each axis: the planes go where the
 new dimensions put them, and points between two planes keep their relative position.
 """
@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from dolfingrip.meshes.finger import TOLERANCE_MM, boxes
+from dolfingrip.meshes.boxes import TOLERANCE_MM
+from dolfingrip.meshes.kinds import Dimensions, box_solid
 from dolfingrip.meshes.solid import Floats, MeshError
-from dolfingrip.sections.specimen import Finger
 
 
-def moved(points: Floats, finger: Finger, changed: Finger) -> Floats:
-    """Points of a mesh of ``finger``, moved to the dimensions of ``changed``.
+def moved(points: Floats, dimensions: Dimensions, changed: Dimensions) -> Floats:
+    """Points of a mesh of ``dimensions``, moved to those of ``changed``.
 
     Args:
         points: (n, 3) before any morph (mm).
-        finger: dimensions that the mesh was made from.
-        changed: other dimensions with the same number of bellows.
+        dimensions: that the mesh was made from.
+        changed: others of the same kind with the same number of chambers.
 
     Returns:
         (n, 3) points (mm).
@@ -29,11 +29,13 @@ def moved(points: Floats, finger: Finger, changed: Finger) -> Floats:
         MeshError: the two fingers differ in the order of their planes.
     """
     found = points.copy()
-    for axis, (before, after) in enumerate(zip(_planes(finger), _planes(changed), strict=True)):
+    solids = box_solid(dimensions), box_solid(changed)
+    for axis in range(3):
+        before, after = (solid.planes(axis) for solid in solids)
         if len(before) != len(after):
+            (_, there), (key, asked) = dimensions.count(), changed.count()
             raise MeshError(
-                f"finger.bellows = {changed.bellows}: allowed: {finger.bellows}, the number in "
-                "the mesh that is to be moved"
+                f"{key} = {asked}: allowed: {there}, the number in the mesh that is to be moved"
             )
         order = np.argsort(before, kind="stable")
         before, after = before[order], after[order]
@@ -45,12 +47,3 @@ def moved(points: Floats, finger: Finger, changed: Finger) -> Floats:
             raise MeshError(f"finger: {changed} has its faces in another order; remesh it")
         found[:, axis] = np.interp(points[:, axis], before[first], target)
     return found
-
-
-def _planes(finger: Finger) -> list[Floats]:
-    """Coordinates of the faces along each axis (mm), in an order that the dimensions set."""
-    body, cavity, gaps = boxes(finger)
-    return [
-        np.array([value for box in (body, *cavity, *gaps) for value in box[axis]])
-        for axis in range(3)
-    ]

@@ -30,7 +30,8 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
     Args:
         path: A .msh file of Gmsh, the groups being its physical groups, an .inp file of Abaqus (see
             :mod:`dolfingrip.meshes.abaqus`), or a .vtk or .vtu file, the groups being the tags in
-            the cells' array ``group``.
+            the cells' array ``group``. Volume groups are regions: physical groups, element sets, or
+            tags above 1 in the array, named as in ``groups.VOLUME_TAGS`` or ``region_7``.
         needed: groups that it must have.
 
     Raises:
@@ -99,11 +100,13 @@ def _read_vtk(path: Path) -> SolidMesh:
         raise MeshError(f"not readable as VTK: {error or type(error).__name__}") from None
     tags = found.cell_data.get("group", [np.zeros(len(b.data), np.int64) for b in found.cells])
     solids: list[Ints] = []
+    volumes: list[Ints] = []
     facets: dict[str, list[Ints]] = {name: [] for name in groups.SURFACE_TAGS}
     for block, group in zip(found.cells, tags, strict=True):
         data = np.asarray(block.data, dtype=np.int64)
         if block.type in _CELLS:
             solids.append(from_vtk(data))
+            volumes.append(np.asarray(group, dtype=np.int64).ravel())
         elif block.dim == 3:
             solids.append(data)
         elif block.type in _FACETS:
@@ -119,7 +122,14 @@ def _read_vtk(path: Path) -> SolidMesh:
     surfaces = {name: joined(name, parts, cells) for name, parts in facets.items()}
     present = {name: corners for name, corners in surfaces.items() if len(corners)}
     points = np.asarray(found.points, dtype=float)
-    return assemble(points, cells, present)
+    known = {tag: name for name, tag in groups.VOLUME_TAGS.items()}
+    tag_of = np.concatenate(volumes)
+    regions = {
+        known.get(tag, f"region_{tag}"): np.flatnonzero(tag_of == tag)
+        for tag in sorted({int(tag) for tag in tag_of})
+        if tag > groups.SOLID_TAG
+    }
+    return assemble(points, cells, present, regions)
 
 
 def _write_msh(path: Path, mesh: SolidMesh) -> None:
@@ -131,7 +141,10 @@ def _write_msh(path: Path, mesh: SolidMesh) -> None:
 def _write_vtk(path: Path, mesh: SolidMesh) -> None:
     solid = next(name for name, nodes in _CELLS.items() if nodes == mesh.cells.shape[1])
     of_facet = {nodes: name for name, nodes in _FACETS.items()}
-    tags = [np.full(len(mesh.cells), groups.SOLID_TAG, dtype=np.int32)]
+    volume = np.full(len(mesh.cells), groups.SOLID_TAG, dtype=np.int32)
+    for name, tag in groups.volume_tags(list(mesh.regions)).items():
+        volume[mesh.regions[name]] = tag
+    tags = [volume]
     tags += [
         np.full(len(f), groups.SURFACE_TAGS[n], dtype=np.int32) for n, f in mesh.facets.items()
     ]

@@ -5,18 +5,9 @@ The base layer's back is the plane x = 0, the clamp z = 0, the symmetry plane y 
 
 from __future__ import annotations
 
+from dolfingrip.meshes.boxes import THINNEST_MM, TOLERANCE_MM, Box, BoxSolid
 from dolfingrip.meshes.solid import MeshError
 from dolfingrip.sections.specimen import Finger
-
-TOLERANCE_MM = 1e-5
-"""Larger than the padding of OpenCASCADE's bounding boxes, smaller than any dimension."""
-
-THINNEST_MM = 0.01
-"""Least distance of two parallel faces; the kernel may drop much thinner parts."""
-
-Interval = tuple[float, float]
-Box = tuple[Interval, Interval, Interval]
-"""Extent (mm) along x, y and z."""
 
 
 def bellows_intervals(finger: Finger) -> list[tuple[float, float]]:
@@ -58,6 +49,23 @@ def boxes(finger: Finger) -> tuple[Box, list[Box], list[Box]]:
         ((0.0, depth), across, (0.0, finger.length_mm)),
         [((floor, roof), channel, ends), *cavity],
         [((roof + wall, depth), across, z) for z in gap_intervals(finger)],
+    )
+
+
+def box_solid(finger: Finger) -> BoxSolid:
+    """The finger as a solid of boxes."""
+    body, cavity, gaps = boxes(finger)
+    floor = finger.base_layer_mm
+    valley = floor + finger.channel_mm + finger.wall_mm
+    inner = [finger.chamber_width_mm / 2, finger.channel_width / 2]
+    # inside a cavity and in a gap between bellows, the solid's corners are concave at both ends
+    starts, ends = zip(*(box[2] for box in (*cavity, *gaps)), strict=True)
+    return BoxSolid(
+        body,
+        cavity,
+        gaps,
+        rising=([floor, valley], [-y for y in inner], starts),
+        falling=([valley], inner, ends),
     )
 
 

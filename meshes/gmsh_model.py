@@ -73,7 +73,7 @@ def current_mesh() -> SolidMesh:
     index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
     index[tags.astype(np.int64)] = np.arange(len(tags))
     blocks = {}
-    types, _, nodes = gmsh.model.mesh.getElements(3)
+    types, numbers, nodes = gmsh.model.mesh.getElements(3)
     for kind, node_tags in zip(types, nodes, strict=True):
         per_element = gmsh.model.mesh.getElementProperties(kind)[3]
         blocks[kind] = index[node_tags.astype(np.int64)].reshape(-1, per_element)
@@ -89,7 +89,23 @@ def current_mesh() -> SolidMesh:
         name = gmsh.model.getPhysicalName(2, group).lower()
         if name in groups.SURFACE_TAGS:
             facets[name] = joined(name, [index[part] for part in _facets_of(group)], cells)
-    return assemble(coordinates.reshape(-1, 3), cells, facets)
+    regions = _regions(np.asarray(numbers[0], dtype=np.int64))
+    return assemble(coordinates.reshape(-1, 3), cells, facets, regions)
+
+
+def _regions(numbers: Ints) -> dict[str, Ints]:
+    """Rows of the elements with these numbers by volume group, without that of all."""
+    order = np.argsort(numbers)
+    found: dict[str, Ints] = {}
+    for _, group in gmsh.model.getPhysicalGroups(3):
+        name = gmsh.model.getPhysicalName(3, group).lower()
+        if not name or name == groups.SOLID:
+            continue
+        entities = gmsh.model.getEntitiesForPhysicalGroup(3, group)
+        parts = [t for entity in entities for t in gmsh.model.mesh.getElements(3, entity)[1]]
+        members = np.concatenate([np.empty(0, np.int64), *parts]).astype(np.int64)
+        found[name] = np.sort(order[np.searchsorted(numbers, members, sorter=order)])
+    return found
 
 
 def _facets_of(group: int) -> list[Ints]:
@@ -108,11 +124,24 @@ def insert(mesh: SolidMesh) -> None:
     surfaces = [groups.SURFACE_TAGS[name] for name in mesh.facets]
     for surface in surfaces:
         gmsh.model.addDiscreteEntity(2, surface)
-    gmsh.model.addDiscreteEntity(3, groups.SOLID_TAG, surfaces)
-    gmsh.model.mesh.addNodes(3, groups.SOLID_TAG, tags, mesh.points.ravel())
+    # an entity for each set of regions that some elements share
+    names = list(mesh.regions)
+    member = np.zeros((len(mesh.cells), len(names)), dtype=bool)
+    for i, rows in enumerate(mesh.regions.values()):
+        member[rows, i] = True
+    kinds, of = np.unique(member, axis=0, return_inverse=True)
+    volumes = [groups.SOLID_TAG + i for i in range(len(kinds))]
     kind = _type(_CELLS, mesh.cells)
-    gmsh.model.mesh.addElementsByType(groups.SOLID_TAG, kind, [], (mesh.cells + 1).ravel())
-    gmsh.model.addPhysicalGroup(3, [groups.SOLID_TAG], groups.SOLID_TAG, groups.SOLID)
+    for i, volume in enumerate(volumes):
+        gmsh.model.addDiscreteEntity(3, volume, surfaces)
+        if not i:
+            gmsh.model.mesh.addNodes(3, volume, tags, mesh.points.ravel())
+        cells = mesh.cells[of.ravel() == i]
+        gmsh.model.mesh.addElementsByType(volume, kind, [], (cells + 1).ravel())
+    gmsh.model.addPhysicalGroup(3, volumes, groups.SOLID_TAG, groups.SOLID)
+    for i, (name, tag) in enumerate(groups.volume_tags(names).items()):
+        inside = [volume for volume, row in zip(volumes, kinds, strict=True) if row[i]]
+        gmsh.model.addPhysicalGroup(3, inside, tag, name)
     for (name, facets), surface in zip(mesh.facets.items(), surfaces, strict=True):
         kind = _type(_FACETS, facets)
         gmsh.model.mesh.addElementsByType(surface, kind, [], (facets + 1).ravel())

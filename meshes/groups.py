@@ -6,6 +6,7 @@ restricted to a group without looking names up.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 SOLID: Final = "solid"
@@ -16,13 +17,24 @@ TIP: Final = "tip"
 SYMMETRY: Final = "symmetry"
 
 SOLID_TAG: Final = 1
-"""Tag of the only volume group."""
+"""Tag of the volume group that all elements are in."""
+
+VOLUME_TAGS: Final[dict[str, int]] = {"body": 2, "film": 3, "base": 4, "paper": 5}
+"""Tag of each region of the kinds of geometry, by name; those of other names come after them."""
 
 SURFACE_TAGS: Final[dict[str, int]] = {CAVITY: 11, CLAMP: 12, SKIN: 13, TIP: 14, SYMMETRY: 15}
 """Tag of each surface group, by name."""
 
 NEEDED: Final = (CAVITY, CLAMP, SKIN, TIP)
 """Surface groups that every mesh must have; a half finger also has ``symmetry``."""
+
+
+def volume_tags(names: Sequence[str]) -> dict[str, int]:
+    """Tag of each of these regions, in their order."""
+    others = [name for name in names if name not in VOLUME_TAGS]
+    first = max(*VOLUME_TAGS.values(), *SURFACE_TAGS.values()) + 1
+    tags = VOLUME_TAGS | {name: first + i for i, name in enumerate(others)}
+    return {name: tags[name] for name in names}
 
 
 def missing_message(missing: list[str]) -> str:

@@ -124,19 +124,26 @@ def _check_groups(mesh: SolidMesh) -> None:
 
 
 def _check_closed(mesh: SolidMesh) -> None:
-    """Each edge of the cavity has a neighbour in reverse, or lies on the symmetry plane."""
+    """Each edge of the cavity has a neighbour in reverse, or lies on a plane that closes it.
+
+    These are the symmetry plane, and the clamped plane z = 0 where a tube enters: there the
+    opening is at rest, and the volume's integrand x · n is 0.
+    """
     corners = mesh.shape.facet_corners
-    cavity, plane = (
+    cavity, plane, clamp = (
         mesh.facets.get(name, np.empty((0, corners), dtype=np.int64))[:, :corners]
-        for name in (groups.CAVITY, groups.SYMMETRY)
+        for name in (groups.CAVITY, groups.SYMMETRY, groups.CLAMP)
     )
-    edges, others = _directed_edges(cavity), _directed_edges(plane)
+    extent = float(np.ptp(mesh.points, axis=0).max())
+    clamp = clamp[(np.abs(mesh.points[clamp, 2]) <= _OFF_PLANE * extent).all(axis=1)]
+    edges = _directed_edges(cavity)
+    others = np.concatenate([_directed_edges(plane), _directed_edges(clamp)])
     back = np.concatenate([edges, others])[:, ::-1]
     open_edges = len(edges) - _common_rows(edges, back)
     if open_edges:
         raise MeshError(
             f"group cavity: not closed, {open_edges} edges with one facet; "
-            "allowed: two, or one on the symmetry plane"
+            "allowed: two, or one on the symmetry plane or the clamped plane z = 0"
         )
 
 

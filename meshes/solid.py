@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -33,11 +33,14 @@ class SolidMesh:
             quadrilaterals, shape (k, 4) or (k, 8): corners counter-clockwise seen from outside the
             solid (normals point out of it, into the cavity on the cavity's surface), then the
             midpoints of the edges from each corner to the next.
+        regions: rows of ``cells`` of each volume group; empty where the solid has none. They may
+            overlap or leave cells out.
     """
 
     points: Floats
     cells: Ints
     facets: dict[str, Ints]
+    regions: dict[str, Ints] = field(default_factory=dict)
 
     @property
     def shape(self) -> CellShape:
@@ -133,13 +136,19 @@ def _rows(name: str, facets: Ints, cells: Ints) -> Ints:
     return rows
 
 
-def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
+def assemble(
+    points: Floats,
+    cells: Ints,
+    facets: dict[str, Ints],
+    regions: Mapping[str, Ints] | None = None,
+) -> SolidMesh:
     """A mesh from facets in any orientation, without the points that no element has.
 
     Args:
         points: shape (n, 3), mm.
         cells: as in :class:`SolidMesh`.
         facets: corners of each group's facets first, shape (k, nodes).
+        regions: as in :class:`SolidMesh`.
 
     Raises:
         MeshError: where a facet is no face on the boundary of the solid.
@@ -153,7 +162,7 @@ def assemble(points: Floats, cells: Ints, facets: dict[str, Ints]) -> SolidMesh:
     groups = {}
     for name, found in facets.items():
         groups[name] = every[np.unique(_rows(name, new[found[:, :corners]], compact))]
-    return SolidMesh(np.ascontiguousarray(points[used]), compact, groups)
+    return SolidMesh(np.ascontiguousarray(points[used]), compact, groups, dict(regions or {}))
 
 
 def second_order(mesh: SolidMesh) -> SolidMesh:
@@ -174,4 +183,4 @@ def second_order(mesh: SolidMesh) -> SolidMesh:
     every = faces(cells)
     groups = {name: every[_rows(name, facets, cells)] for name, facets in mesh.facets.items()}
     points = np.concatenate([mesh.points, mesh.points[edges].mean(axis=1)])
-    return SolidMesh(points, cells, groups)
+    return SolidMesh(points, cells, groups, mesh.regions)

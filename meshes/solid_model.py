@@ -5,7 +5,8 @@ from __future__ import annotations
 import gmsh
 
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.finger import TOLERANCE_MM, Box, boxes, refuse_slivers
+from dolfingrip.meshes.boxes import TOLERANCE_MM, Box
+from dolfingrip.meshes.finger import boxes, refuse_slivers
 from dolfingrip.meshes.solid import MeshError
 from dolfingrip.sections.specimen import Finger
 

@@ -1,4 +1,4 @@
-"""The bellows finger in hexahedra: cells of a rectilinear grid, since it is made of boxes.
+"""Solids of boxes in hexahedra: cells of a rectilinear grid.
 
 Reduced-integration serendipity elements of second order (Abaqus' C3D20R) bend well with one cell
 across a wall, so such a mesh is as accurate as tetrahedra with several times as many unknowns.
@@ -7,21 +7,25 @@ across a wall, so such a mesh is as accurate as tetrahedra with several times as
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from dolfingrip.meshes import groups
+from dolfingrip.meshes.boxes import THINNEST_MM, Box, BoxSolid
 from dolfingrip.meshes.cells import Ints
-from dolfingrip.meshes.finger import THINNEST_MM, Box, boxes, refuse_slivers
+from dolfingrip.meshes.kinds import Dimensions, box_solid, refuse_slivers
 from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh, faces, second_order
-from dolfingrip.sections.specimen import Finger, Mesh
+from dolfingrip.sections.specimen import Mesh
 
 GROWTH: Final = 7.0
 """Ratio of neighbouring cells' sizes away from a concave edge; the stress decays as r^-0.46."""
+
+Bools = NDArray[np.bool_]
 
 SOLID, CAVITY, OUTSIDE = 0, 1, 2
 """Kinds of a cell of the grid."""
@@ -37,17 +41,22 @@ class Grid:
     Attributes:
         planes: coordinates (mm) along x, y and z, ascending, shapes (n + 1,).
         kind: :data:`SOLID`, :data:`CAVITY` or :data:`OUTSIDE` of each cell, shape (nx, ny, nz).
+        regions: whether each cell is in a region, by the region's name, shape (nx, ny, nz); no
+            cell is in two. Empty for a solid of one region.
+        cup_mm: length along z over which the sides are clamped, too.
     """
 
     planes: tuple[Floats, Floats, Floats]
     kind: Ints
+    regions: Mapping[str, Bools] = field(default_factory=dict)
+    cup_mm: float = 0.0
 
 
-def structured_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
+def structured_mesh(dimensions: Dimensions, mesh: Mesh) -> SolidMesh:
     """Mesh a finger in hexahedra.
 
     Args:
-        finger: dimensions.
+        dimensions: of any kind of geometry.
         mesh: half or whole, sizes, refinement.
 
     Returns:
@@ -56,38 +65,36 @@ def structured_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
     Raises:
         MeshError: where a part of the finger is too thin, or the mesh would not fit into memory.
     """
-    refuse_slivers(finger)
-    solid = _cells(grid(finger, mesh), mesh.half)
+    refuse_slivers(dimensions)
+    solid = _cells(grid(dimensions, mesh), mesh.half)
     return second_order(solid) if mesh.order == 2 else solid
 
 
-def grid(finger: Finger, mesh: Mesh) -> Grid:
+def grid(dimensions: Dimensions, mesh: Mesh) -> Grid:
     """The grid whose planes all faces of the finger lie in, refined towards concave edges."""
-    size, edge = mesh.hexahedra_mm(finger)
-    body, cavity, gaps = boxes(finger)
-    walls = [_unique(v for box in (body, *cavity, *gaps) for v in box[axis]) for axis in range(3)]
+    size, edge = mesh.hexahedra_mm(dimensions)
+    boxes = box_solid(dimensions)
+    walls = [_unique(boxes.planes(axis)) for axis in range(3)]
     if mesh.half:
         walls[1] = walls[1][walls[1] > -THINNEST_MM]
         walls[1] = np.concatenate([[0.0], walls[1][walls[1] > THINNEST_MM]])
-
-    floor = finger.base_layer_mm
-    valley = floor + finger.channel_mm + finger.wall_mm
-    inner = [finger.chamber_width_mm / 2, finger.channel_width / 2]
-    # inside a cavity and in a gap between bellows, the solid's corners are concave at both ends
-    starts, ends = zip(*(box[2] for box in (*cavity, *gaps)), strict=True)
-    rising = [[floor, valley], [-y for y in inner], list(starts)]
-    falling = [[valley], inner, list(ends)]
-    _limit(finger, mesh, size, edge)
+    _limit(boxes.body, mesh, size, edge)
     planes = [
-        _planes(walls[axis], rising[axis], falling[axis], size, edge, mesh.refine)
+        _planes(walls[axis], boxes.rising[axis], boxes.falling[axis], size, edge, mesh.refine)
         for axis in range(3)
     ]
-    return Grid((planes[0], planes[1], planes[2]), _kinds(planes, cavity, gaps))
+    return Grid(
+        (planes[0], planes[1], planes[2]),
+        _kinds(planes, boxes.cavity, boxes.gaps),
+        _regions(planes, boxes),
+        boxes.cup_mm,
+    )
 
 
-def _limit(finger: Finger, mesh: Mesh, size: float, edge: float) -> None:
+def _limit(body: Box, mesh: Mesh, size: float, edge: float) -> None:
     """Refuse sizes that would fill the memory, before anything is allocated."""
-    extent = (finger.depth_mm, finger.width_mm / (2 if mesh.half else 1), finger.length_mm)
+    x, y, z = (high - low for low, high in body)
+    extent = (x, y / (2 if mesh.half else 1), z)
     expected = mesh.refine**3 * math.prod(max(length / size, 1.0) for length in extent)
     if expected > MOST_ELEMENTS:
         least = size * (expected / MOST_ELEMENTS) ** (1 / 3)
@@ -110,15 +117,15 @@ def _unique(values: Iterable[float]) -> Floats:
 
 def _planes(
     walls: Floats,
-    rising: list[float],
-    falling: list[float],
+    rising: Sequence[float],
+    falling: Sequence[float],
     size: float,
     edge: float,
     refine: int,
 ) -> Floats:
     """Coordinates between and on ``walls``, fine above ``rising`` and below ``falling`` ones."""
 
-    def among(value: float, marked: list[float]) -> bool:
+    def among(value: float, marked: Sequence[float]) -> bool:
         return any(abs(value - other) < THINNEST_MM / 10 for other in marked)
 
     lengths: list[float] = []
@@ -153,15 +160,36 @@ def _divide(length: float, size: float, edge: float, first: bool, last: bool) ->
     return [*head, *[rest / count] * count, *reversed(tail)]
 
 
-def _kinds(planes: list[Floats], cavity: list[Box], gaps: list[Box]) -> Ints:
+def _kinds(planes: list[Floats], cavity: Sequence[Box], gaps: Sequence[Box]) -> Ints:
     """The kind of each cell of the grid."""
-    centres = [(p[1:] + p[:-1]) / 2 for p in planes]
-    kind = np.full([len(c) for c in centres], SOLID, dtype=np.int64)
+    kind = np.full([len(p) - 1 for p in planes], SOLID, dtype=np.int64)
     for label, found in ((OUTSIDE, gaps), (CAVITY, cavity)):
         for box in found:
-            within = [(c > low) & (c < high) for c, (low, high) in zip(centres, box, strict=True)]
-            kind[np.ix_(*within)] = label
+            kind[_within(planes, box)] = label
     return kind
+
+
+def _regions(planes: list[Floats], boxes: BoxSolid) -> dict[str, Bools]:
+    """Whether each cell of the grid is in a region, by name."""
+    if not boxes.regions:
+        return {}
+    names = [boxes.rest, *boxes.regions]
+    label = np.zeros([len(p) - 1 for p in planes], dtype=np.int64)
+    for i, found in enumerate(boxes.regions.values(), 1):
+        for box in found:
+            label[_within(planes, box)] = i
+    return {name: label == i for i, name in enumerate(names)}
+
+
+def _within(planes: list[Floats], box: Box) -> tuple[Ints, ...]:
+    """Index of the cells whose middle is in a box."""
+    centres = [(p[1:] + p[:-1]) / 2 for p in planes]
+    return np.ix_(
+        *[
+            np.flatnonzero((c > low) & (c < high))
+            for c, (low, high) in zip(centres, box, strict=True)
+        ]
+    )
 
 
 def _cells(grid: Grid, half: bool) -> SolidMesh:
@@ -176,7 +204,10 @@ def _cells(grid: Grid, half: bool) -> SolidMesh:
     used, inverse = np.unique(cells, return_inverse=True)
     points = np.stack(np.meshgrid(*grid.planes, indexing="ij"), axis=-1).reshape(-1, 3)[used]
     cells = inverse.reshape(cells.shape).astype(np.int64)
-    return SolidMesh(points, cells, _facets(grid, where, faces(cells), half))
+    regions = {
+        name: np.flatnonzero(inside[tuple(where.T)]) for name, inside in grid.regions.items()
+    }
+    return SolidMesh(points, cells, _facets(grid, where, faces(cells), half), regions)
 
 
 def _facets(grid: Grid, where: Ints, every: Ints, half: bool) -> dict[str, Ints]:
@@ -184,12 +215,14 @@ def _facets(grid: Grid, where: Ints, every: Ints, half: bool) -> dict[str, Ints]
     padded = np.pad(grid.kind, 1, constant_values=OUTSIDE)
     shape = np.array(grid.kind.shape)
     names = np.full((len(where), len(NEIGHBOUR)), "", dtype=object)
+    in_cup = grid.planes[2][where[:, 2]] < grid.cup_mm - THINNEST_MM / 10
     for face, (axis, side) in enumerate(NEIGHBOUR):
         beyond = where.copy()
         beyond[:, axis] += 2 * side - 1
         kind = padded[tuple((beyond + 1).T)]
         names[kind == CAVITY, face] = groups.CAVITY
         names[kind == OUTSIDE, face] = groups.SKIN
+        names[(kind == OUTSIDE) & in_cup, face] = groups.CLAMP
         end = (beyond[:, axis] < 0) | (beyond[:, axis] >= shape[axis])
         if axis == 2:
             names[end, face] = groups.TIP if side else groups.CLAMP

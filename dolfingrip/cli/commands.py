@@ -205,7 +205,8 @@ def _bar(
             nonlocal rows
             rows += 1
             column = controls[row["experiment"]]
-            show(rows, total, f"{row[column]:g} {unit(column)}")
+            # the stops after a change to volume control are not known before
+            show(rows, max(rows, total), f"{row[column]:g} {unit(column)}")
 
         yield advance
 

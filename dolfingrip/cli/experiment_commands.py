@@ -131,6 +131,8 @@ def _command(experiment: Experiment) -> Callable[..., None]:
         parameters: str | None = None,
         **given: Any,
     ) -> None:
+        if _fitted(given, out):
+            return
         from dolfingrip.cli.commands import run_experiment
 
         assignments = [*(overrides or ()), *_assignments(experiment, given)]
@@ -169,6 +171,25 @@ def _parameters(experiment: Experiment) -> list[Parameter]:
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, (annotation, default) in found.items()
     ]
+
+
+def _fitted(given: Mapping[str, Any], out: Path) -> bool:
+    """Whether laws were fitted to measurements, as a coupon's options ask for, and no run is due.
+
+    Raises:
+        ConfigError: one line, where options of a fit are given without one.
+    """
+    if given.get("fit"):
+        from dolfingrip.cli.fit_command import fit_laws
+
+        fit_laws(given["fit"], given["law"] or (), given["max_stretch"], out)
+        return True
+    for name in ("law", "max_stretch"):
+        if given.get(name):
+            flag = f"--{name.replace('_', '-')}"
+            value = given[name][0] if name == "law" else f"{given[name]:g}"
+            raise ConfigError(f"{flag} {value}: allowed: with --fit FILE.csv")
+    return False
 
 
 def _annotation(option: Option) -> Any:

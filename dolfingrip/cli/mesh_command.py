@@ -63,7 +63,7 @@ def _of_order(order: int, mesh: SolidMesh) -> SolidMesh:
         return mesh
     if order == 2:
         return second_order(mesh)
-    return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets)
+    return assemble(mesh.points, mesh.cells[:, : mesh.shape.corners], mesh.facets, mesh.regions)
 
 
 def _make(out: Path) -> None:

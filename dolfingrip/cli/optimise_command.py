@@ -107,7 +107,8 @@ def _base(campaign: dict[str, Any], file: Path | None, overrides: Sequence[str])
 
     if file is not None or "base" not in campaign:
         return configuration.load(file, overrides, DEFAULTS)
-    data = {section: dict(keys) for section, keys in campaign["base"].items()}
+    # the tables of other kinds of geometry are absent
+    data = {section: dict(keys) for section, keys in campaign["base"].items() if keys is not None}
     for assignment in overrides:
         tables.override(data, assignment)
     return configuration.from_dict(data)

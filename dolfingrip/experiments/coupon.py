@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.description import Column, Curve, Plot
+from dolfingrip.experiments.description import Column, Curve, Option, Plot
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
@@ -40,6 +41,11 @@ class Coupon(Experiment):
         "Nominal strain (–)",
     )
     poses: ClassVar = False
+    options: ClassVar = (
+        Option("--fit", list[Path], None, "Fit laws to this measured CSV instead; repeatable."),
+        Option("--law", list[str], None, "With --fit: this law alone; repeatable."),
+        Option("--max-stretch", float, None, "With --fit: leave out readings beyond."),
+    )
 
     def schedule(self, config: Config) -> Sequence[Stop]:
         coupon, protocol = config.coupon, config.protocol

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +52,14 @@ class Option:
 
     Attributes:
         flag: on the command line.
-        type: of its value; ``bool`` for one without a value.
+        type: of its value; ``bool`` for one without a value, a list for one that can be repeated.
         default: where it is not given; None leaves the configuration's.
         help: one line.
         key: of the configuration, which it sets; "" where the experiment itself looks at it.
     """
 
     flag: str
-    type: type
+    type: Any
     default: object
     help: str
     key: str = ""

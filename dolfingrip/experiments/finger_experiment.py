@@ -23,6 +23,8 @@ class FingerExperiment(Experiment):
             "rate_kPa_per_s": config.experiment.rate_kPa_per_s,
             "finger": config.finger.model_dump(exclude_defaults=True),
         }
+        if config.geometry_table != "finger":
+            data[config.geometry_table] = config.geometry.model_dump(exclude_none=True)
         if config.gravity.acceleration_m_s2:
             data["gravity"] = {"direction": list(config.gravity.direction)}
         return data

@@ -127,10 +127,35 @@ def _lead(
     observers: Sequence[Observer] = (),
 ) -> Failure | None:
     """Call ``reached`` with the row of each stop; return why a stop was not reached, if so."""
-    path = LoadPath(rig.newton, rig.longest(), passable=rig.passable, observers=observers)
+    path = _path(rig, observers)
     failure = rig.start(path, stops[0])
     if failure is not None:
         return failure
+    failure = _through(experiment, rig, path, stops, reached)
+    if failure is not None and (further := rig.beyond(failure)):
+        failure = _through(experiment, rig, _path(rig, observers), further, reached)
+    return failure
+
+
+def _path(rig: Rig, observers: Sequence[Observer]) -> LoadPath:
+    """A load path of the rig's model, under its present control."""
+    return LoadPath(
+        rig.newton,
+        rig.longest(),
+        passable=rig.passable,
+        observers=observers,
+        damped=rig.jumps,
+    )
+
+
+def _through(
+    experiment: Experiment,
+    rig: Rig,
+    path: LoadPath,
+    stops: Sequence[Stop],
+    reached: Callable[[Row], None],
+) -> Failure | None:
+    """Go from stop to stop; return why one was not reached, if so."""
     for stop in stops:
         arrival = path.advance(rig.controls(stop))
         if arrival.failure is not None:

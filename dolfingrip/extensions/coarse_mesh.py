@@ -45,7 +45,7 @@ class CoarseMesh(Effect):
             )
         changes: dict[str, float] = {"size_mm": config.size_mm * self.factor}
         if config.hexahedra:
-            changes["edge_size_mm"] = mesh.hexahedra_mm(config.finger)[1] * self.factor
+            changes["edge_size_mm"] = mesh.hexahedra_mm(config.geometry)[1] * self.factor
         elif mesh.edge_size_mm is not None:
             changes["edge_size_mm"] = mesh.edge_size_mm * self.factor
         if mesh.target_elements is not None:

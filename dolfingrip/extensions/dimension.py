@@ -33,5 +33,11 @@ class DimensionOffset(Effect):
                 f"extensions.{self.name()}.offset_mm = {self.offset_mm:g}: allowed: with a finger "
                 f"from dimensions only; mesh.file has its {self.dimension}"
             )
-        printed = getattr(config.finger, self.dimension) + self.offset_mm
-        return config.changed(finger={self.dimension: printed})
+        table = config.geometry_table
+        if not hasattr(config.geometry, self.dimension):
+            raise ConfigError(
+                f"extensions.{self.name()}.offset_mm = {self.offset_mm:g}: allowed: with a finger "
+                f"that has a {self.dimension}, which [{table}] has not"
+            )
+        printed = getattr(config.geometry, self.dimension) + self.offset_mm
+        return config.changed(**{table: {self.dimension: printed}})

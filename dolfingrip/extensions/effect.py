@@ -108,7 +108,7 @@ class Effect(Section):
         """More energies of a finger (mJ of the meshed part), as forms in ``site.u``.
 
         May also change the set-up (``site.held``, ``site.plate``), and add to
-        ``site.further`` terms that are no forms, as ``site.rub`` does.
+        ``site.further`` terms that are no forms, as ``site.add_friction`` does.
         """
         return ()
 

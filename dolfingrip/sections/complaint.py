@@ -41,11 +41,15 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
     # the numbers are places in a list, which is named as a whole
     location = [str(part) for part in first["loc"] if not isinstance(part, int)]
     key = ".".join(location)
-    if first["type"] == "extra_forbidden":
+    if first["type"] == "extra_forbidden" or _is_no_table(first, location, root):
         return unknown(location, root)
     if first["type"] == "geometry":
         return f"{key}.{first['msg']}" if key else str(first["msg"])
-    why = reason(first["type"], fields(location[:-1], root)[location[-1]], location[-1])
+    info = fields(location[:-1], root).get(location[-1])
+    if info is None:  # a name that a user chose
+        why = f"not a table; allowed: keys {', '.join(fields(location, root))}"
+    else:
+        why = reason(first["type"], info, location[-1])
     value: Any = data
     last = max(i for i, part in enumerate(first["loc"]) if not isinstance(part, int))
     for place in first["loc"][: last + 1]:
@@ -53,6 +57,13 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
             return f"{key}: missing; {why}"
         value = value[place]
     return f"{key} = {shown(value)}: {why}"
+
+
+def _is_no_table(first: Mapping[str, Any], location: Sequence[str], root: type[BaseModel]) -> bool:
+    """Whether a name that a user chose is that of a value: it was meant for a key."""
+    no_table = first["type"] in ("model_type", "model_attributes_type")
+    known = fields(location[:-1], root)
+    return no_table and bool(known) and location[-1] not in known
 
 
 def shown(value: Any) -> str:
@@ -136,12 +147,27 @@ def _bare(hint: Any) -> Any:
 
 def fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
     """Fields of the section at the end of ``sections``; none where that is a value."""
+    return below(sections, root)[0]
+
+
+def below(
+    sections: Sequence[str], root: type[BaseModel]
+) -> tuple[dict[str, Any], type[BaseModel] | None]:
+    """What the section at the end of ``sections`` may hold.
+
+    Returns:
+        Its fields, none where it is a value, and the class of the tables that a user names, None
+        where there are none.
+    """
     model: Any = root
     for name in sections:
+        if name not in model.model_fields:
+            model = model.entries
+            continue
         model = _bare(model.model_fields[name].annotation)
         if get_origin(model) is tuple:  # a list of tables
             model = get_args(model)[0]
-    return dict(getattr(model, "model_fields", {}))
+    return dict(getattr(model, "model_fields", {})), getattr(model, "entries", None)
 
 
 def unknown(location: Sequence[str], root: type[BaseModel]) -> str:
@@ -159,4 +185,5 @@ def unknown(location: Sequence[str], root: type[BaseModel]) -> str:
         near = difflib.get_close_matches(name, here, 1, 0.6)
         meant = ".".join([*sections, *near]) if near else ""
     hint = f"did you mean {meant}? " if meant else ""
-    return f"{'.'.join(location)}: unknown key; {hint}allowed: {', '.join(here)}"
+    allowed = ", ".join(here) or f"tables [{'.'.join(sections)}.NAME]"
+    return f"{'.'.join(location)}: unknown key; {hint}allowed: {allowed}"

@@ -19,9 +19,10 @@ Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 class Experiment(Section):
     """Readings to take, in order: from rest to the maximum, and back where asked."""
 
-    control: Literal["pressure", "volume"] = Field(
+    control: Literal["pressure", "volume", "auto"] = Field(
         "pressure",
-        description="what is prescribed; volume control passes limit points",
+        description="what is prescribed; volume control passes limit points; auto: the pressure "
+        "until it cannot be raised, from there on the volume",
     )
     max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
     step_kPa: float = Field(25.0, gt=0, description="a reading every so much")
@@ -41,6 +42,10 @@ class Experiment(Section):
     @model_validator(mode="after")
     def _steps(self) -> Experiment:
         check_up_to(self, "step_kPa", "max_pressure_kPa", "kPa")
+        if self.control == "auto" and (self.unload or self.cycles > 1):
+            raise outside(
+                "control", "auto", 'allowed with unload or cycles: "pressure" or "volume"'
+            )
         return self
 
 

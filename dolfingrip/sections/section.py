@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
@@ -12,7 +12,13 @@ Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 
 
 class Section(BaseModel):
-    """A table of the TOML file: no unknown keys, no silent conversions, immutable."""
+    """A table of the TOML file: no unknown keys, no silent conversions, immutable.
+
+    Attributes:
+        entries: class of the tables below it whose names a user chooses; None where there are none.
+    """
+
+    entries: ClassVar[type[BaseModel] | None] = None
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 

@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, Final, Self
 
 from pydantic import model_validator
 
+from dolfingrip.sections.camera import Camera
+from dolfingrip.sections.cast import Cast
 from dolfingrip.sections.complaint import checked
+from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.food import Food
 from dolfingrip.sections.gripper import Gripper
 from dolfingrip.sections.numerics import Contact, Solver
+from dolfingrip.sections.pneunet import Pneunet
 from dolfingrip.sections.procedure import Coupon, Experiment, Protocol
+from dolfingrip.sections.regions import Materials
 from dolfingrip.sections.section import Section, outside
-from dolfingrip.sections.specimen import Cog, Finger, Material, Mesh, Morph
+from dolfingrip.sections.specimen import Cog, Finger, Mesh, Morph
+
+KINDS: Final = {"cast": Cast, "pneunet": Pneunet}
+"""Tables of the kinds of geometry but the bellows, whose dimensions are in ``finger`` itself."""
 
 
 class Setup(Section):
     """All that a simulation of the simple model depends on: every section but the extensions."""
 
     finger: Finger = Finger()
-    material: Material = Material()
+    material: Materials = Materials()
     mesh: Mesh = Mesh()
     morph: Morph = Morph()
     cog: Cog = Cog()
@@ -34,14 +42,95 @@ class Setup(Section):
     coupon: Coupon = Coupon()
     gripper: Gripper = Gripper()
     food: Food = Food()
+    cast: Cast | None = None
+    pneunet: Pneunet | None = None
+    film: Films = Films()
+    camera: Camera = Camera()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_kind(cls, data: Any) -> Any:
+        """The table of the kind of geometry, with its defaults where it is not given."""
+        finger = data.get("finger") if isinstance(data, dict) else None
+        kind = finger.get("kind") if isinstance(finger, dict) else getattr(finger, "kind", None)
+        if isinstance(kind, str) and kind in KINDS and data.get(kind) is None:
+            return {**data, kind: {}}
+        return data
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Setup:
+        kind = self.finger.kind
+        for name in KINDS:
+            if name != kind and getattr(self, name) is not None:
+                raise outside("finger.kind", kind, f'allowed: "{name}" with a table [{name}]')
+        if kind != "bellows":
+            own = self.finger.model_dump(exclude_defaults=True, exclude={"kind"})
+            for key, value in own.items():
+                raise outside(
+                    f"finger.{key}",
+                    value,
+                    f'of bellows; allowed: keys of [{kind}] with kind = "{kind}"',
+                )
+            if self.mesh.file is None and not self.hexahedra:
+                raise outside(
+                    "finger.kind", kind, 'made of hexahedra; allowed: with solver.element = "S2"'
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _known_regions(self) -> Setup:
+        for name in self.material.own:
+            self._check_region(f"material.{name}", name)
+        layers: dict[str, str] = {}
+        for name, film in self.film.all.items():
+            for key, region in film.regions:
+                if region:
+                    self._check_region(f"film.{name}.{key}", region)
+            if film.model == "layer":
+                if film.region in self.material.own or film.region in layers:
+                    other = layers.get(film.region, f"material.{film.region}")
+                    raise outside(
+                        f"film.{name}.region",
+                        film.region,
+                        f"has {other} already; allowed: one of them",
+                    )
+                layers[film.region] = f"film.{name}"
+                if film.thickness_mm is None and self._thickness_mm(film.region) is None:
+                    raise outside(f"film.{name}.thickness_mm", "none", "allowed: above 0 mm")
+            if self.mesh.half and self.mesh.file is None and not film.symmetric:
+                raise outside(
+                    f"film.{name}.fibre_deg",
+                    list(film.fibre_deg),
+                    "allowed with mesh.half = true: families at 0, 90 or in pairs of opposite sign",
+                )
+        return self
+
+    def _check_region(self, key: str, region: str) -> None:
+        """Refuse a region that the geometry has not; a mesh file's are not known yet."""
+        known = self.geometry.regions
+        if self.mesh.file is None and region not in known:
+            allowed = ", ".join(known) or "none with this kind of geometry"
+            raise outside(key, f'"{region}"', f"no such region; allowed: {allowed}")
+
+    def _thickness_mm(self, region: str) -> float | None:
+        """Thickness of a region that is a film by its geometry, None of another."""
+        found = None if self.mesh.file else getattr(self.geometry, f"{region}_mm", None)
+        return None if found is None else float(found)
+
+    def film_thickness_mm(self, film: Film) -> float:
+        """Thickness of a layer."""
+        found = film.thickness_mm or self._thickness_mm(film.region)
+        assert found is not None  # the validator sees to it
+        return found
 
     @model_validator(mode="after")
     def _facing(self) -> Setup:
-        if self.plate.contact_length_mm > self.finger.length_mm:
+        length_mm = self.geometry.length_mm
+        if self.plate.contact_length_mm > length_mm:
             raise outside(
                 "plate.contact_length_mm",
                 self.plate.contact_length_mm,
-                f"allowed: above 0 and up to finger.length_mm = {self.finger.length_mm:g} mm",
+                f"allowed: above 0 and up to {self.geometry_table}.length_mm = {length_mm:g} mm",
             )
         if self.solver.element == "S2" and self.mesh.target_elements is not None:
             raise outside(
@@ -67,6 +156,18 @@ class Setup(Section):
         return checked(type(self), data)
 
     @property
+    def geometry_table(self) -> str:
+        """Name of the table with the dimensions."""
+        return "finger" if self.finger.kind == "bellows" else self.finger.kind
+
+    @property
+    def geometry(self) -> Finger | Cast | Pneunet:
+        """The table with the dimensions of what is meshed, where no mesh file is given."""
+        found = getattr(self, self.geometry_table)
+        assert isinstance(found, Finger | Cast | Pneunet)  # the validators see to it
+        return found
+
+    @property
     def hexahedra(self) -> bool:
         """Whether the finger is to be meshed in hexahedra, where no mesh file is given."""
         if self.solver.element is None:
@@ -74,10 +175,17 @@ class Setup(Section):
         return self.solver.element == "S2"
 
     @property
+    def full_integration(self) -> bool:
+        """Whether hexahedra are integrated with the full rule."""
+        if self.solver.integration is None:
+            return self.finger.kind != "bellows" and self.mesh.file is None
+        return self.solver.integration == "full"
+
+    @property
     def size_mm(self) -> float:
         """Largest element of a mesh made from sizes (mm)."""
         mesh = self.mesh
-        sizes = mesh.hexahedra_mm(self.finger) if self.hexahedra else mesh.tetrahedra_mm()
+        sizes = mesh.hexahedra_mm(self.geometry) if self.hexahedra else mesh.tetrahedra_mm()
         return sizes[0]
 
     def sideways(self) -> tuple[str, object] | None:

@@ -3,15 +3,31 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, ClassVar, Literal, Protocol
 
 from pydantic import Field, model_validator
 
 from dolfingrip.sections.section import Section, check_up_to, outside
 
 
+class Geometry(Protocol):
+    """What the tables of all kinds of geometry tell."""
+
+    @property
+    def length_mm(self) -> float:
+        """Clamp to tip, along z."""
+        ...
+
+    @property
+    def thinnest_mm(self) -> float:
+        """Thickness that sizes at concave edges are taken from."""
+        ...
+
+
 class Finger(Section):
     """Bellows finger: a base layer at x = 0, clamped at z = 0, bellows towards +x."""
+
+    regions: ClassVar = ()
 
     length_mm: float = Field(90.0, gt=0, le=1000, description="clamp to tip, along z")
     width_mm: float = Field(20.0, gt=0, le=500, description="along y")
@@ -26,6 +42,9 @@ class Finger(Section):
     )
     base_block_mm: float = Field(12.0, gt=0, description="solid block at the clamp")
     tip_mm: float = Field(6.0, gt=0, description="solid tip")
+    kind: Literal["bellows", "cast", "pneunet"] = Field(
+        "bellows", description="of geometry; another than bellows has a table of its own"
+    )
 
     @property
     def pitch_mm(self) -> float:
@@ -46,6 +65,15 @@ class Finger(Section):
     def channel_width(self) -> float:
         """Width of the air channel (mm), the chambers' where none is given."""
         return self.chamber_width_mm if self.channel_width_mm is None else self.channel_width_mm
+
+    @property
+    def thinnest_mm(self) -> float:
+        """Thickness that sizes at concave edges are taken from."""
+        return self.wall_mm
+
+    def count(self) -> tuple[str, int]:
+        """Key and value of the number that no mesh can be moved to another of."""
+        return "finger.bellows", self.bellows
 
     @model_validator(mode="after")
     def _possible(self) -> Finger:
@@ -100,10 +128,35 @@ class Finger(Section):
         return self
 
 
-class Material(Section):
-    """Compressible neo-Hookean solid; give ``nu`` or ``bulk_MPa``."""
+Terms = Annotated[tuple[float, ...], Field(strict=False)]
 
-    mu_MPa: float = Field(2.93, gt=0, description="shear modulus (printed NinjaFlex)")
+POLYNOMIAL = {"C10_MPa": (1, 0), "C01_MPa": (0, 1), "C20_MPa": (2, 0), "C11_MPa": (1, 1),
+              "C02_MPa": (0, 2), "C30_MPa": (3, 0)}  # fmt: skip
+"""Exponents of Ī₁ − 3 and Ī₂ − 3 by the keys of their factors."""
+
+ALPHA = (0.05, 10.0)
+"""Smallest and largest exponent of Ogden's law, of either sign."""
+
+
+class Material(Section):
+    """Hyperelastic solid; give ``nu`` or ``bulk_MPa``.
+
+    The law ``neo-hooke`` has ``mu_MPa``; ``ogden`` has ``ogden_mu_MPa`` and ``ogden_alpha``,
+    ``polynomial`` the factors C.
+    """
+
+    law: Literal["neo-hooke", "ogden", "polynomial"] = Field(
+        "neo-hooke", description="strain energy: neo-hooke, ogden or polynomial"
+    )
+    mu_MPa: float = Field(2.93, gt=0, description="neo-hooke: shear modulus (printed NinjaFlex)")
+    ogden_mu_MPa: Terms = Field((), description="ogden: shear moduli of the terms")
+    ogden_alpha: Terms = Field((), description="ogden: exponents of the stretches")
+    C10_MPa: float | None = Field(None, description="polynomial: of (I1 - 3)")
+    C01_MPa: float | None = Field(None, description="polynomial: of (I2 - 3)")
+    C20_MPa: float | None = Field(None, description="polynomial: of (I1 - 3)²")
+    C11_MPa: float | None = Field(None, description="polynomial: of (I1 - 3)(I2 - 3)")
+    C02_MPa: float | None = Field(None, description="polynomial: of (I2 - 3)²")
+    C30_MPa: float | None = Field(None, description="polynomial: of (I1 - 3)³")
     nu: float | None = Field(
         None, gt=0, lt=0.5, description="Poisson's ratio; default 0.45 where no bulk_MPa is given"
     )
@@ -111,29 +164,92 @@ class Material(Section):
     density_kg_m3: float = Field(1190.0, gt=0, description="felt by gravity only")
 
     @model_validator(mode="after")
+    def _of_its_law(self) -> Material:
+        for key, value in self._foreign().items():
+            raise outside(key, value, f'allowed: with another law than "{self.law}"')
+        if self.law == "ogden":
+            self._check_ogden()
+        if self.law == "polynomial" and not self.coefficients_MPa:
+            raise outside("C10_MPa", "none", 'allowed: a number with law = "polynomial"')
+        if self.shear_MPa <= 0:
+            key = {"ogden": "ogden_mu_MPa", "polynomial": "C10_MPa"}[self.law]
+            value = list(self.ogden_mu_MPa) if self.law == "ogden" else self.C10_MPa
+            raise outside(
+                key, value, f"initial shear modulus {self.shear_MPa:g} MPa; allowed: above 0 MPa"
+            )
+        return self
+
+    def _foreign(self) -> dict[str, object]:
+        """What is given but belongs to another law."""
+        owner: dict[str, dict[str, object]] = {
+            "neo-hooke": {"mu_MPa": self.mu_MPa},
+            "ogden": {"ogden_mu_MPa": self.ogden_mu_MPa, "ogden_alpha": self.ogden_alpha},
+            "polynomial": {key: getattr(self, key) for key in POLYNOMIAL},
+        }
+        return {
+            key: list(value) if isinstance(value, tuple) else value
+            for law, keys in owner.items()
+            for key, value in keys.items()
+            if law != self.law and value != type(self).model_fields[key].default
+        }
+
+    def _check_ogden(self) -> None:
+        count = len(self.ogden_mu_MPa)
+        if not count:
+            raise outside("ogden_mu_MPa", [], 'allowed: a list of numbers with law = "ogden"')
+        alphas = list(self.ogden_alpha)
+        if len(alphas) != count:
+            raise outside(
+                "ogden_alpha", alphas, f"allowed: as many numbers as ogden_mu_MPa has, {count}"
+            )
+        low, high = ALPHA
+        if not all(low <= abs(alpha) <= high for alpha in alphas):
+            raise outside(
+                "ogden_alpha",
+                alphas,
+                f"allowed: each from {low:g} to {high:g}, or below 0 likewise",
+            )
+
+    @model_validator(mode="after")
     def _one_of(self) -> Material:
         if self.nu is not None and self.bulk_MPa is not None:
             raise outside("bulk_MPa", self.bulk_MPa, f"give either nu or bulk_MPa; nu = {self.nu}")
-        if self.bulk_MPa is not None and self.bulk_MPa <= 2 / 3 * self.mu_MPa:
+        if self.bulk_MPa is not None and self.bulk_MPa <= 2 / 3 * self.shear_MPa:
+            name = "mu_MPa" if self.law == "neo-hooke" else "the initial shear modulus"
             raise outside(
                 "bulk_MPa",
                 self.bulk_MPa,
-                f"allowed: above 2/3 mu_MPa = {2 / 3 * self.mu_MPa:g} MPa (nu above 0)",
+                f"allowed: above 2/3 {name} = {2 / 3 * self.shear_MPa:g} MPa (nu above 0)",
             )
         return self
 
     @property
+    def coefficients_MPa(self) -> dict[tuple[int, int], float]:
+        """The polynomial's factors by the exponents of Ī₁ − 3 and Ī₂ − 3; those that are given."""
+        found = {powers: getattr(self, key) for key, powers in POLYNOMIAL.items()}
+        return {powers: value for powers, value in found.items() if value is not None}
+
+    @property
+    def shear_MPa(self) -> float:
+        """Initial shear modulus."""
+        if self.law == "ogden":
+            return sum(self.ogden_mu_MPa)
+        if self.law == "polynomial":
+            return 2 * ((self.C10_MPa or 0.0) + (self.C01_MPa or 0.0))
+        return self.mu_MPa
+
+    @property
     def lmbda_MPa(self) -> float:
-        """First Lamé parameter."""
+        """First Lamé parameter at small strain."""
         if self.bulk_MPa is not None:
-            return self.bulk_MPa - 2 / 3 * self.mu_MPa
-        return 2 * self.mu_MPa * self.poisson / (1 - 2 * self.poisson)
+            return self.bulk_MPa - 2 / 3 * self.shear_MPa
+        return 2 * self.shear_MPa * self.poisson / (1 - 2 * self.poisson)
 
     @property
     def poisson(self) -> float:
-        """Poisson's ratio."""
+        """Poisson's ratio at small strain."""
         if self.bulk_MPa is not None:
-            three, two = 3 * self.bulk_MPa, 2 * self.mu_MPa
+            three, two = 3 * self.bulk_MPa, 2 * self.shear_MPa
             return (three - two) / (2 * three + two)
         return 0.45 if self.nu is None else self.nu
 
@@ -178,11 +294,11 @@ class Mesh(Section):
         None, ge=100, le=5_000_000, description="scale both sizes to this number of tetrahedra"
     )
 
-    def hexahedra_mm(self, finger: Finger) -> tuple[float, float]:
+    def hexahedra_mm(self, geometry: Geometry) -> tuple[float, float]:
         """Largest hexahedron and that at concave edges (mm)."""
         size = HEXAHEDRON_MM if self.size_mm is None else self.size_mm
         if self.edge_size_mm is None:
-            return size, min(size, EDGE_WALLS * finger.wall_mm)
+            return size, min(size, EDGE_WALLS * geometry.thinnest_mm)
         return size, self.edge_size_mm
 
     def tetrahedra_mm(self) -> tuple[float, float]:

@@ -72,7 +72,9 @@ def dumps(config: BaseModel) -> str:
     document = tomlkit.document()
     document.add(tomlkit.comment("dolfingrip configuration: every key, as resolved"))
     for name in type(config).model_fields:
-        document.add(name, _table(getattr(config, name)))
+        section = getattr(config, name)
+        if section is not None:  # the tables of other kinds of geometry
+            document.add(name, _table(section))
     return tomlkit.dumps(document)
 
 
@@ -90,6 +92,7 @@ def _table(section: BaseModel) -> tomlkit.items.Table:
             item = tomlkit.item(_plain(value))
             item.comment(info.description or "")
             table.add(key, item)
+    inner |= {key: _table(below) for key, below in (section.model_extra or {}).items()}
     for key, below in inner.items():
         table.add(key, below)
     return table

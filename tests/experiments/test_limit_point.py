@@ -42,3 +42,31 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     last = stopped.failure.last_good["pressure_kPa"]
     print(f"greatest {greatest:.3f} kPa, pressure control stopped at {last:.3f} kPa")
     assert last == pytest.approx(greatest, abs=2 * settings.solver.min_step_kPa)
+
+
+def test_pressure_control_goes_on_by_volume() -> None:
+    """With control = "auto" the pressure rises in steps, turns and falls, in one run."""
+    asked = ("experiment.control=auto", "experiment.max_pressure_kPa=300")
+    result = run(
+        "bending", config.load(EXAMPLE, [*COARSE, *READINGS, *asked, "experiment.step_kPa=75"])
+    )
+    assert result.failure is None, result.failure
+    pressure, volume = result.column("pressure_kPa"), result.column("cavity_volume_mm3")
+    print("pressure", pressure, "volume", volume / volume[0])
+    np.testing.assert_allclose(pressure[:3], [0, 75, 150])
+    top = int(pressure.argmax())
+    assert 2 < top < len(pressure) - 1
+    assert (np.diff(pressure[top:]) < 0).all()
+    assert (np.diff(volume) > 0).all()
+    assert volume[-1] / volume[0] == pytest.approx(6.0, rel=1e-9)
+
+
+def test_a_volume_that_cannot_be_reached_is_a_classified_failure() -> None:
+    """Newton's method with one iteration reaches neither a pressure nor a volume."""
+    hopeless = ("experiment.control=auto", "solver.max_iterations=1", "solver.min_step_kPa=5")
+    result = run("bending", config.load(EXAMPLE, [*COARSE, *READINGS, *hopeless]))
+    assert result.failure is not None
+    assert result.failure.kind in (FailureKind.ITERATION_LIMIT, FailureKind.LIMIT_POINT)
+    assert "cavity_volume_mm3" in result.failure.last_good
+    assert "mm3" in result.failure.sentence()
+    assert len(result.rows) == 1

@@ -94,7 +94,8 @@ class Plan:
         digest = digest_of(self.base.mesh.file)
         found: dict[str, Design] = {}
         for inputs in self.points:
-            config = {section: dict(table) for section, table in base.items()}
+            # the tables of other kinds of geometry are absent
+            config = {section: table and dict(table) for section, table in base.items()}
             for path, value in inputs.items():
                 _put(config, path, value)
             key = self._key(config, digest)
@@ -136,19 +137,19 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
             yield f"{name} was {before[name]}, now {now[name]}"
     free = {*before["parameters"], *now["parameters"], f"solver.{TIME_LIMIT}"}
     for section in {**before["base"], **now["base"]}:
-        old, new = before["base"].get(section, {}), now["base"].get(section, {})
+        old, new = (facts["base"].get(section) or {} for facts in (before, now))
         for name in {**old, **new}:
             if f"{section}.{name}" not in free and old.get(name) != new.get(name):
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
 
 
 def _put(config: dict[str, Any], path: str, value: float) -> None:
-    """Set a key of nested dictionaries; an effect that is off is switched on by it."""
+    """Set a key of nested dictionaries; a table that is absent, as of an effect, is added."""
     section, _, name = path.partition(".")
+    config[section] = dict(config[section] or {})
     if "." in name:
-        config[section] = dict(config[section])
-        effect, _, name = name.partition(".")
-        config[section][effect] = {**(config[section][effect] or {}), name: value}
+        table, _, name = name.partition(".")
+        config[section][table] = {**(config[section].get(table) or {}), name: value}
     else:
         config[section][name] = value
 

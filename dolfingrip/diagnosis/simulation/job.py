@@ -26,8 +26,8 @@ COLUMNS: Final = ("time_s", "pressure_kPa", "displacement_mm", *READING_COLUMNS)
 
 _OF_COUPON: Final = ("material", "solver", "coupon", "protocol", "extensions")
 _OF_FINGER: Final = (
-    "finger", "material", "mesh", "morph", "solver", "contact", "plate", "gravity", "protocol",
-    "extensions",
+    "finger", "cast", "pneunet", "material", "film", "mesh", "morph", "solver", "contact", "plate",
+    "gravity", "camera", "protocol", "extensions",
 )  # fmt: skip
 
 

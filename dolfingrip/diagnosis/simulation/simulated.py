@@ -20,6 +20,7 @@ from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.parameter import SHAPES
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,8 +184,10 @@ def _has(experiment: str, config: Config, key: str) -> bool:
         return experiment != "coupon" or effect.has("strain_energy") or effect.has("reading")
     if section == "plate":
         return experiment == "blocked_force"
-    if section in ("finger", "morph"):
+    if section in (*SHAPES, "morph"):
         return experiment != "coupon" and (config.mesh.file is None or section == "morph")
+    if section == "film" or key.count(".") > 1:  # a region's own material
+        return experiment != "coupon"
     return section != "gravity" or experiment != "coupon"
 
 

@@ -34,6 +34,11 @@ def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
     numbers = [key for key in keys or () if key not in NUMERICAL]
     if keys and not numbers:
         return []
+    if config.experiment.control == "auto":
+        raise ConfigError(
+            'experiment.control = "auto": allowed: "pressure" or "volume" with --gradients, as the '
+            "stops beyond the limit point depend on the parameters"
+        )
     if config.experiment.control == "volume" and config.adapted().gravity.acceleration_m_s2:
         raise ConfigError(
             'experiment.control = "volume": allowed: "pressure" with --gradients and gravity, as '

@@ -8,6 +8,9 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
 
+LEAST = 0.1
+"""Part of a step of the volume below which the next reading is left out."""
+
 
 def stops(config: Config) -> Sequence[Stop]:
     """Stops of the protocol, else from rest in steps to the maximum, and back where asked.
@@ -21,7 +24,7 @@ def stops(config: Config) -> Sequence[Stop]:
     if protocol.time_s:
         if not protocol.pressure_kPa:
             raise ConfigError("protocol.pressure_kPa = []: allowed: a pressure for each time_s")
-        if not by_pressure(config):
+        if experiment.control != "pressure":
             raise ConfigError(
                 f'experiment.control = "{experiment.control}": allowed: "pressure" with a protocol'
             )
@@ -29,15 +32,38 @@ def stops(config: Config) -> Sequence[Stop]:
     if by_pressure(config):
         values = schedule.steps(experiment.max_pressure_kPa, experiment.step_kPa)
         return schedule.cycles(values, experiment.rate_kPa_per_s, experiment)
-    growths = schedule.steps(experiment.max_volume_ratio - 1, experiment.step_volume_ratio)
-    # a step of the volume takes as long as one of the pressure would
+    return schedule.cycles(_growths(config), _growth_rate(config), experiment)
+
+
+def stops_by_volume(config: Config, growth: float, time_s: float) -> Sequence[Stop]:
+    """Stops under volume control that are left once the cavity has grown by ``growth``.
+
+    Args:
+        config: with the largest cavity and the steps to it.
+        growth: of the cavity, relative to its rest.
+        time_s: at present.
+    """
+    rate, least = _growth_rate(config), LEAST * config.experiment.step_volume_ratio
+    left = [value for value in _growths(config) if value > growth + least]
+    return [Stop(value, time_s + (value - growth) / rate, "loading") for value in left]
+
+
+def _growths(config: Config) -> list[float]:
+    """Growths of the cavity relative to its rest, in order."""
+    experiment = config.experiment
+    return schedule.steps(experiment.max_volume_ratio - 1, experiment.step_volume_ratio)
+
+
+def _growth_rate(config: Config) -> float:
+    """Growth each second: a step of the volume takes as long as one of the pressure would."""
+    experiment = config.experiment
     seconds = experiment.step_kPa / experiment.rate_kPa_per_s
-    return schedule.cycles(growths, experiment.step_volume_ratio / seconds, experiment)
+    return experiment.step_volume_ratio / seconds
 
 
 def by_pressure(config: Config) -> bool:
-    """Whether the control is the pressure rather than the cavity's volume."""
-    return config.experiment.control == "pressure"
+    """Whether the control is, at first, the pressure rather than the cavity's volume."""
+    return config.experiment.control != "volume"
 
 
 def pressures_kPa(config: Config) -> Sequence[float]:

@@ -11,8 +11,8 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.extensions.site import Site
-from dolfingrip.forms import neo_hookean
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import displacement_element, integration_degree
 from dolfingrip.mechanics.model.history import History
@@ -102,14 +102,10 @@ def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
     domain = Domain(block, {}, half=False)
     space = fem.functionspace(block, displacement_element("P2" if clamped else "P1"))
     u = fem.Function(space, name="displacement_mm")
-    mu = fem.Constant(block, PETSc.ScalarType(config.material.mu_MPa))
-    lmbda = fem.Constant(block, PETSc.ScalarType(config.material.lmbda_MPa))
+    base = BaseMaterial.on(block, config.material)
     history = History(u, integration_degree(space))
-    known = {"material.mu_MPa": mu, "material.lmbda_MPa": lmbda}
-    site = Site(config, domain, u, mu, lmbda, history, parameters=known)
-    density = config.extensions.strain_energy(
-        lambda strain: neo_hookean.energy(strain, mu, lmbda), site
-    )
+    site = Site(config, domain, u, base.mu, base.lmbda, history, parameters=dict(base.constants))
+    density = config.extensions.strain_energy(base.energy, site)
 
     x = space.tabulate_dof_coordinates() / size
     foot, head = np.isclose(x[:, 2], 0), np.isclose(x[:, 2], 1)

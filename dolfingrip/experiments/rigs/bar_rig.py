@@ -82,5 +82,5 @@ def _strict(config: Config) -> Solver:
     Its first residual is not that of the force to be found, of the order of μ, but that of a
     stretch without narrowing, of the order of λ.
     """
-    mu, lmbda = config.material.mu_MPa, config.material.lmbda_MPa
+    mu, lmbda = config.material.shear_MPa, config.material.lmbda_MPa
     return config.solver.model_copy(update={"rtol": config.solver.rtol * mu / (lmbda + mu)})

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import ipctk
 import numpy as np
 
-from dolfingrip.config import Finger
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.readings.reading import Reading
-from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
+from dolfingrip.meshes.gaps import gaps_of
 
 
 class BellowsGaps:
@@ -21,22 +22,20 @@ class BellowsGaps:
 
     def __init__(self, finger: FingerModel) -> None:
         self._model = finger.model
-        config = finger.config.finger
-        self._reach = 1.25 * config.gap_mm
+        gaps = gaps_of(finger.config.geometry)
+        self._reach = 1.25 * gaps.width_mm
         self._pairs: list[tuple[str, ipctk.CollisionMesh, np.ndarray]] = []
         contact = finger.contact
         self._surface = contact.surface if contact is not None else None
         if self._surface is None:
             return
-        gaps = gap_intervals(config)
-        floor = config.base_layer_mm + config.channel_mm + config.wall_mm
-        floor = float(morph(finger.config).moved(np.array(floor)))
-        part = _parts(floor + 1e-6 * config.depth_mm, gaps, self._surface.rest)
-        names = [_before(config, start) for start, _ in gaps] + ["tip"]
-        for i in range(len(gaps)):
+        floor = float(morph(finger.config).moved(np.array(gaps.floor_mm)))
+        floor += 1e-6 * gaps.depth_mm
+        part = _parts(floor, gaps.intervals, self._surface.rest)
+        for i, (one, other) in enumerate(pairwise(gaps.parts)):
             mesh, vertices = self._facing(part, i)
             if mesh is not None:
-                self._pairs.append((f"{names[i]} and {names[i + 1]}", mesh, vertices))
+                self._pairs.append((f"{one} and {other}", mesh, vertices))
 
     def _facing(
         self, part: np.ndarray, first: int
@@ -89,12 +88,6 @@ class ContactGap(Reading):
         self.gaps_mm = self._gaps.all_mm()
         smallest = min(self.gaps_mm.values(), default=np.inf)
         return smallest if np.isfinite(smallest) else float("nan")
-
-
-def _before(config: Finger, gap_start_mm: float) -> str:
-    """Name of the part that ends where a gap starts."""
-    ended = sum(end <= gap_start_mm + 1e-6 for _, end in bellows_intervals(config))
-    return f"bellows {ended}" if ended else "base block"
 
 
 def _parts(floor_mm: float, gaps: list[tuple[float, float]], points: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Final
 
 import numpy as np
 import ufl
@@ -12,6 +11,8 @@ from dolfinx import fem
 from petsc4py import PETSc
 
 from dolfingrip.config import KPA, Config
+from dolfingrip.experiments.rigs.base_material import BaseMaterial
+from dolfingrip.experiments.rigs.films import sheets
 from dolfingrip.experiments.rigs.fixture import (
     facing_plate,
     fixed_regions,
@@ -24,12 +25,13 @@ from dolfingrip.experiments.rigs.fixture import (
 from dolfingrip.experiments.rigs.material import (
     element_name,
     pressure_field,
-    strain_energy,
-    weight,
+    weight_energy,
+    weights_of,
 )
+from dolfingrip.experiments.rigs.regions import strain_energies
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
-from dolfingrip.forms import cavity_pressure, gravity
+from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.domain import Domain
@@ -40,9 +42,6 @@ from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
 from dolfingrip.mechanics.newton.volume_control import volume_controlled
-
-WEIGHT: Final = "gravity.weight_N_mm3"
-"""Name of the dead weight among a model's constants."""
 
 
 @dataclass(slots=True)
@@ -110,10 +109,10 @@ def build(
     config = config.adapted()
     if plate:
         domain = facing_plate(config, domain)
-    site, p = _site(config, domain, element_name(config, domain), plate)
-    density = config.extensions.strain_energy(
-        lambda strain: strain_energy(strain, p, site.mu, site.lmbda), site
-    )
+    base = BaseMaterial.on(domain.mesh, config.material)
+    site, p = _site(config, domain, base, plate)
+    density = config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)
+    densities = strain_energies(config, domain, density, p, site.parameters)
     terms = [*_loads(site), *config.extensions.terms(site), *loads(site)]
     numbers = list(site.unknowns.values())
     sensor, contact = site.plate, site.contact
@@ -127,12 +126,14 @@ def build(
         site.u,
         Potential(
             site.u,
-            [density],
+            densities,
             terms,
             carried=config.solver.mixed_integration_point,
             p=p,
             numbers=numbers,
             domain=domain,
+            sheets=sheets(config, domain.mesh, site.parameters),
+            degree=_degree(config, site.u.function_space),
         ),
         supports,
         {"pressure_kPa": stages or regulator},
@@ -160,47 +161,42 @@ def build(
 
 
 def _site(
-    config: Config, domain: Domain, element: str, plate: bool
+    config: Config, domain: Domain, base: BaseMaterial, plate: bool
 ) -> tuple[Site, fem.Function | None]:
     """The fields, constants and contacts of a model, and the pressure of a mixed element."""
     mesh = domain.mesh
+    element = element_name(config, domain)
     space = fem.functionspace(mesh, displacement_element(element))
     u = fem.Function(space, name="displacement_mm")
-    mu = fem.Constant(mesh, PETSc.ScalarType(config.material.mu_MPa))
-    lmbda = fem.Constant(mesh, PETSc.ScalarType(config.material.lmbda_MPa))
     pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
     p = pressure_field(element, mesh)
-    dead_weight = fem.Constant(mesh, weight(config))
     site = Site(
         config,
         domain,
         u,
-        mu,
-        lmbda,
+        base.mu,
+        base.lmbda,
         plate=rigid_plate(config, domain, u) if plate else None,
         contact=self_contact(config, domain, u) if config.contact.self_contact else None,
-        history=History(u, integration_degree(space)),
+        history=History(u, _degree(config, space)),
         held=fixed_regions(domain),
-        parameters={
-            "material.mu_MPa": mu,
-            "material.lmbda_MPa": lmbda,
-            WEIGHT: dead_weight,
-        },
+        parameters={**base.constants, **weights_of(config, domain)},
         pressure=pressure,
     )
     return site, p
+
+
+def _degree(config: Config, space: fem.FunctionSpace) -> int:
+    """Degree of the quadrature of strain energies."""
+    return integration_degree(space, full=config.full_integration)
 
 
 def _loads(site: Site) -> list[ufl.Form]:
     """Energies (mJ of the meshed part) of the cavity's pressure and of the weight."""
     degree = site.u.function_space.ufl_element().degree
     cavity = site.domain.surface("cavity", quadrature_degree=2 * degree)
-    terms = [cavity_pressure.energy(site.u, site.domain.mesh, site.pressure) * cavity]
-    dead_weight = site.parameters[WEIGHT]
-    if np.any(dead_weight.value):
-        volume = site.domain.volume(quadrature_degree=degree)
-        terms.append(gravity.energy(site.u, dead_weight) * volume)
-    return terms
+    pressing = cavity_pressure.energy(site.u, site.domain.mesh, site.pressure) * cavity
+    return [pressing, *weight_energy(site.domain, site.u, site.parameters)]
 
 
 def _enclosed(site: Site) -> ufl.Form:

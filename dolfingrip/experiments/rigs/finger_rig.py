@@ -21,8 +21,8 @@ from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.volume_control import CONTROL
-from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.newton.volume_control import CONTROL, volume_controlled
+from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.limit_point import LimitPointSearch
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.parameter import Parameter
@@ -52,6 +52,8 @@ class FingerRig(Rig):
         self.readings = observation.readings
         self.from_rest = observation.from_rest
         self._tared = False
+        self._rest_mm3 = self._volume_mm3()  # of the cavity at rest
+        self.jumps = config.experiment.control != "auto"
         self.further: Callable[[], Mapping[str, float]] = dict
 
     @classmethod
@@ -83,12 +85,12 @@ class FingerRig(Rig):
         if self._by_pressure:
             return {"pressure_kPa": self._config.solver.max_step_kPa, **longest}
         ratio = self._config.experiment.step_volume_ratio
-        return {CONTROL: ratio * self._finger.rest.controls[CONTROL], **longest}
+        return {CONTROL: ratio * self._rest_mm3, **longest}
 
     def controls(self, stop: Stop) -> Mapping[str, float]:
         if self._by_pressure:
             return {"pressure_kPa": stop.value, "time_s": stop.time_s}
-        volume = self._finger.rest.controls[CONTROL] * (1 + stop.value)
+        volume = self._rest_mm3 * (1 + stop.value)
         return {CONTROL: volume, "time_s": stop.time_s}
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
@@ -100,8 +102,7 @@ class FingerRig(Rig):
         if has_weight(self._finger):
             failure = go_to_rest(self._finger, self.newton, path.observers)
             if not self._by_pressure:
-                volume = self._observation.readings[CONTROL].value()
-                self._finger.model.controls[CONTROL].set(volume)
+                self._finger.model.controls[CONTROL].set(self._volume_mm3())
         elif first.value != 0:
             failure = path.advance(UNPRESSURISED).failure
         else:
@@ -109,11 +110,36 @@ class FingerRig(Rig):
         self._tare()
         return failure
 
+    def _volume_mm3(self) -> float:
+        """Present volume of the whole cavity."""
+        return self._observation.readings[CONTROL].value()
+
+    def beyond(self, failure: Failure) -> Sequence[Stop]:
+        """Control the volume from here on, where that was asked for."""
+        ended = failure.kind in (FailureKind.TIME_LIMIT, FailureKind.CONTACT)
+        if self._config.experiment.control != "auto" or not self._by_pressure or ended:
+            return ()
+        finger = self._finger
+        growth = self._volume_mm3() / self._rest_mm3 - 1
+        found = pressurisation.stops_by_volume(self._config, growth, finger.model.time_s)
+        if found:
+            finger.model = volume_controlled(finger.model, finger.cavity, finger.enclosed)
+            self.newton = self.newton.of(finger.model)
+            self._by_pressure = False
+        return found
+
+    def over(self) -> bool:
+        """Whether the largest pressure is reached under volume control, which ends the path too."""
+        config = self._config.experiment
+        goes_on = config.control == "auto" and not self._by_pressure
+        return goes_on and self._finger.cavity.value >= config.max_pressure_kPa
+
     def _tare(self) -> None:
         """Count from the present pose."""
         model, plate = self._finger.model, self._finger.plate
         self._observation.tare()
         self._finger.rest = model.state()
+        self._rest_mm3 = self._volume_mm3()
         if plate is not None:
             place = float(plate.unloaded.value)
             self.plate = PlatePose(tuple(place * plate.normal), tuple(plate.normal))

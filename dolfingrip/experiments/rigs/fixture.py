@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
@@ -69,10 +70,10 @@ def supply(config: Config, cavity: Control) -> Supply | None:
     """The stages between regulator and cavity, where there are any.
 
     Raises:
-        ConfigError: the configuration prescribes the cavity's volume.
+        ConfigError: the configuration prescribes the cavity's volume, if only from some state on.
     """
     stages = config.extensions.active("outlet_kPa")
-    if stages and config.experiment.control == "volume":
+    if stages and config.experiment.control != "pressure":
         raise ConfigError(
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
         )
@@ -88,10 +89,30 @@ def fixed_regions(domain: Domain) -> dict[int, list[str]]:
 
 
 def moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport | None:
-    """The clamp, where an extension lets it move."""
+    """The clamp, where an extension lets it move.
+
+    Raises:
+        ConfigError: one line, where a tube leads out of the cavity there.
+    """
     if not site.motions:
         return None
+    if _opens_at_clamp(site):
+        raise ConfigError(
+            "extensions: a clamp that moves; allowed: with a cavity that is closed at the clamp, "
+            "as with cast.tube = false"
+        )
     nodes = fem.locate_dofs_topological(
         site.u.function_space, 2, site.domain.facets("clamp"), remote=True
     )
     return MovingSupport(site.u, supports, nodes, site.motions)
+
+
+def _opens_at_clamp(site: Site) -> bool:
+    """Whether a tube leads out of the cavity through the clamped plane.
+
+    The opening's area along z is what the cavity's surface lacks of being closed.
+    """
+    normal = ufl.FacetNormal(site.domain.mesh)
+    lacking = site.fixed(1.0) * normal[2] * site.domain.surface("cavity", quadrature_degree=1)
+    area = site.domain.mesh.comm.allreduce(fem.assemble_scalar(fem.form(lacking)))
+    return abs(area) > 1e-6 * site.area_mm2("clamp")

@@ -1,14 +1,17 @@
-"""The printed material of a model: its element, its strain energy and its weight."""
+"""The printed material of a model: its element, its pressure field and its weight."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import dolfinx
 import numpy as np
+import ufl
 from dolfinx import fem
-from ufl.core.expr import Expr
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.forms import mixed_neo_hookean, neo_hookean
+from dolfingrip.experiments.rigs.regions import REST
+from dolfingrip.forms import gravity
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import CELL
 
@@ -52,15 +55,42 @@ def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None
     return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
 
 
-def strain_energy(strain: Expr, p: fem.Function | None, mu: Expr, lmbda: Expr) -> Expr:
-    """Energy per reference volume (mJ/mm³) of the printed material, mixed where there is a p."""
-    if p is None:
-        return neo_hookean.energy(strain, mu, lmbda)
-    return mixed_neo_hookean.energy(strain, p, mu, lmbda)
+def weights_of(config: Config, domain: Domain) -> dict[str, fem.Constant]:
+    """Dead weights per reference volume (N/mm³) of the domain's materials, by constant's name."""
+    parts = (REST, *(part for part in domain.parts if part in config.material.own))
+    return {weight_name(part): fem.Constant(domain.mesh, weight(config, part)) for part in parts}
 
 
-def weight(config: Config) -> np.ndarray:
-    """Dead weight per reference volume (N/mm³), (3,)."""
+def weight_name(part: str) -> str:
+    """Name of the constant that is a part's dead weight."""
+    return "gravity.weight_N_mm3" if part == REST else f"material.{part}.weight_N_mm3"
+
+
+def weight(config: Config, part: str = REST) -> np.ndarray:
+    """Dead weight of a part per reference volume (N/mm³), (3,)."""
     direction = np.asarray(config.gravity.direction, dtype=float)
-    size = config.material.density_kg_m3 * config.gravity.acceleration_m_s2 * KG_M3_M_S2
+    size = config.material.of(part).density_kg_m3 * config.gravity.acceleration_m_s2 * KG_M3_M_S2
     return size * direction / np.linalg.norm(direction)
+
+
+def weight_energy(
+    domain: Domain, u: fem.Function, known: Mapping[str, fem.Constant]
+) -> list[ufl.Form]:
+    """Energies (mJ of the meshed part) of the dead weight, part by part; none without gravity.
+
+    Args:
+        domain: with its parts.
+        u: displacement (mm).
+        known: constants by name, with those of :func:`weights_of`.
+    """
+    degree = u.function_space.ufl_element().degree
+    rest = known[weight_name(REST)]
+    if not np.any(rest.value):
+        return []
+    if not domain.parts:
+        return [gravity.energy(u, rest) * domain.volume(quadrature_degree=degree)]
+    return [
+        gravity.energy(u, known.get(weight_name(part), rest))
+        * domain.volume(part, quadrature_degree=degree)
+        for part in domain.parts
+    ]

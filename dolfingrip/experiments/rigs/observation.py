@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.bellows import ContactGap
 from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGap
@@ -16,9 +20,10 @@ class Observation:
     """Readings of a finger model, in the columns of the result table.
 
     ``angle_deg`` is the rotation of the tip face's area vector about y, positive towards the base
-    layer (−x), continuous beyond 180°; ``chord_angle_deg`` that of the line from the clamp's
-    centre to the tip's. Both and the tip's displacement count from the pose at which
-    :meth:`tare` was called, the undeformed one before. Volume and force are the whole finger's.
+    layer (−x), continuous beyond 180°; ``chord_angle_deg`` that of the line that the camera's
+    section names, from the clamp's centre to the tip's by default. Both and the tip's displacement
+    count from the pose at which :meth:`tare` was called, the undeformed one before. Volume and
+    force are the whole finger's.
 
     Attributes:
         readings: by column; those of the plate only where there is one.
@@ -33,7 +38,7 @@ class Observation:
             FromRest(FaceAngle(model), 360.0),
             FromRest(TipDisplacement(model, "x")),
             FromRest(TipDisplacement(model, "z")),
-            FromRest(ChordAngle(model), 360.0),
+            FromRest(chord(finger), 360.0),
         ]
         found: list[Reading] = [
             Time(model),
@@ -69,3 +74,24 @@ class Observation:
     def read(self) -> dict[str, float]:
         """Values by column."""
         return {column: reading.value() for column, reading in self.readings.items()}
+
+
+def chord(finger: FingerModel) -> Reading:
+    """The angle of the chord that the configuration's camera sees.
+
+    Raises:
+        ConfigError: one line, where one of its points is not on the finger.
+    """
+    model, camera, column = finger.model, finger.config.camera, "chord_angle_deg"
+    if camera.chord == "centres":
+        return ChordAngle(model, column)
+    if camera.chord == "back edges":
+        return LineAngle(model, column, back_edge(model, "clamp"), back_edge(model, "tip"))
+    ends = []
+    for key in ("from_mm", "to_mm"):
+        place = getattr(camera, key)
+        found = point(model, np.asarray(place))
+        if found is None:
+            raise ConfigError(f"camera.{key} = {list(place)}: allowed: a point of the finger")
+        ends.append(found)
+    return LineAngle(model, column, *ends)

@@ -9,8 +9,11 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.rigs.finger import WEIGHT, FingerModel
-from dolfingrip.experiments.rigs.material import weight
+from dolfingrip.experiments.rigs import base_material
+from dolfingrip.experiments.rigs.films import film_value
+from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.material import weight, weight_name
+from dolfingrip.experiments.rigs.regions import REST
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.movement import Movement
@@ -119,13 +122,13 @@ def velocity(parameter: Parameter, config: Config, mesh_points: np.ndarray) -> n
         raise ConfigError(
             f"--parameters {parameter.key}: allowed: with a finger that is made from dimensions"
         )
-    finger = config.adapted().finger
+    dimensions = config.adapted().geometry
     points = morph(config).inverse().points(mesh_points)
 
     def at(changed: Config) -> np.ndarray:
         found = points
         if config.mesh.file is None:
-            found = moved(points, finger, changed.adapted().finger)
+            found = moved(points, dimensions, changed.adapted().geometry)
         return morph(changed).points(found)
 
     return parameter.derivative(config, at)
@@ -172,16 +175,19 @@ def of_constants(
 def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarray]:
     """Values of a model's constants, by name, that ``config`` asks for."""
     config = config.adapted()
-    base = {
-        "material.mu_MPa": config.material.mu_MPa,
-        "material.lmbda_MPa": config.material.lmbda_MPa,
-        WEIGHT: weight(config),
-    }
+    material = config.material
+    base = base_material.values(material)
+    for region in material.own:
+        base |= base_material.values(material.of(region), f"material.{region}")
+    base |= {weight_name(part): weight(config, part) for part in (REST, *material.own)}
     found: dict[str, np.ndarray] = {}
     for name in names:
         if name in base:
             found[name] = np.asarray(base[name])
+            continue
+        section, table, key = name.split(".")
+        if section == "film":
+            found[name] = film_value(config, table, key)
         else:
-            _, effect, key = name.split(".")
-            found[name] = np.asarray(getattr(getattr(config.extensions, effect), key), float)
+            found[name] = np.asarray(getattr(getattr(config.extensions, table), key), float)
     return found

@@ -29,6 +29,7 @@ class Rig(ABC):
         readings: undistorted, by column.
         from_rest: columns that count from the pose at rest.
         tared: called once the pose at rest is known.
+        jumps: whether a load step may jump to another state where none is near.
     """
 
     readings: Mapping[str, Reading]
@@ -40,6 +41,7 @@ class Rig(ABC):
         self.gaps_mm: list[dict[str, float]] = []
         self.plate: PlatePose | None = None
         self.tared: Callable[[], None] = lambda: None
+        self.jumps = True
 
     @abstractmethod
     def longest(self) -> dict[str, float]:
@@ -64,7 +66,7 @@ class Rig(ABC):
         raise ConfigError("--gradients: allowed: with another experiment")
 
     def over(self) -> bool:
-        """Whether no further stop tells anything."""
+        """Whether the experiment ends before its last stop."""
         return False
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
@@ -78,6 +80,17 @@ class Rig(ABC):
             Why that was not reached; None where it was.
         """
         return None
+
+    def beyond(self, failure: Failure) -> Sequence[Stop]:
+        """Further stops, under another control, of an experiment that ended early.
+
+        Where there are any, :attr:`newton`, :meth:`longest` and :meth:`controls` are those of
+        the new control.
+
+        Args:
+            failure: why it ended; the specimen is in its last good state.
+        """
+        return ()
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
         """Whether equilibrium goes on at a falling load, where ``attempted`` was not reached."""

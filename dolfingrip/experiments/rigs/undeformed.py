@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import logging
 
+import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.rigs.regions import parts_of, sheets_of
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
 from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.quality import check
@@ -34,7 +36,7 @@ def solid(config: Config) -> SolidMesh:
 
         mesh = files.read(config.mesh.file)
     elif config.hexahedra:
-        mesh = structured_mesh(config.finger, config.mesh)
+        mesh = structured_mesh(config.geometry, config.mesh)
     else:
         from dolfingrip.meshes.generate import finger_mesh
 
@@ -51,9 +53,16 @@ def load_domain(config: Config, comm: MPI.Comm) -> Domain:
         ConfigError: on every rank.
     """
     config = config.adapted()
-    domain = distribute(comm, on_root(comm, lambda: solid(config)))
+    made = on_root(comm, lambda: _made(config))
+    domain = distribute(comm, *(made or (None, None, None)))
     sideways = config.sideways()
     if domain.half and sideways is not None:
         key, value = sideways
         raise ConfigError(f"{key} = {value}: allowed: no y-part for a half finger")
     return domain
+
+
+def _made(config: Config) -> tuple[SolidMesh, dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """The mesh, the cells of its parts and the faces of its membranes."""
+    mesh = solid(config)
+    return mesh, parts_of(config, mesh), sheets_of(config, mesh)

@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
-from dolfingrip.mechanics.model.potential import ByPart, StrainEnergy
+from dolfingrip.mechanics.model.parts import ByPart, StrainEnergy
 from dolfingrip.meshes.solid import MeshError, SolidMesh
 
 Material = Callable[[dolfinx.mesh.Mesh], Sequence[StrainEnergy]]

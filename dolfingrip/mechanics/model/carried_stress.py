@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import ufl
 from dolfinx import fem
 from ufl.core.expr import Expr
 
+from dolfingrip.forms import chain_rule
 from dolfingrip.mechanics.model import points
+from dolfingrip.mechanics.model.points import AtPoints, Rule
 
 
 class CarriedStress:
@@ -21,12 +22,14 @@ class CarriedStress:
     (Magisano, Leonetti & Garcea 2017; Pfefferkorn, Bieber, Oesterle, Bischoff & Betsch, 2021).
 
     Attributes:
-        stress: (3, 3) at each integration point.
+        stress: (3, 3) at each integration point of the volume.
+        on_sheets: likewise at the points of each further rule, in the order of ``sheets``.
 
     Args:
         fields: what the stress depends on: displacement, and the pressure of a mixed model.
         stresses: S in UFL, and the cells where it is such (all where None), part by part.
         degree: of the integration rule.
+        sheets: stress (N/mm) of sheets, its cells, and its own rule.
     """
 
     def __init__(
@@ -34,26 +37,52 @@ class CarriedStress:
         fields: Sequence[fem.Function],
         stresses: Sequence[tuple[Expr, np.ndarray | None]],
         degree: int,
+        sheets: Sequence[tuple[Expr, np.ndarray, Rule]] = (),
     ) -> None:
         mesh = fields[0].function_space.mesh
         self.stress = points.field(mesh, (3, 3), degree, "carried_stress_MPa")
         self._steps = [fem.Function(field.function_space) for field in fields]
-        self._now, self._after = [], []
+        self._fields = fields
+        self._now: list[tuple[AtPoints, fem.Function]] = []
+        self._after: list[tuple[AtPoints, fem.Function]] = []
         for stress, cells in stresses:
-            predicted = stress
-            for field, step in zip(fields, self._steps, strict=True):
-                predicted = predicted + ufl.derivative(stress, field, step)
-            self._now.append(points.AtPoints(stress, mesh, degree, cells))
-            self._after.append(points.AtPoints(predicted, mesh, degree, cells))
+            self._add(stress, degree, cells, self.stress)
+        self.on_sheets = []
+        for stress, on, rule in sheets:
+            carried = points.field(mesh, (3, 3), rule, "carried_stress_N_per_mm")
+            self._add(stress, rule, on, carried)
+            self.on_sheets.append(carried)
+
+    def _add(
+        self, stress: Expr, rule: int | Rule, cells: np.ndarray | None, into: fem.Function
+    ) -> None:
+        mesh = into.function_space.mesh
+        predicted = stress
+        for field, step in zip(self._fields, self._steps, strict=True):
+            predicted = predicted + chain_rule.along(stress, field, step)
+        self._now.append((AtPoints(stress, mesh, rule, cells), into))
+        self._after.append((AtPoints(predicted, mesh, rule, cells), into))
+
+    @property
+    def values(self) -> np.ndarray:
+        """All carried stresses as one array, a copy."""
+        return np.concatenate([held.x.array for held in (self.stress, *self.on_sheets)])
+
+    @values.setter
+    def values(self, values: np.ndarray) -> None:
+        place = 0
+        for held in (self.stress, *self.on_sheets):
+            held.x.array[:] = values[place : place + held.x.array.size]
+            place += held.x.array.size
 
     def reset(self) -> None:
         """Set to S(E(u))."""
-        for part in self._now:
-            part.into(self.stress)
+        for part, held in self._now:
+            part.into(held)
 
     def follow(self, *steps: np.ndarray) -> None:
         """Set to the linear prediction for ``steps`` (local dofs of each field) from here."""
         for holder, step in zip(self._steps, steps, strict=True):
             holder.x.array[:] = step
-        for part in self._after:
-            part.into(self.stress)
+        for part, held in self._after:
+            part.into(held)

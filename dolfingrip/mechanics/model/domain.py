@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import basix.ufl
 import numpy as np
@@ -12,7 +12,8 @@ from dolfinx import fem, graph, io, mesh
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.placement import Placement
-from dolfingrip.meshes.cells import BY_NODES
+from dolfingrip.mechanics.model.sheet import local_facets
+from dolfingrip.meshes.cells import BY_NODES, CellShape
 from dolfingrip.meshes.groups import SYMMETRY
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
 from dolfingrip.sections.complaint import ConfigError
@@ -29,6 +30,8 @@ class Domain:
         parts: this rank's cells by name, of several bodies or materials that share none; empty
             where the solid is one.
         placement: where the solid's copies stand in the world; None where it is drawn.
+        sheets: this rank's cells with a face on a surface that carries an energy, by the surface's
+            name and the local facet.
     """
 
     mesh: mesh.Mesh
@@ -36,6 +39,7 @@ class Domain:
     half: bool
     parts: dict[str, np.ndarray] = field(default_factory=dict)
     placement: Placement | None = None
+    sheets: dict[str, dict[int, np.ndarray]] = field(default_factory=dict)
     _integration: list[tuple[int, np.ndarray]] = field(init=False, repr=False)
     _cells: list[tuple[int, np.ndarray]] | None = field(init=False, repr=False)
 
@@ -46,7 +50,8 @@ class Domain:
             for tag, facets in enumerate(self.regions.values())
         ]
         object.__setattr__(self, "_integration", data)
-        cells = list(enumerate(self.parts.values())) or None
+        sheets = [cells for by_facet in self.sheets.values() for cells in by_facet.values()]
+        cells = list(enumerate([*self.parts.values(), *sheets])) or None
         object.__setattr__(self, "_cells", cells)
 
     @property
@@ -83,6 +88,19 @@ class Domain:
         order = list(self.parts)
         return whole(tuple(order.index(name) for name in names))
 
+    def behind(self, sheet: str, facet: int, **metadata: object) -> ufl.Measure:
+        """Measure of the volume of the cells with a face on a sheet.
+
+        Args:
+            sheet: its name.
+            facet: the local facet that the face is.
+            metadata: how to integrate.
+        """
+        places = [(name, each) for name, found in self.sheets.items() for each in found]
+        tag = len(self.parts) + places.index((sheet, facet))
+        whole = ufl.Measure("dx", self.mesh, subdomain_data=self._cells, metadata=metadata)
+        return whole(tag)
+
     def with_region(
         self, name: str, among: Sequence[str], where: Callable[[np.ndarray], np.ndarray]
     ) -> Domain:
@@ -97,7 +115,7 @@ class Domain:
         chosen = mesh.locate_entities_boundary(self.mesh, 2, where)
         facets = np.intersect1d(chosen, self.facets(*among)).astype(np.int32)
         regions = {**self.regions, name: facets}
-        return Domain(self.mesh, regions, self.half, self.parts, self.placement)
+        return replace(self, regions=regions)
 
 
 def _cells_and_local(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
@@ -128,7 +146,10 @@ def on_root[T](comm: MPI.Comm, work: Callable[[], T]) -> T | None:
 
 
 def distribute(
-    comm: MPI.Comm, solid: SolidMesh | None, parts: Mapping[str, np.ndarray] | None = None
+    comm: MPI.Comm,
+    solid: SolidMesh | None,
+    parts: Mapping[str, np.ndarray] | None = None,
+    sheets: Mapping[str, np.ndarray] | None = None,
 ) -> Domain:
     """Distribute a mesh that rank 0 holds.
 
@@ -136,15 +157,18 @@ def distribute(
         comm: communicator of the simulation.
         solid: the mesh on rank 0, None elsewhere.
         parts: rows of its cells by name on rank 0, where it has several.
+        sheets: rows of its cells' faces (:func:`dolfingrip.meshes.solid.faces`) by name on rank 0,
+            surfaces with an energy.
 
     Raises:
         ConfigError: on every rank, where the mesh has fewer cells than there are ranks.
     """
+    parts = parts or {}
     facts = None
     if comm.rank == 0:
         assert solid is not None
         solid = _straight(solid)
-        facts = (solid.cells.shape[1], tuple(solid.facets), len(solid.cells), tuple(parts or ()))
+        facts = (solid.cells.shape[1], tuple(solid.facets), len(solid.cells), tuple(parts))
     nodes, names, number, part_names = comm.bcast(facts)
     if number < comm.size:
         raise ConfigError(f"mesh: {number} elements on {comm.size} ranks; allowed: as many or more")
@@ -156,7 +180,7 @@ def distribute(
         cells = np.asarray(solid.cells, dtype=np.int64)
         facets = np.concatenate([np.asarray(f, dtype=np.int64) for f in solid.facets.values()])
         values = _tags(len(f) for f in solid.facets.values())
-        inside = [np.asarray(rows, dtype=np.int64) for rows in (parts or {}).values()]
+        inside = [np.asarray(rows, dtype=np.int64) for rows in parts.values()]
     else:
         points = np.empty((0, 3))
         cells = np.empty((0, nodes), dtype=np.int64)
@@ -169,15 +193,38 @@ def distribute(
         :, io.gmshio.cell_perm_array(mesh.to_type(shape.facet_name), facet_nodes)
     ].copy()
     element = basix.ufl.element("Lagrange", shape.name, order, shape=(3,))
-    parts = mesh.create_cell_partitioner(mesh.GhostMode.none)
-    domain = mesh.create_mesh(comm, cells, points, ufl.Mesh(element), parts)
+    partitioner = mesh.create_cell_partitioner(mesh.GhostMode.none)
+    domain = mesh.create_mesh(comm, cells, points, ufl.Mesh(element), partitioner)
     domain.topology.create_connectivity(2, 3)
     regions = _found(domain, 2, facets, values, names)
+    behind = _behind(domain, shape, comm.bcast(dict(sheets or {})))
+    half = SYMMETRY in names
     if not part_names:
-        return Domain(domain, regions, SYMMETRY in names)
+        return Domain(domain, regions, half, sheets=behind)
     domain.topology.create_connectivity(3, 3)
     rows, tags = cells[np.concatenate(inside)], _tags(len(rows) for rows in inside)
-    return Domain(domain, regions, SYMMETRY in names, _found(domain, 3, rows, tags, part_names))
+    found = _found(domain, 3, rows, tags, part_names)
+    return Domain(domain, regions, half, found, sheets=behind)
+
+
+def _behind(
+    domain: mesh.Mesh, shape: CellShape, sheets: Mapping[str, np.ndarray]
+) -> dict[str, dict[int, np.ndarray]]:
+    """This rank's cells behind each sheet by local facet, the same facets on all ranks."""
+    if not sheets:
+        return {}
+    order = io.gmshio.cell_perm_array(mesh.to_type(shape.name), shape.corners)
+    facet_of = local_facets(domain, shape.face_corners, order)
+    size = domain.topology.index_map(3).size_local
+    original = np.asarray(domain.topology.original_cell_index[:size])
+    found: dict[str, dict[int, np.ndarray]] = {}
+    for name, rows in sheets.items():
+        cells, faces = np.divmod(rows, len(shape.faces))
+        found[name] = {}
+        for face in np.unique(faces):
+            here = np.flatnonzero(np.isin(original, cells[faces == face])).astype(np.int32)
+            found[name][int(facet_of[face])] = here
+    return found
 
 
 def _tags(counts: Iterable[int]) -> np.ndarray:

@@ -31,6 +31,18 @@ RULE: Final = {
 """Degree of the volume's quadrature by cell and order of the displacement."""
 
 
+FULL: Final = {("hexahedron", 2): 5}
+"""Degree of a full rule where the other is reduced: 27 points (3 × 3 × 3), as C3D20."""
+
+SHEET_RULE: Final = {
+    ("tetrahedron", 1): 1,
+    ("tetrahedron", 2): 2,  # three points
+    ("hexahedron", 1): 3,
+    ("hexahedron", 2): 3,  # four points, as many as the volume's rule has in a layer
+}
+"""Degree of the quadrature of surfaces with an energy of their own."""
+
+
 def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
     """A displacement element for UFL.
 
@@ -44,10 +56,23 @@ def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
     return basix.ufl.element("Lagrange", CELL[name], int(name[1]), shape=shape)
 
 
-def integration_degree(space: fem.FunctionSpace) -> int:
-    """Degree of the quadrature with which energies in a displacement space are integrated."""
+def integration_degree(space: fem.FunctionSpace, *, full: bool = False) -> int:
+    """Degree of the quadrature with which energies in a displacement space are integrated.
+
+    Args:
+        space: of the displacement.
+        full: no reduced rule. Under a pressure that is not small beside the shear modulus, from
+            about a third of it on, a reduced one is unstable: the modes without energy grow where
+            the pressure acts on them.
+    """
+    kind = space.mesh.ufl_cell().cellname(), space.ufl_element().degree
+    return FULL.get(kind, RULE[kind]) if full else RULE[kind]
+
+
+def sheet_degree(space: fem.FunctionSpace) -> int:
+    """Degree of the quadrature with which membranes in a displacement space are integrated."""
     element = space.ufl_element()
-    return RULE[space.mesh.ufl_cell().cellname(), element.degree]
+    return SHEET_RULE[space.mesh.ufl_cell().cellname(), element.degree]
 
 
 def _serendipity(shape: tuple[int, ...]) -> Any:

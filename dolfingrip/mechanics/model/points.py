@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import basix
 import basix.ufl
 import numpy as np
@@ -14,9 +16,35 @@ from ufl.corealg.multifunction import MultiFunction
 from dolfingrip.mechanics.model import jit
 
 
-def field(domain: mesh.Mesh, shape: tuple[int, ...], degree: int, name: str) -> fem.Function:
-    """A function of ``shape`` at the points of the rule of ``degree``."""
-    element = basix.ufl.quadrature_element(domain.basix_cell(), value_shape=shape, degree=degree)
+@dataclass(frozen=True, eq=False)
+class Rule:
+    """Points of a cell that are no standard rule's, as those on one of its faces.
+
+    Attributes:
+        points: (n, 3) reference coordinates.
+        weights: (n,).
+    """
+
+    points: np.ndarray
+    weights: np.ndarray
+
+    def metadata(self) -> dict[str, object]:
+        """What a measure of UFL is told."""
+        return {
+            "quadrature_rule": "custom",
+            "quadrature_points": self.points.tolist(),
+            "quadrature_weights": self.weights.tolist(),
+        }
+
+
+def field(domain: mesh.Mesh, shape: tuple[int, ...], rule: int | Rule, name: str) -> fem.Function:
+    """A function of ``shape`` at the points of a rule, or of the standard one of this degree."""
+    how = (
+        {"points": rule.points, "weights": rule.weights}
+        if isinstance(rule, Rule)
+        else {"degree": rule}
+    )
+    element = basix.ufl.quadrature_element(domain.basix_cell(), value_shape=shape, **how)
     return fem.Function(fem.functionspace(domain, element), name=name)
 
 
@@ -26,7 +54,7 @@ class AtPoints:
     Args:
         expression: UFL, of the field's shape.
         domain: its mesh.
-        degree: of the rule.
+        rule: or the degree of the standard one.
         cells: local cells where it is evaluated; default: all.
     """
 
@@ -34,10 +62,14 @@ class AtPoints:
         self,
         expression: Expr,
         domain: mesh.Mesh,
-        degree: int,
+        rule: int | Rule,
         cells: np.ndarray | None = None,
     ) -> None:
-        points = basix.make_quadrature(domain.basix_cell(), degree)[0]
+        points = (
+            rule.points
+            if isinstance(rule, Rule)
+            else basix.make_quadrature(domain.basix_cell(), rule)[0]
+        )
         same = map_expr_dag(_Renumbered(), expression)
         self._expression = fem.Expression(same, points, jit_options=jit.options())
         self._mesh = domain

@@ -2,38 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import reduce
 from itertools import combinations_with_replacement
 from operator import add
-from typing import NamedTuple
 
 import numpy as np
 import ufl
 from dolfinx import fem, la
 from mpi4py import MPI
 from ufl.algorithms import expand_derivatives
-from ufl.core.expr import Expr
 
+from dolfingrip.forms import chain_rule
 from dolfingrip.forms.kinematics import (
     deformation_gradient,
     geometric_variation,
-    green_lagrange,
     strain_variation,
 )
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.carried_stress import CarriedStress
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.element import integration_degree
+from dolfingrip.mechanics.model.element import integration_degree, sheet_degree
+from dolfingrip.mechanics.model.parts import (
+    ByPart,
+    Part,
+    StrainEnergy,
+    sheet_parts,
+    solid_parts,
+)
 from dolfingrip.mechanics.model.points import AtPoints
+from dolfingrip.mechanics.model.sheet import Sheet
 from dolfingrip.mechanics.model.term import Coupling, Term, number_coupling
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number
-
-StrainEnergy = Callable[[Expr], Expr]
-"""Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
-
-ByPart = Mapping[tuple[str, ...], Sequence[StrainEnergy]]
-"""Strain energies by names of a domain's parts, which make up the whole."""
 
 
 class Potential(Term):
@@ -51,10 +51,12 @@ class Potential(Term):
         carried: use the carried stress in the tangent.
         p: pressure field of a mixed model (MPa), which the densities contain.
         numbers: solved for, too; constants that ``terms`` contain.
-        domain: whose parts ``strain_energies`` names.
+        domain: whose parts ``strain_energies`` names, and whose sheets ``sheets``.
+        sheets: membranes; their stress is carried as the solid's is.
+        degree: of the quadrature of strain energies; default: the element's.
 
     Attributes:
-        numbers: as given.
+        numbers, sheets: as given.
         gradient: ∂Π/∂u as a UFL form, linear in its test function.
         residual, tangent: its first and second derivative with respect to u.
         constraint: derivative of Π with respect to p; None without p.
@@ -71,30 +73,42 @@ class Potential(Term):
         p: fem.Function | None = None,
         numbers: Sequence[Number] = (),
         domain: Domain | None = None,
+        sheets: Sequence[Sheet] = (),
+        degree: int | None = None,
     ) -> None:
         space = u.function_space
-        degree = integration_degree(space)
+        degree = degree or integration_degree(space)
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
 
-        parts = _parts(u, strain_energies, domain, degree)
+        solids = solid_parts(u, strain_energies, domain, degree)
+        membranes: list[Part] = []
+        if sheets:
+            assert domain is not None
+            membranes = sheet_parts(u, sheets, domain, sheet_degree(space))
+        parts = [*solids, *membranes]
         fields = [u] if p is None else [u, p]
         self._comm = space.mesh.comm
         self.numbers = tuple(numbers)
-        stresses = [(part.stress, part.cells) for part in parts]
-        self.carried = CarriedStress(fields, stresses, degree) if carried else None
+        self.sheets = tuple(sheets)
+        self.carried = _carried(fields, solids, membranes, degree) if carried else None
+        stresses = [part.stress for part in parts]
+        if self.carried is not None:
+            stresses = [self.carried.stress] * len(solids) + self.carried.on_sheets
 
         rest = sum(terms[1:], start=terms[0]) if terms else None
-        value = _sum(part.density * part.dx for part in parts)
-        residual = _sum(ufl.inner(part.stress, strain_variation(u, v)) * part.dx for part in parts)
+        value = _sum(part.area * part.density * part.dx for part in parts)
+        residual = _sum(
+            part.area * ufl.inner(part.stress, part.surface(strain_variation(u, v))) * part.dx
+            for part in parts
+        )
         tangent = _sum(
-            (
-                ufl.inner(ufl.derivative(part.stress, u, w), strain_variation(u, v))
-                + ufl.inner(
-                    self.carried.stress if self.carried else part.stress, geometric_variation(v, w)
-                )
+            part.area
+            * (
+                ufl.inner(chain_rule.along(part.stress, u, w), part.surface(strain_variation(u, v)))
+                + ufl.inner(stress, part.surface(geometric_variation(v, w)))
             )
             * part.dx
-            for part in parts
+            for part, stress in zip(parts, stresses, strict=True)
         )
         if rest is not None:
             value += rest
@@ -109,10 +123,10 @@ class Potential(Term):
             q, r = (
                 argument(p.function_space) for argument in (ufl.TestFunction, ufl.TrialFunction)
             )
-            constraint = ufl.derivative(_sum(part.density * part.dx for part in parts), p, q)
+            constraint = ufl.derivative(_sum(part.density * part.dx for part in solids), p, q)
             across = _sum(
                 ufl.inner(ufl.derivative(part.stress, p, r), strain_variation(u, v)) * part.dx
-                for part in parts
+                for part in solids
             )
             blocks = (across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r))
             self.constraint = _compiled(constraint)
@@ -169,40 +183,16 @@ class Potential(Term):
         return float(self._jacobian.values().min(initial=np.inf))
 
 
-class _Part(NamedTuple):
-    """Cells of one material."""
-
-    density: Expr
-    stress: Expr
-    dx: ufl.Measure
-    cells: np.ndarray | None
-
-
-def _parts(
-    u: fem.Function,
-    strain_energies: Sequence[StrainEnergy] | ByPart,
-    domain: Domain | None,
-    degree: int,
-) -> list[_Part]:
-    """The whole as one part, or the domain's named ones."""
-    strain = ufl.variable(green_lagrange(u))
-
-    def part(energies: Sequence[StrainEnergy], dx: ufl.Measure, cells: np.ndarray | None) -> _Part:
-        density = sum((energy(strain) for energy in energies), start=0 * strain[0, 0])
-        return _Part(density, ufl.diff(density, strain), dx, cells)
-
-    if not isinstance(strain_energies, Mapping):
-        mesh = u.function_space.mesh
-        if domain is None:
-            dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
-        else:
-            dx = domain.volume(quadrature_degree=degree)
-        return [part(strain_energies, dx, None)]
-    assert domain is not None
-    return [
-        part(energies, domain.volume(*names, quadrature_degree=degree), domain.cells(*names))
-        for names, energies in strain_energies.items()
+def _carried(
+    fields: Sequence[fem.Function], solids: Sequence[Part], sheets: Sequence[Part], degree: int
+) -> CarriedStress:
+    """Carries the stresses of all parts."""
+    held = [
+        (part.stress, part.cells, part.rule)
+        for part in sheets
+        if part.rule is not None and part.cells is not None
     ]
+    return CarriedStress(fields, [(part.stress, part.cells) for part in solids], degree, held)
 
 
 def _sum(forms: Iterable[ufl.Form]) -> ufl.Form:

@@ -114,6 +114,14 @@ class Newton:
         self._before: Mapping[str, float] = {}
         self._snes = self._make_snes()
 
+    def of(self, model: Model) -> Newton:
+        """A solver of another model with the same settings; its counts begin with these."""
+        made = Newton(model, self.settings, self.profile)
+        made.iterations, made.damped = self.iterations, self.damped
+        made.worst_guess = self.worst_guess
+        made._factors.count, made._damping.count = self._factors.count, self._damping.count
+        return made
+
     def _make_snes(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.model.comm)
         snes.setOptionsPrefix(PREFIX)
@@ -283,7 +291,7 @@ class Newton:
         if guess is not None and carried is not None:
             first_N, here = self._residual_norm(), model.unknowns.local()
             model.unknowns.set_local(guess.unknowns)
-            carried.stress.x.array[:] = guess.stress
+            carried.values = guess.stress
             if self.worst_guess < np.inf and self._residual_norm() > self.worst_guess * first_N:
                 model.unknowns.set_local(here)
                 carried.reset()

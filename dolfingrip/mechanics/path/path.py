@@ -66,6 +66,7 @@ class LoadPath:
         passable: called at the last good state with the controls that were not reached; returns
             whether equilibrium goes on there at a falling load.
         observers: called after each converged step, before it is accepted.
+        damped: solve a failed step again with damping, which may jump to another state.
 
     Attributes:
         from_equilibrium: a step that starts without a predicted state has its first tangent with
@@ -81,6 +82,7 @@ class LoadPath:
         accept: Callable[[], str] | None = None,
         passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
         observers: Sequence[Observer] = (),
+        damped: bool = True,
     ) -> None:
         self.newton = newton
         self.model = newton.model
@@ -89,6 +91,7 @@ class LoadPath:
         self._accept = accept or self.model.rejects
         self._passable = passable
         self.observers = observers
+        self._damped = damped
         self.from_equilibrium = self.cuts_at_once = False
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
@@ -180,7 +183,8 @@ class LoadPath:
             solve = self.newton.solve(guess, before=before)
         else:
             solve = self.newton.solve(guess)
-        if solve.converged or ((self._lost or self.cuts_at_once) and not last):
+        gives_up = (self._lost or self.cuts_at_once) and not last
+        if solve.converged or not self._damped or gives_up:
             return solve
         self.model.restore(good)
         self.model.prescribe(controls)

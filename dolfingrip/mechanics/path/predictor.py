@@ -78,7 +78,7 @@ class Predictor:
         """Remember the state that Newton's method has found at ``place``."""
         carried = self._model.potential.carried
         if carried is not None:
-            guess = Guess(self._model.unknowns.local(), carried.stress.x.array.copy())
+            guess = Guess(self._model.unknowns.local(), carried.values)
             self._kept.append((place, guess))
 
     def guess(self, place: float) -> Guess | None:

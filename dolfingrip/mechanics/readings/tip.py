@@ -25,12 +25,12 @@ def _one(model: Model) -> fem.Constant:
     return fem.Constant(model.domain.mesh, 1.0)
 
 
-def _angle_deg(x: float, z: float) -> float:
+def angle_deg(x: float, z: float) -> float:
     """From z towards −x, so towards a finger's base layer."""
     return math.degrees(math.atan2(-x, z))
 
 
-def _angle_slopes(x: float, z: float) -> np.ndarray:
+def angle_slopes(x: float, z: float) -> np.ndarray:
     """Derivatives of the angle (deg) by x and z."""
     return math.degrees(1.0) / (x**2 + z**2) * np.array([-z, x])
 
@@ -43,10 +43,10 @@ class FaceAngle(OfIntegrals):
         super().__init__(model, column, [vector[0] * tip, vector[2] * tip])
 
     def _function(self, integrals: np.ndarray) -> float:
-        return _angle_deg(*integrals)
+        return angle_deg(*integrals)
 
     def _slopes(self, integrals: np.ndarray) -> np.ndarray:
-        return _angle_slopes(*integrals)
+        return angle_slopes(*integrals)
 
 
 class TipDisplacement(OfIntegrals):
@@ -74,7 +74,7 @@ class TipDisplacement(OfIntegrals):
 class ChordAngle(OfIntegrals):
     """Rotation about y of the line from the clamp's undeformed centre to the tip face's (deg)."""
 
-    def __init__(self, model: Model, column: str = "chord_angle_deg") -> None:
+    def __init__(self, model: Model, column: str = "chordangle_deg") -> None:
         u, x = model.u, ufl.SpatialCoordinate(model.domain.mesh)
         tip, clamp = _face(model), model.domain.surface("clamp", quadrature_degree=1)
         integrals = [form for i in (0, 2) for form in (u[i] * tip, x[i] * tip, x[i] * clamp)]
@@ -91,11 +91,11 @@ class ChordAngle(OfIntegrals):
         )
 
     def _function(self, integrals: np.ndarray) -> float:
-        return _angle_deg(*self._arm(integrals))
+        return angle_deg(*self._arm(integrals))
 
     def _slopes(self, integrals: np.ndarray) -> np.ndarray:
         moved_x, tip_x, clamp_x, moved_z, tip_z, clamp_z, tip, clamp = integrals
-        by_x, by_z = _angle_slopes(*self._arm(integrals))
+        by_x, by_z = angle_slopes(*self._arm(integrals))
         by_tip = -(by_x * (moved_x + tip_x) + by_z * (moved_z + tip_z)) / tip**2
         by_clamp = (by_x * clamp_x + by_z * clamp_z) / clamp**2
         per_axis = np.array([1 / tip, 1 / tip, -1 / clamp])

@@ -38,6 +38,17 @@ def test_a_key_is_of_what_the_result_depends_on() -> None:
     assert len({job.key for job in [base, *other]}) == 7
 
 
+def test_a_fingers_key_is_of_its_geometry_films_and_camera() -> None:
+    base = ("finger.kind=pneunet", "film.sheet.region=paper")
+    other = ("pneunet.wall_mm=1.7", "film.sheet.Et_N_per_mm=2", "material.base.mu_MPa=2",
+             "camera.chord=back edges")  # fmt: skip
+    made = [
+        Job("bending", load(None, [*base, *more])).key
+        for more in ((), *((each,) for each in other))
+    ]
+    assert len(set(made)) == 1 + len(other)
+
+
 def test_what_is_in_the_store_is_not_computed_again(tmp_path: Path) -> None:
     """By a worker of its own, then in this process, which would enter another worker."""
     job = coupon(gradients=("material.mu_MPa",))

@@ -1,0 +1,157 @@
+"""``dolfingrip coupon --fit``: laws of rubber fitted to measured coupons."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from dolfingrip.cli.options import check_writable, console
+from dolfingrip.config import ConfigError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from dolfingrip.experiments.material_fit.coupons import Series
+    from dolfingrip.experiments.material_fit.fit import Fit
+
+HEADINGS = ("rms\n(MPa)", "rms\n(%)", "corre-\nlation", "BIC",
+            "Stable to stretch\n(uni, planar, equi)", "Balloon's\nmaximum")  # fmt: skip
+
+FREE = 100.0
+"""Half width of an interval, by the value, from which on a value is called free."""
+
+
+def fit_laws(
+    files: Sequence[Path], names: Sequence[str], max_stretch: float | None, out: Path
+) -> None:
+    """Fit laws to the coupons in ``files``; print, draw and write the best as a configuration.
+
+    Args:
+        files: CSV, each with its TOML.
+        names: of the laws; all where none is given.
+        max_stretch: leaves out what is stretched more.
+        out: folder of ``material.toml`` and ``fit.png``.
+
+    Raises:
+        ConfigError: one line, where a file or a name is wrong.
+    """
+    from dolfingrip.cli import progress
+    from dolfingrip.experiments.material_fit import coupons, fit, material_file
+    from dolfingrip.experiments.material_fit.law import LAWS
+    from dolfingrip.report import material
+
+    unknown = [name for name in names if name not in LAWS]
+    if unknown:
+        raise ConfigError(f"--law {unknown[0]}: allowed: {', '.join(LAWS)}")
+    if max_stretch is not None and max_stretch <= 1:
+        raise ConfigError(f"--max-stretch {max_stretch:g}: allowed: above 1")
+    data = [series for file in files for series in coupons.read(file, max_stretch)]
+    check_writable(out)
+    readings = sum(len(series.stretch) for series in data)
+    chosen = [LAWS[name] for name in names or LAWS]
+    laws = [law for law in chosen if len(law.keys) < readings]
+    if not laws:
+        raise ConfigError(f"--fit: {readings} readings; allowed: more than a law has parameters")
+    screen, fits = console(), []
+    with progress.shown(screen, "laws", total=len(laws)) as show:
+        for i, law in enumerate(laws):
+            fits.append(fit.fit(law, data))
+            show(i + 1, len(laws), law.title)
+    best = _best(fits, data)
+    screen.print(_told(data, readings), soft_wrap=True)
+    screen.print(_table(fits, best))
+    for line in _remarks(fits, best, data):
+        screen.print(f"- {line}", soft_wrap=True)
+    if not material_file.allowed(best):
+        raise ConfigError(
+            f"--law {best.law.name}: its best values have no initial shear modulus above 0; "
+            "allowed: another law, or fewer readings by --max-stretch"
+        )
+    out.mkdir(parents=True, exist_ok=True)
+    material_file.write(best, data, out / "material.toml")
+    material.plot(data, fits, best, out / "fit.png")
+    screen.print(
+        f"{best.law.title}: {out / 'material.toml'}, for --config; picture: {out / 'fit.png'}",
+        soft_wrap=True,
+    )
+
+
+def _best(fits: Sequence[Fit], data: Sequence[Series]) -> Fit:
+    """The least criterion among the laws that are stable where they were measured."""
+    from dolfingrip.experiments.material_fit import material_file
+    from dolfingrip.experiments.material_fit.homogeneous import stable_to
+
+    def sound(fit: Fit) -> bool:
+        return material_file.allowed(fit) and all(
+            stable_to(fit.law, series.mode, fit.values)[1] >= float(series.stretch.max())
+            for series in data
+        )
+
+    return min([fit for fit in fits if sound(fit)] or fits, key=lambda fit: fit.criterion)
+
+
+def _told(data: Sequence[Series], readings: int) -> str:
+    parts = []
+    for mode in dict.fromkeys(series.mode for series in data):
+        of_mode = [series for series in data if series.mode == mode]
+        farthest = max(float(series.stretch.max()) for series in of_mode)
+        count = f"{len(of_mode)} specimen{'s' if len(of_mode) > 1 else ''}"
+        parts.append(f"{mode}: {count}, to a stretch of {farthest:.3g}")
+    return f"{readings} readings; {'; '.join(parts)}"
+
+
+def _table(fits: Sequence[Fit], best: Fit) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    from dolfingrip.experiments.material_fit.coupons import MODES
+    from dolfingrip.experiments.material_fit.homogeneous import limit_points, stable_to
+
+    table = Table(title="Laws, values ± half of the 90 % interval", box=SIMPLE_HEAD, padding=(0, 1))
+    for heading in ("Law", "Values (MPa, –)"):
+        table.add_column(heading, overflow="fold")
+    for heading in HEADINGS:
+        table.add_column(heading, justify="right")
+    for fit in fits:
+        values = "\n".join(
+            f"{key.rpartition('.')[2].replace('_MPa', '')} {_interval(value, half)}"
+            for key, value, half in zip(fit.law.keys, fit.values, fit.half_width, strict=True)
+        )
+        limits = [f"{at:.3g}" for at, greatest in limit_points(fit.law, fit.values) if greatest]
+        stable = ", ".join(f"{stable_to(fit.law, mode, fit.values)[1]:.3g}" for mode in MODES)
+        table.add_row(
+            fit.law.title + (" ←" if fit is best else ""),
+            values,
+            f"{fit.rms_MPa:.2g}",
+            f"{100 * fit.relative_rms:.2g}",
+            f"{fit.correlation:.2f}",
+            f"{fit.criterion:.3g}",
+            stable,
+            ", ".join(limits) or "none",
+        )
+    return table
+
+
+def _interval(value: float, half: float) -> str:
+    if half > FREE * abs(value):
+        return f"{value if abs(value) > 1e-9 else 0:.2g}, free"
+    return f"{value:.4g} ± {half:.2g}"
+
+
+def _remarks(fits: Sequence[Fit], best: Fit, data: Sequence[Series]) -> list[str]:
+    from dolfingrip.experiments.material_fit import doubts
+
+    found = [
+        f"{fit.law.title}: {line}" for fit in fits for line in doubts.doubts(fit, data)
+        if fit is best or "fits equally" in line
+    ]  # fmt: skip
+    found += doubts.apart(fits, data)
+    if best.correlation > 0.5:
+        found.append(
+            f"residuals of {best.law.title} follow one another (correlation "
+            f"{best.correlation:.2f}): {best.count} readings count as {best.effective:.0f}"
+        )
+    if all(series.noise_MPa is None for series in data):
+        found.append("no [noise] in the TOML: the intervals' noise is the residuals'")
+    return found

@@ -1,0 +1,1 @@
+"""Laws of rubber fitted to coupons in uniaxial, planar and equibiaxial tension."""

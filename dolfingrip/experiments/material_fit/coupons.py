@@ -1,0 +1,134 @@
+"""Measured coupons: nominal stress against stretch, from CSV and TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.config import ConfigError
+from dolfingrip.experiments.material_fit.homogeneous import Mode
+
+MODES: tuple[Mode, ...] = get_args(Mode)
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """One specimen in one mode of tension.
+
+    Attributes:
+        name: of its file and specimen.
+        mode: of tension.
+        stretch: (n,).
+        stress_MPa: (n,), nominal.
+        noise_MPa: standard deviation of a reading's stress, that of its displacement included; None
+            where the file tells none.
+    """
+
+    name: str
+    mode: Mode
+    stretch: np.ndarray
+    stress_MPa: np.ndarray
+    noise_MPa: float | None
+
+
+def read(file: Path, max_stretch: float | None = None) -> list[Series]:
+    """The specimens of a table in the measured-data format.
+
+    The TOML file of the same stem gives ``gauge_length_mm`` and ``area_mm2`` (or ``width_mm`` and
+    ``thickness_mm``), at its top or in ``[coupon]``; ``mode`` stands there or is a column of the
+    table. Readings of the first loading are taken.
+
+    Args:
+        file: CSV.
+        max_stretch: leaves out what is stretched more.
+
+    Raises:
+        ConfigError: one line naming the file, what is wrong and what is allowed.
+    """
+    table, setup = _table(file), _setup(file)
+    for column, first in (("experiment", "coupon"), ("cycle", 1), ("branch", "loading")):
+        if column in table:
+            table = table[table[column].isna() | (table[column] == first)]
+    length = _number(file, setup, "gauge_length_mm")
+    area = setup.get("area_mm2")
+    if area is None:
+        area = _number(file, setup, "width_mm") * _number(file, setup, "thickness_mm")
+    table = table.assign(
+        stretch=1 + table["displacement_mm"] / length, stress=table["force_N"] / float(area)
+    )
+    table = table[table["stretch"] > 0]
+    if max_stretch is not None:
+        table = table[table["stretch"] <= max_stretch]
+    if "mode" not in table:
+        table["mode"] = setup.get("mode", "uniaxial")
+    if "specimen" not in table:
+        table["specimen"] = ""
+    found = []
+    for (mode, specimen), rows in table.groupby(["mode", "specimen"], sort=False, dropna=False):
+        if mode not in MODES:
+            raise ConfigError(f"--fit {file}: mode = {mode}: allowed: {', '.join(MODES)}")
+        stretch, stress = rows["stretch"].to_numpy(), rows["stress"].to_numpy()
+        noise = _noise(setup, float(area), length, stretch, stress)
+        found.append(Series(f"{file.stem} {specimen}".strip(), mode, stretch, stress, noise))
+    if sum(len(series.stretch) for series in found) < 3:
+        raise ConfigError(f"--fit {file}: allowed: at least 3 readings of the first loading")
+    return found
+
+
+def _table(file: Path) -> pd.DataFrame:
+    try:
+        table = pd.read_csv(file, comment="#")
+    except OSError as error:
+        raise ConfigError(f"--fit {file}: {error.strerror}") from None
+    except ValueError as error:
+        raise ConfigError(f"--fit {file}: no table: {str(error).splitlines()[0]}") from None
+    for column in ("displacement_mm", "force_N"):
+        if column not in table:
+            raise ConfigError(f"--fit {file}: missing column {column}")
+        if not np.issubdtype(table[column].dtype, np.number):
+            raise ConfigError(f"--fit {file}: column {column}: allowed: numbers")
+    return table.dropna(subset=["displacement_mm", "force_N"])
+
+
+def _setup(file: Path) -> dict[str, Any]:
+    beside = file.with_suffix(".toml")
+    try:
+        data = tomllib.loads(beside.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"--fit {file}: {beside.name}: {error.strerror}") from None
+    except ValueError as error:
+        raise ConfigError(f"--fit {file}: {beside.name}: not TOML: {error}") from None
+    return {**data, **data.get("coupon", {})}
+
+
+def _number(file: Path, setup: Mapping[str, Any], key: str) -> float:
+    value = setup.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
+        raise ConfigError(
+            f"--fit {file}: {file.stem}.toml: {key} = {value}: allowed: above 0 "
+            f"{key.rpartition('_')[2]}"
+        )
+    return float(value)
+
+
+def _noise(
+    setup: Mapping[str, Any],
+    area_mm2: float,
+    length_mm: float,
+    stretch: np.ndarray,
+    stress: np.ndarray,
+) -> float | None:
+    known = setup.get("noise", {})
+    if "force_N" not in known:
+        return None
+    steepness = 0.0
+    if len(stretch) > 2 and np.ptp(stretch) > 0:
+        steepness = abs(float(np.polyfit(stretch, stress, 1)[0]))
+    travel = steepness * float(known.get("displacement_mm", 0.0)) / length_mm
+    return float(np.hypot(float(known["force_N"]) / area_mm2, travel))

@@ -1,0 +1,174 @@
+"""What coupons do not fix of a law, in sentences, and which experiment would."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dolfingrip.experiments.material_fit.coupons import MODES, Series
+from dolfingrip.experiments.material_fit.fit import (
+    WITHIN,
+    Fit,
+    measured_MPa,
+    predicted_MPa,
+    tolerances_MPa,
+)
+from dolfingrip.experiments.material_fit.homogeneous import stable_to
+
+LOOSE = 0.2
+"""Half width of a prediction, as a part of it, beyond which it is not fixed."""
+
+MIDDLE = 1.5
+"""Stretch at which other modes are predicted, where the coupons go as far."""
+
+
+def doubts(fit: Fit, data: Sequence[Series]) -> list[str]:
+    """Sentences on values, combinations and modes of tension that the data leave open."""
+    return [*_values(fit), *_combination(fit), *_modes(fit, data), *_ratio(fit, data),
+            *_stability(fit, data)]  # fmt: skip
+
+
+def _names(fit: Fit) -> list[str]:
+    return [key.rpartition(".")[2].replace("_MPa", "") for key in fit.law.keys]
+
+
+def _values(fit: Fit) -> list[str]:
+    loose = [
+        name
+        for name, value, half in zip(_names(fit), fit.values, fit.half_width, strict=True)
+        if half > abs(value)
+    ]
+    if not loose:
+        return []
+    return [f"not fixed by these data (interval wider than the value): {', '.join(loose)}"]
+
+
+def _combination(fit: Fit) -> list[str]:
+    """The direction in which the values may change most, as parts of themselves."""
+    if len(fit.values) == 1:
+        return []
+    size = np.maximum(np.abs(fit.values), 1e-12 * np.abs(fit.values).max())
+    spread, ways = np.linalg.eigh(fit.covariance / np.outer(size, size))
+    half = WITHIN * np.sqrt(max(float(spread[-1]), 0.0))
+    if half < 1:
+        return []
+    way = ways[:, -1] / np.abs(ways[:, -1]).max()
+    moved = [
+        f"{name} {'+' if part * way[np.argmax(np.abs(way))] > 0 else '−'}{abs(part):.2g}"
+        for name, part in zip(_names(fit), way, strict=True)
+        if abs(part) > 0.05
+    ]
+    together = " with ".join(moved)
+    return [f"free: {together} (parts of each value) hardly changes the fit"]
+
+
+def _modes(fit: Fit, data: Sequence[Series]) -> list[str]:
+    measured = {series.mode for series in data}
+    farthest = max(float(series.stretch.max()) for series in data)
+    at = np.array([min(MIDDLE, farthest)])
+    found = []
+    for mode in MODES:
+        if mode in measured:
+            continue
+        middle, half = (float(each[0]) for each in fit.band(mode, at))
+        if half > LOOSE * abs(middle):
+            known = " and ".join(each for each in MODES if each in measured)
+            found.append(
+                f"{known} tension does not fix the {mode} response: at a stretch of {at[0]:.3g} "
+                f"{middle:.3g} ± {half:.2g} MPa (90 %); a coupon in {mode} tension would fix it"
+            )
+    return found
+
+
+def _ratio(fit: Fit, data: Sequence[Series]) -> list[str]:
+    """C01/C10 that fit equally with the other factors refitted, in a law linear in them."""
+    keys = [key.rpartition(".")[2] for key in fit.law.keys]
+    if not {"C10_MPa", "C01_MPa"} <= set(keys) or len(keys) < 3:
+        return []
+    ratios = np.linspace(0.0, 2.0, 201)
+    low, high = accepted(fit, data, ratios)
+    if low is None or high is None or high - low < 0.1:
+        return []
+    top = "at least 2" if high >= ratios[-1] else f"{high:.2g}"
+    return [
+        f"C01/C10 from {low:.2g} to {top} fits equally, the other factors refitted; it decides the "
+        "equibiaxial response, and with it ballooning: measure in equibiaxial or planar tension"
+    ]
+
+
+def apart(fits: Sequence[Fit], data: Sequence[Series]) -> list[str]:
+    """Sentences on modes of tension in which laws that fit equally well predict different stresses.
+
+    Equally well is a misfit of less than one tolerance a reading, or of twice the least.
+    """
+    measured = {series.mode for series in data}
+    least = min(each.misfit for each in fits)
+    equal = [each for each in fits if each.misfit <= max(each.count, 2 * least)]
+    at = np.array([min(MIDDLE, max(float(series.stretch.max()) for series in data))])
+    found = []
+    for mode in MODES:
+        if mode in measured or len(equal) < 2:
+            continue
+        stresses = [(float(each.band(mode, at)[0][0]), each.law.title) for each in equal]
+        (low, soft), (high, stiff) = min(stresses), max(stresses)
+        if high - low > LOOSE * abs(high):
+            found.append(
+                f"laws that fit equally well differ in {mode} tension: at a stretch of {at[0]:.3g} "
+                f"from {low:.3g} ({soft}) to {high:.3g} MPa ({stiff})"
+            )
+    return found
+
+
+def accepted(
+    fit: Fit, data: Sequence[Series], ratios: np.ndarray
+) -> tuple[float | None, float | None]:
+    """Smallest and largest of ``ratios`` C01/C10 whose misfit is within a 90 % interval.
+
+    Args:
+        fit: of a law that is linear in its values, C10 and C01 among them.
+        data: that it was fitted to.
+        ratios: those tried.
+    """
+    keys = [key.rpartition(".")[2] for key in fit.law.keys]
+    tolerance = tolerances_MPa(data)
+    basis = np.stack(
+        [predicted_MPa(fit.law, data, unit) for unit in np.eye(len(keys))], axis=1
+    ) / tolerance[:, None]  # fmt: skip
+    target = measured_MPa(data) / tolerance
+    first, second = keys.index("C10_MPa"), keys.index("C01_MPa")
+    others = [i for i in range(len(keys)) if i not in (first, second)]
+    best = _least(basis, target)
+    spare = max(fit.effective - len(keys), 1.0)
+    noise = np.concatenate([np.full(len(s.stretch), s.noise_MPa or 0.0) for s in data])
+    variance = max(
+        best / fit.count * fit.effective / spare, float(np.mean((noise / tolerance) ** 2))
+    )
+    allowed = best + WITHIN**2 * variance * fit.count / fit.effective
+    within = [
+        float(ratio)
+        for ratio in ratios
+        if _least(
+            np.column_stack([basis[:, first] + ratio * basis[:, second], basis[:, others]]), target
+        )
+        <= allowed
+    ]
+    return (min(within), max(within)) if within else (None, None)
+
+
+def _least(basis: np.ndarray, target: np.ndarray) -> float:
+    values = np.linalg.lstsq(basis, target)[0]
+    return float(np.sum((basis @ values - target) ** 2))
+
+
+def _stability(fit: Fit, data: Sequence[Series]) -> list[str]:
+    farthest = max(float(series.stretch.max()) for series in data)
+    found = []
+    for mode in MODES:
+        _, most = stable_to(fit.law, mode, fit.values)
+        if most < farthest:
+            found.append(
+                f"not stable (Drucker) in {mode} tension beyond a stretch of {most:.3g}; the data "
+                f"go to {farthest:.3g}"
+            )
+    return found

@@ -1,0 +1,209 @@
+"""A law fitted to coupons by least squares, with the intervals of its values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+
+from dolfingrip.experiments.material_fit.coupons import Series
+from dolfingrip.experiments.material_fit.homogeneous import Mode, stress
+from dolfingrip.experiments.material_fit.law import LAWS, Law
+from dolfingrip.sections.specimen import ALPHA
+
+WITHIN = 1.645
+"""Standard deviations of a 90 % interval, normal."""
+
+TOLERANCE = 0.02
+"""Part of a reading's stress that no law is asked to follow better; it goes beside the noise, so
+that small stresses weigh as much as large ones."""
+
+EXPONENTS = (
+    (1.3, -2.0, 4.0),
+    (3.0, -4.0, 7.0),
+    (0.7, -1.0, 2.0),
+    (-1.0, 3.0, 6.0),
+    (2.0, 5.0, -3.0),
+)
+"""Of Ogden's terms, that a fit starts from; a fit of fewer terms takes the first ones."""
+
+SHARES = (1.0, 0.05, 0.01)
+"""Of the shear modulus, in Ogden's terms at a start."""
+
+Values = np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A law's values that fit best.
+
+    Attributes:
+        law: which.
+        values: of its parameters.
+        covariance: of the values; residuals that follow one another count as fewer.
+        rms_MPa: root mean square of the residuals.
+        relative_rms: that of residuals by readings, of readings above a tenth of the largest.
+        misfit: sum of squares of residuals by their tolerance.
+        correlation: of successive residuals, mean over the specimens.
+        count: number of readings.
+        effective: number of independent ones.
+    """
+
+    law: Law
+    values: Values
+    covariance: np.ndarray
+    rms_MPa: float
+    relative_rms: float
+    misfit: float
+    correlation: float
+    count: int
+    effective: float
+
+    @property
+    def half_width(self) -> Values:
+        """Of the 90 % intervals of the values."""
+        return np.asarray(WITHIN * np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def criterion(self) -> float:
+        """Bayes' (Schwarz), χ² + k ln n; the least is the best."""
+        return self.misfit + len(self.values) * float(np.log(self.count))
+
+    def band(self, mode: Mode, stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Nominal stress and the half width of its 90 % interval to first order (MPa), (n,)."""
+        middle = stress(self.law, mode, stretch, self.values)
+        slopes = jacobian(self.law, self.values, lambda v: stress(self.law, mode, stretch, v))
+        variance = np.einsum("ni,ij,nj->n", slopes, self.covariance, slopes)
+        return middle, WITHIN * np.sqrt(np.maximum(variance, 0.0))
+
+
+def fit(law: Law, data: Sequence[Series]) -> Fit:
+    """The best of several starts.
+
+    A law that misses the curve has residuals that follow one another; with a correlation ρ of
+    successive ones n readings tell as much as n (1 − ρ)/(1 + ρ) independent ones.
+
+    Args:
+        law: which.
+        data: more readings than the law has parameters.
+    """
+    measured, tolerance = measured_MPa(data), tolerances_MPa(data)
+
+    def residuals(values: Values) -> np.ndarray:
+        return np.asarray((predicted_MPa(law, data, values) - measured) / tolerance)
+
+    scale = shear_MPa(data)
+    found = [_solved(law, residuals, start, scale) for start in _starts(law, scale)]
+    values = np.asarray(min(found, key=lambda each: float(each.cost)).x)
+    left = residuals(values)
+    correlation, effective = _correlation(left, data)
+    spare = max(effective - len(values), 1.0)
+    noise = float(np.mean((_noise_MPa(data) / tolerance) ** 2))
+    variance = max(float(left @ left) / len(left) * effective / spare, noise)
+    slopes = jacobian(law, values, residuals)
+    left_MPa = left * tolerance
+    large = np.abs(measured) > 0.1 * np.abs(measured).max()
+    return Fit(
+        law,
+        values,
+        _covariance(slopes, values, scale) * variance * len(left) / effective,
+        float(np.sqrt(np.mean(left_MPa**2))),
+        float(np.sqrt(np.mean((left_MPa[large] / measured[large]) ** 2))),
+        float(left @ left),
+        correlation,
+        len(left),
+        effective,
+    )
+
+
+def jacobian(law: Law, values: Values, function: Callable[[Values], np.ndarray]) -> np.ndarray:
+    """Derivatives of a function of the values, (n, values), by differences within the bounds."""
+    columns = []
+    for i, value in enumerate(values):
+        h = 1e-6 * (abs(value) or float(np.abs(values).max()) or 1.0)
+        after, before = values.copy(), values.copy()
+        after[i], before[i] = min(value + h, law.high[i]), max(value - h, law.low[i])
+        columns.append((function(after) - function(before)) / (after[i] - before[i]))
+    return np.stack(columns, axis=1)
+
+
+def measured_MPa(data: Sequence[Series]) -> np.ndarray:
+    """Nominal stresses of all series, one after another."""
+    return np.concatenate([series.stress_MPa for series in data])
+
+
+def predicted_MPa(law: Law, data: Sequence[Series], values: Values) -> np.ndarray:
+    """The law's at the same stretches."""
+    return np.concatenate([stress(law, each.mode, each.stretch, values) for each in data])
+
+
+def tolerances_MPa(data: Sequence[Series]) -> np.ndarray:
+    """By which residuals are weighed: noise and a part of the reading."""
+    measured = measured_MPa(data)
+    least = 0.1 * TOLERANCE * float(np.abs(measured).max())
+    return np.hypot(np.maximum(_noise_MPa(data), least), TOLERANCE * measured)
+
+
+def shear_MPa(data: Sequence[Series]) -> float:
+    """Neo-Hooke's shear modulus by linear least squares."""
+    shape = predicted_MPa(LAWS["neo-hooke"], data, np.array([1.0]))
+    return max(float(shape @ measured_MPa(data) / (shape @ shape)), 1e-9)
+
+
+def _noise_MPa(data: Sequence[Series]) -> np.ndarray:
+    return np.concatenate([np.full(len(s.stretch), s.noise_MPa or 0.0) for s in data])
+
+
+def _starts(law: Law, scale: float) -> list[Values]:
+    count = len(law.keys)
+    if law.name == "neo-hooke":
+        return [np.array([scale])]
+    if law.name == "gent":
+        return [np.array([scale, inverse]) for inverse in (1e-3, 1e-2, 0.1)]
+    if law.linear:
+        return [np.array([scale / 2] + [0.0] * (count - 1))]
+    terms = count // 2
+    return [np.array([*(scale * np.array(SHARES[:terms])), *each[:terms]]) for each in EXPONENTS]
+
+
+def _solved(
+    law: Law, residuals: Callable[[Values], np.ndarray], start: Values, scale: float
+) -> OptimizeResult:
+    low, high, size = np.array(law.low), np.array(law.high), np.full(len(start), scale)
+    for i, key in enumerate(law.keys):
+        if "alpha" in key:  # an exponent keeps its sign: at 0 there is none
+            low[i], high[i] = ALPHA if start[i] > 0 else (-ALPHA[1], -ALPHA[0])
+        if "MPa" not in key:
+            size[i] = 1.0
+    return least_squares(
+        residuals,
+        start,
+        bounds=(low, high),
+        x_scale=size,
+        xtol=1e-12,
+        ftol=1e-12,
+        gtol=1e-12,
+        max_nfev=400,
+    )
+
+
+def _covariance(slopes: np.ndarray, values: Values, scale: float) -> np.ndarray:
+    """Inverse of the information; a direction without any is very wide, not infinite."""
+    size = np.maximum(np.abs(values), 1e-6 * scale)
+    _, singular, ways = np.linalg.svd(slopes * size, full_matrices=False)
+    singular = np.maximum(singular, 1e-9 * singular.max())
+    return np.asarray((ways.T / singular**2) @ ways * np.outer(size, size))
+
+
+def _correlation(left: np.ndarray, data: Sequence[Series]) -> tuple[float, float]:
+    """Of successive residuals, and the number of independent ones."""
+    parts = np.split(left, np.cumsum([len(series.stretch) for series in data])[:-1])
+    found, effective = [], 0.0
+    for part in parts:
+        size = float(part @ part)
+        rho = float(part[1:] @ part[:-1]) / size if size else 0.0
+        found.append(min(max(rho, 0.0), 0.99))
+        effective += len(part) * (1 - found[-1]) / (1 + found[-1])
+    return float(np.mean(found)), max(effective, 2.0)

@@ -1,0 +1,143 @@
+"""Even deformation of a law: stress in three modes of tension, limit points, stability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, Literal
+
+import numpy as np
+from scipy.optimize import brentq
+
+from dolfingrip.experiments.material_fit.law import Law
+
+Mode = Literal["uniaxial", "planar", "equibiaxial"]
+
+EXPONENTS: Final[dict[Mode, np.ndarray]] = {
+    "uniaxial": np.array([1.0, -0.5, -0.5]),
+    "planar": np.array([1.0, 0.0, -1.0]),
+    "equibiaxial": np.array([1.0, 1.0, -2.0]),
+}
+"""Principal stretches at constant volume, as powers of the stretch."""
+
+Values = Sequence[float] | np.ndarray
+"""Of a law's parameters, in the order of its keys."""
+
+WIDEST = 3.0
+"""Largest logarithm of a lateral stretch that is sought."""
+
+
+def stress(
+    law: Law,
+    mode: Mode,
+    stretch: np.ndarray,
+    values: Values,
+    bulk_MPa: float | None = None,
+) -> np.ndarray:
+    """Nominal stress (MPa) along the stretch.
+
+    P = (λ₁ ∂ψ/∂λ₁ − λ₃ ∂ψ/∂λ₃)/λ₁ at constant volume, direction 3 being free (Ogden, Non-Linear
+    Elastic Deformations, 1984, section 7.2). With a bulk modulus the free directions' stretch is
+    the root of their stress, ψ the energy of the isochoric stretches beside K/2 (ln J)².
+
+    Args:
+        law: which.
+        mode: of tension; in planar tension direction 2 is held.
+        stretch: (n,), above 0.
+        values: of the law's parameters.
+        bulk_MPa: bulk modulus K; incompressible where None.
+    """
+    stretch, numbers = np.asarray(stretch, dtype=float), np.asarray(values, dtype=float)
+    if bulk_MPa is None:
+        stretches = stretch ** EXPONENTS[mode][:, None]
+        kirchhoff = stretches * law.slopes(stretches, numbers)
+        return np.asarray((kirchhoff[0] - kirchhoff[2]) / stretch)
+    found = [_compressible(law, mode, float(each), numbers, bulk_MPa) for each in stretch.ravel()]
+    return np.reshape(found, stretch.shape)
+
+
+def _compressible(
+    law: Law, mode: Mode, stretch: float, values: np.ndarray, bulk_MPa: float
+) -> float:
+    def kirchhoff(ln_lateral: float) -> np.ndarray:
+        lateral = np.exp(ln_lateral)
+        second = {"uniaxial": lateral, "planar": 1.0, "equibiaxial": stretch}[mode]
+        stretches = np.array([stretch, second, lateral])
+        ln_j = np.log(stretches).sum()
+        isochoric = stretches * np.exp(-ln_j / 3)
+        tau = isochoric * law.slopes(isochoric[:, None], values)[:, 0]
+        return np.asarray(tau - tau.mean() + bulk_MPa * ln_j)
+
+    middle = float(EXPONENTS[mode][2] * np.log(stretch))
+    root = brentq(
+        lambda x: float(kirchhoff(x)[2]), middle - WIDEST, middle + WIDEST, xtol=1e-14, rtol=1e-14
+    )
+    return float(kirchhoff(root)[0] / stretch)
+
+
+def balloon(law: Law, stretch: np.ndarray, values: Values) -> np.ndarray:
+    """Pressure in a thin spherical balloon, by twice its wall by its radius at rest (MPa): P/λ²."""
+    return stress(law, "equibiaxial", stretch, values) / np.asarray(stretch) ** 2
+
+
+def limit_points(law: Law, values: Values, highest: float = 8.0) -> list[tuple[float, bool]]:
+    """Stretches at which a balloon's pressure is greatest or least, and whether greatest.
+
+    Args:
+        law: which.
+        values: of its parameters.
+        highest: stretch up to which they are sought.
+    """
+    stretch = np.exp(np.linspace(np.log(1.005), np.log(highest), 400))
+
+    def slope(at: np.ndarray | float) -> np.ndarray:
+        at, h = np.atleast_1d(at), 1e-4
+        after, before = (balloon(law, at * (1 + way), values) for way in (h, -h))
+        return np.asarray(after - before)
+
+    rates, pressures = slope(stretch), balloon(law, stretch, values)
+    turned = np.signbit(rates[1:]) != np.signbit(rates[:-1])
+    # where chains of a limited length end, the pressure jumps and does not turn
+    turned &= np.abs(np.diff(pressures)) < 0.5 * np.abs(pressures[:-1])
+    turns = np.flatnonzero(turned)
+    return [
+        (
+            float(brentq(lambda x: float(slope(x)[0]), stretch[i], stretch[i + 1])),
+            bool(rates[i] > 0),
+        )
+        for i in turns
+    ]
+
+
+def stable_to(law: Law, mode: Mode, values: Values, highest: float = 8.0) -> tuple[float, float]:
+    """Stretches between which the law is stable by Drucker's criterion, dτ : dε > 0.
+
+    At constant volume it is that the Hessian of ψ by the logarithmic strains is positive definite.
+
+    Args:
+        law: which.
+        mode: along whose deformation.
+        values: of its parameters.
+        highest: stretch up to which, and whose inverse down to which, it is sought.
+    """
+    grid = np.linspace(0, np.log(highest), 300)
+
+    def stable(ln_stretch: np.ndarray) -> np.ndarray:
+        strains, h = EXPONENTS[mode][:, None] * ln_stretch, 1e-5
+        numbers = np.asarray(values, dtype=float)
+
+        def gradient(moved: np.ndarray) -> np.ndarray:
+            stretches = np.exp(strains + moved[:, None])
+            tau = stretches * law.slopes(stretches, numbers)
+            return tau[:2] - tau[2]
+
+        ways = np.array([[h, 0, -h], [0, h, -h]])
+        hessian = np.stack([(gradient(way) - gradient(-way)) / (2 * h) for way in ways])
+        minor = hessian[0, 0] * hessian[1, 1] - hessian[0, 1] * hessian[1, 0]
+        return np.asarray((hessian[0, 0] > 0) & (minor > 0))
+
+    ends = []
+    for way in (-1, 1):
+        fine = stable(way * grid)
+        last = len(grid) - 1 if fine.all() else max(int(np.argmin(fine)) - 1, 0)
+        ends.append(float(np.exp(way * grid[last])))
+    return ends[0], ends[1]

@@ -1,0 +1,49 @@
+"""A fitted law as a configuration that every command reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import tomlkit
+
+from dolfingrip import config
+from dolfingrip.config import ConfigError
+from dolfingrip.experiments.material_fit.coupons import Series
+from dolfingrip.experiments.material_fit.fit import Fit
+
+DIGITS = 6
+"""Of a value; its interval is never that narrow."""
+
+
+def allowed(fit: Fit) -> bool:
+    """Whether a configuration may hold the values: an initial shear modulus above 0, for one."""
+    try:
+        config.from_dict(fit.law.tables(fit.values))
+    except ConfigError:
+        return False
+    return True
+
+
+def write(fit: Fit, data: Sequence[Series], file: Path) -> None:
+    """Write the tables of the fitted law, with what they were fitted to as comments."""
+    document = tomlkit.document()
+    names = ", ".join(dict.fromkeys(series.name.partition(" ")[0] for series in data))
+    modes = ", ".join(dict.fromkeys(series.mode for series in data))
+    farthest = max(float(series.stretch.max()) for series in data)
+    for line in (
+        f"{fit.law.title}, fitted to {names}: {modes} tension, {fit.count} readings",
+        f"to a stretch of {farthest:.3g}",
+        f"rms {fit.rms_MPa:.3g} MPa, {100 * fit.relative_rms:.2g} % of the readings",
+        "90 % intervals: "
+        + ", ".join(
+            f"{key.rpartition('.')[2]} ± {half:.2g}"
+            for key, half in zip(fit.law.keys, fit.half_width, strict=True)
+        ),
+        "A coupon does not tell how compressible the material is: give material.nu or bulk_MPa.",
+    ):
+        document.add(tomlkit.comment(line))
+    values = [float(f"{value:.{DIGITS}g}") for value in fit.values]
+    for name, table in fit.law.tables(values).items():
+        document.add(name, table)
+    file.write_text(tomlkit.dumps(document), encoding="utf-8")

@@ -1,0 +1,116 @@
+"""Regions of a finger: which cells are of another material, and which surfaces carry a film."""
+
+from __future__ import annotations
+
+import numpy as np
+from dolfinx import fem
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.base_material import BaseMaterial
+from dolfingrip.experiments.rigs.films import layer_energy
+from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.parts import ByPart, StrainEnergy
+from dolfingrip.meshes import sheets
+from dolfingrip.meshes.solid import MeshError, SolidMesh
+
+REST = "rest"
+"""Name of the part that has no material of its own."""
+
+
+def parts_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
+    """Rows of the mesh's cells by part; none where all are of one material.
+
+    Raises:
+        MeshError: one line, where the mesh has no such region, or two share cells.
+    """
+    owners = {name: f"material.{name}" for name in config.material.own}
+    owners |= {film.region: f"film.{name}.region" for name, film in config.film.layers.items()}
+    found: dict[str, np.ndarray] = {}
+    taken = np.zeros(len(mesh.cells), dtype=bool)
+    for region, key in owners.items():
+        rows = _region(mesh, region, key)
+        if taken[rows].any():
+            raise MeshError(f'{key} = "{region}": shares elements with another region of its own')
+        taken[rows] = True
+        found[region] = rows
+    if found and not taken.all():
+        found[REST] = np.flatnonzero(~taken)
+    return found
+
+
+def sheets_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
+    """Rows of the mesh's faces by membrane.
+
+    Raises:
+        MeshError: one line, where the mesh has no such surface.
+    """
+    found = {}
+    for name, film in config.film.membranes.items():
+        key = f"film.{name}"
+        try:
+            if film.group is not None:
+                found[name] = sheets.of_group(mesh, film.group)
+            elif film.between is not None:
+                one, other = (_region(mesh, region, key) for region in film.between)
+                found[name] = sheets.between(mesh, one, other)
+            else:
+                cells = np.arange(len(mesh.cells))
+                if film.region:
+                    cells = _region(mesh, film.region, key)
+                found[name] = sheets.on_plane(mesh, cells, highest=film.face == "front")
+        except MeshError as error:
+            said = str(error)
+            raise MeshError(said if said.startswith(key) else f"{key}: {said}") from None
+    return found
+
+
+def _region(mesh: SolidMesh, region: str, key: str) -> np.ndarray:
+    if region not in mesh.regions:
+        allowed = ", ".join(mesh.regions) or "none in this mesh"
+        raise MeshError(f'{key} = "{region}": no such region; allowed: {allowed}')
+    return mesh.regions[region]
+
+
+def strain_energies(
+    config: Config,
+    domain: Domain,
+    base: StrainEnergy,
+    p: fem.Function | None,
+    known: dict[str, fem.Constant],
+) -> list[StrainEnergy] | ByPart:
+    """Strain energies of all parts.
+
+    Args:
+        config: materials and films.
+        domain: with a part for each region of its own.
+        base: of what has no material of its own, extensions included.
+        p: pressure field of a mixed element (MPa).
+        known: constants by name, which the regions' are added to.
+    """
+    if not domain.parts:
+        return [base]
+    layers = {film.region: (name, film) for name, film in config.film.layers.items()}
+    found: dict[tuple[str, ...], list[StrainEnergy]] = {}
+    for region in domain.parts:
+        if region == REST:
+            energy = base
+        elif region in layers:
+            name, film = layers[region]
+            energy = layer_energy(config, name, film, domain.mesh, known)
+        else:
+            energy = _own(region, config, domain, p, known)
+        found[region,] = [energy]
+    return found
+
+
+def _own(
+    region: str,
+    config: Config,
+    domain: Domain,
+    p: fem.Function | None,
+    known: dict[str, fem.Constant],
+) -> StrainEnergy:
+    """Strain energy of a region with a material of its own."""
+    own = BaseMaterial.on(domain.mesh, config.material.of(region), f"material.{region}")
+    known |= own.constants
+    return lambda strain: own.energy(strain, p)

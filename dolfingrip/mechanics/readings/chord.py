@@ -1,0 +1,138 @@
+"""The angle of a line between two places on a model, as a camera sees it from the side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from dolfingrip.mechanics.model.direction import Direction
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.tip import angle_deg, angle_slopes
+
+LEVEL = 1e-6
+"""Distance from an edge, relative to the model's extent, up to which a node lies on it."""
+
+NEAR = 0.05
+"""Distance of a point from the nearest node, relative to the extent, up to which it is the node."""
+
+
+class LineAngle(Reading):
+    """Rotation about y of the line between two weighted means of nodes (deg), towards −x.
+
+    Args:
+        model: what is read.
+        column: name in the table, with the unit.
+        start, end: (n,) weights of this rank's owned displacement nodes, of sum 1 on all ranks.
+    """
+
+    def __init__(self, model: Model, column: str, start: np.ndarray, end: np.ndarray) -> None:
+        super().__init__(model, column)
+        self._weights = end - start
+
+    def _arm(self) -> np.ndarray:
+        """(3,) from the line's start to its end (mm)."""
+        u = self.model.u
+        now = u.function_space.tabulate_dof_coordinates() + u.x.array.reshape(-1, 3)
+        return self._summed(now)
+
+    def _summed(self, nodal: np.ndarray) -> np.ndarray:
+        own = self._weights @ nodal[: len(self._weights)]
+        return np.asarray(self.model.comm.allreduce(own, MPI.SUM))
+
+    def value(self) -> float:
+        x, _, z = self._arm()
+        return angle_deg(x, z)
+
+    def gradient(self) -> np.ndarray:
+        x, _, z = self._arm()
+        found = Gradient(self.model.unknowns)
+        found.at_nodes[:, [0, 2]] += self._weights[:, None] * angle_slopes(x, z)
+        return found.array
+
+    def by_direction(self, direction: Direction) -> float:
+        if direction.velocity is None:
+            return 0.0
+        moving = fem.Function(self.model.u.function_space)
+        moving.interpolate(direction.velocity)
+        x, _, z = self._arm()
+        change = self._summed(moving.x.array.reshape(-1, 3))
+        return float(angle_slopes(x, z) @ change[[0, 2]])
+
+
+def edge(model: Model, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Weights of the mean over an edge along y, which a piecewise linear function gives.
+
+    Args:
+        model: with nodes on the edge.
+        where: (n, 3) coordinates to the distances (n,) from the edge (mm).
+    """
+    nodes = _owned_nodes(model)
+    on_edge = np.flatnonzero(where(nodes) <= LEVEL * _extent(model))
+    every = model.comm.allgather(nodes[on_edge, 1])
+    order = np.argsort(np.concatenate(every), kind="stable")
+    along = np.concatenate(every)[order]
+    widths = np.diff(along)
+    shares = np.zeros(len(along))
+    if len(widths):
+        shares[order[:-1]] += widths / 2
+        shares[order[1:]] += widths / 2
+    else:
+        shares[:] = 1.0
+    first = sum(len(part) for part in every[: model.comm.rank])
+    found = np.zeros(len(nodes))
+    found[on_edge] = shares[first : first + len(on_edge)] / shares.sum()
+    return found
+
+
+def back_edge(model: Model, region: str) -> np.ndarray:
+    """Weights of the edge that a region at one end has in common with the back, at lowest x.
+
+    Of a region that reaches along z, as a cup does, it is the edge nearer to the middle.
+    """
+    nodes = _owned_nodes(model)
+    space = model.u.function_space
+    lowest = model.comm.allreduce(float(nodes[:, 0].min(initial=np.inf)), MPI.MIN)
+    middle = sum(_ends(model)) / 2
+    inside = fem.locate_dofs_topological(space, 2, model.domain.facets(region))
+    inside = inside[inside < len(nodes)]
+    back = nodes[inside]
+    z = back[back[:, 0] <= lowest + LEVEL * _extent(model), 2]
+    nearest = model.comm.allgather(z[np.abs(z - middle).argmin()] if len(z) else np.inf)
+    level = min(nearest, key=lambda each: abs(each - middle))
+    return edge(model, lambda x: np.hypot(x[:, 0] - lowest, x[:, 2] - level))
+
+
+def point(model: Model, at: np.ndarray) -> np.ndarray | None:
+    """Weights of the node nearest to a point (mm); None where none is near."""
+    nodes = _owned_nodes(model)
+    distance = np.linalg.norm(nodes - at, axis=1)
+    least = model.comm.allgather(float(distance.min(initial=np.inf)))
+    if min(least) > NEAR * _extent(model):
+        return None
+    found = np.zeros(len(nodes))
+    if int(np.argmin(least)) == model.comm.rank:
+        found[distance.argmin()] = 1.0
+    return found
+
+
+def _owned_nodes(model: Model) -> np.ndarray:
+    space = model.u.function_space
+    nodes = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+    return np.asarray(nodes)
+
+
+def _ends(model: Model) -> tuple[float, float]:
+    z = _owned_nodes(model)[:, 2]
+    comm = model.comm
+    low = comm.allreduce(float(z.min(initial=np.inf)), MPI.MIN)
+    return low, comm.allreduce(float(z.max(initial=-np.inf)), MPI.MAX)
+
+
+def _extent(model: Model) -> float:
+    low, high = _ends(model)
+    return high - low

@@ -1,0 +1,77 @@
+"""A cast block: chambers open to one side, where a film closes them."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field, model_validator
+
+from dolfingrip.sections.section import Section, check_up_to, outside
+
+THINNEST_MM = 0.01
+"""Least distance of two parallel faces."""
+
+
+class Cast(Section):
+    """Cast block: the film's back at x = 0, clamped at z = 0, chambers open to the film."""
+
+    regions: ClassVar = ("body", "film")
+
+    chambers: int = Field(5, ge=1, le=60, description="number of chambers")
+    chamber_height_mm: float = Field(8.0, ge=THINNEST_MM, le=500, description="from the film, on x")
+    chamber_width_mm: float = Field(8.0, ge=THINNEST_MM, le=500, description="along y")
+    chamber_length_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="along z")
+    wall_mm: float = Field(7.0, ge=THINNEST_MM, le=500, description="roof, sides and ends")
+    spacing_mm: float | None = Field(
+        None,
+        ge=THINNEST_MM,
+        le=500,
+        description="wall between two chambers; default: as thick as the others",
+    )
+    tunnel_height_mm: float = Field(
+        2.0, ge=THINNEST_MM, le=500, description="of the tunnel that joins the chambers, at film"
+    )
+    tunnel_width_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="of that tunnel")
+    tube: bool = Field(True, description="the tunnel goes on through the clamped end's face")
+    film_mm: float = Field(0.5, ge=THINNEST_MM, le=100, description="thickness of the film")
+    cup_mm: float = Field(
+        0.0, ge=0, le=500, description="further length at the clamped end, held on all sides"
+    )
+
+    @property
+    def spacing(self) -> float:
+        """Wall between two chambers (mm)."""
+        return self.wall_mm if self.spacing_mm is None else self.spacing_mm
+
+    @property
+    def length_mm(self) -> float:
+        """Clamp to tip, along z."""
+        walls = 2 * self.wall_mm + (self.chambers - 1) * self.spacing
+        return self.cup_mm + self.chambers * self.chamber_length_mm + walls
+
+    @property
+    def width_mm(self) -> float:
+        """Outer width along y."""
+        return self.chamber_width_mm + 2 * self.wall_mm
+
+    @property
+    def depth_mm(self) -> float:
+        """The film's back to the roof's, along x."""
+        return self.film_mm + self.chamber_height_mm + self.wall_mm
+
+    @property
+    def thinnest_mm(self) -> float:
+        """Thickness that sizes at concave edges are taken from."""
+        return min(self.wall_mm, self.chamber_length_mm)
+
+    def count(self) -> tuple[str, int]:
+        """Key and value of the number that no mesh can be moved to another of."""
+        return "cast.chambers", self.chambers
+
+    @model_validator(mode="after")
+    def _possible(self) -> Cast:
+        check_up_to(self, "tunnel_height_mm", "chamber_height_mm", "mm")
+        check_up_to(self, "tunnel_width_mm", "chamber_width_mm", "mm")
+        if 0 < self.cup_mm < THINNEST_MM:
+            raise outside("cup_mm", self.cup_mm, f"allowed: 0, or at least {THINNEST_MM} mm")
+        return self

@@ -1,0 +1,118 @@
+"""Films that limit strain: paper, silk, fibre sheets, as membranes or as layers of elements.
+
+>>> films = Films.model_validate({"silk": {"Et_N_per_mm": 50.0}})
+>>> films.all["silk"].model, films.all["silk"].face
+('membrane', 'back')
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import ConfigDict, Field, model_validator
+
+from dolfingrip.sections.section import Section, outside
+
+Stiffnesses = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
+Angles = Annotated[tuple[Annotated[float, Field(ge=-180, le=180)], ...], Field(strict=False)]
+Pair = Annotated[tuple[str, str], Field(strict=False)]
+
+
+class Film(Section):
+    """Strain-limiting film, of a stiffness and a thickness that is small."""
+
+    model: Literal["membrane", "layer"] = Field(
+        "membrane", description="a membrane on a surface, or the elements of a whole region"
+    )
+    region: str = Field(
+        "", description="the layer's, or that whose back or front the membrane is on; default: all"
+    )
+    face: Literal["back", "front"] = Field(
+        "back", description="membrane: on the region's lowest or highest plane x = const"
+    )
+    group: str | None = Field(
+        None, description="membrane: on a surface group of the mesh, such as skin, instead"
+    )
+    between: Pair | None = Field(
+        None, description="membrane: on the faces between two regions, instead"
+    )
+    Et_N_per_mm: float = Field(
+        1.0, ge=0, description="Young's modulus times thickness, the same in all directions"
+    )
+    nu: float = Field(0.3, ge=0, lt=0.5, description="Poisson's ratio in the film's plane")
+    fibre_Et_N_per_mm: Stiffnesses = Field(
+        (), description="of each family of fibres, besides Et_N_per_mm"
+    )
+    fibre_deg: Angles = Field((), description="of each family, from z (clamp to tip) towards y")
+    compression: float = Field(
+        1.0, ge=0, le=1, description="stiffness of fibres in compression, relative to tension"
+    )
+    thickness_mm: float | None = Field(
+        None, gt=0, le=100, description="layer: of the region, where the geometry has no such key"
+    )
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Film:
+        places = [key for key in ("group", "between") if getattr(self, key) is not None]
+        if self.model == "layer":
+            if places:
+                value = getattr(self, places[0])
+                raise outside(places[0], value, 'of a membrane; allowed: model = "membrane"')
+            if not self.region:
+                raise outside("region", '""', "a layer's; allowed: the name of a region")
+        elif len(places) > 1:
+            raise outside("group", self.group, "allowed: either group or between")
+        if len(self.fibre_deg) != len(self.fibre_Et_N_per_mm):
+            raise outside(
+                "fibre_deg",
+                f"{len(self.fibre_deg)} values",
+                f"allowed: as many as fibre_Et_N_per_mm has, {len(self.fibre_Et_N_per_mm)}",
+            )
+        if not self.Et_N_per_mm and not any(self.fibre_Et_N_per_mm):
+            raise outside("Et_N_per_mm", self.Et_N_per_mm, "allowed: above 0, or with fibres")
+        if self.model == "layer" and not self.Et_N_per_mm:
+            raise outside("Et_N_per_mm", self.Et_N_per_mm, "of a layer; allowed: above 0 N/mm")
+        return self
+
+    @property
+    def regions(self) -> tuple[tuple[str, str], ...]:
+        """Key and value of each region that is named, "" for the whole."""
+        if self.between is not None:
+            return tuple(("between", region) for region in self.between)
+        return () if self.group is not None else (("region", self.region),)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether fibres are their own mirror image in the plane y = 0."""
+        families: dict[float, float] = {}
+        for degrees, stiffness in zip(self.fibre_deg, self.fibre_Et_N_per_mm, strict=True):
+            at = round(degrees % 180.0, 9)
+            families[at] = families.get(at, 0.0) + stiffness
+        return all(
+            families.get(round(-at % 180.0, 9), 0.0) == stiffness
+            for at, stiffness in families.items()
+        )
+
+
+class Films(Section):
+    """Films by name, as [film.silk] is one."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Film]
+    entries: ClassVar = Film
+
+    @property
+    def all(self) -> Mapping[str, Film]:
+        """By name."""
+        return self.__pydantic_extra__
+
+    @property
+    def layers(self) -> Mapping[str, Film]:
+        """Those that are layers of elements, by name."""
+        return {name: film for name, film in self.all.items() if film.model == "layer"}
+
+    @property
+    def membranes(self) -> Mapping[str, Film]:
+        """Those that are membranes, by name."""
+        return {name: film for name, film in self.all.items() if film.model == "membrane"}

@@ -1,0 +1,96 @@
+"""A pneu-net: chambers with walls of their own on a common base with a layer of paper."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import Field, model_validator
+
+from dolfingrip.sections.cast import THINNEST_MM
+from dolfingrip.sections.section import Section, outside
+
+
+class Pneunet(Section):
+    """Pneu-net: the base's back at x = 0, clamped at z = 0, chambers towards +x."""
+
+    regions: ClassVar = ("body", "paper", "base")
+
+    chambers: int = Field(8, ge=1, le=60, description="number of chambers")
+    chamber_length_mm: float = Field(6.0, ge=THINNEST_MM, le=500, description="inside, along z")
+    width_mm: float = Field(20.0, ge=THINNEST_MM, le=500, description="of the block, along y")
+    chamber_width_mm: float = Field(16.0, ge=THINNEST_MM, le=500, description="inside, along y")
+    chamber_height_mm: float = Field(
+        10.0, ge=THINNEST_MM, le=500, description="inside, along x, the tunnel's height included"
+    )
+    wall_mm: float = Field(1.5, ge=THINNEST_MM, le=500, description="walls across z")
+    roof_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="of chambers and tunnel")
+    gap_mm: float = Field(1.0, ge=THINNEST_MM, le=500, description="between the chambers' walls")
+    tunnel_height_mm: float = Field(
+        2.0, ge=THINNEST_MM, le=500, description="of the tunnel that joins the chambers, at base"
+    )
+    tunnel_width_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="of that tunnel")
+    tube: bool = Field(False, description="the tunnel goes on through the clamped end's face")
+    base_mm: float = Field(2.0, ge=THINNEST_MM, le=500, description="base below the paper")
+    paper_mm: float = Field(0.2, ge=THINNEST_MM, le=100, description="thickness of the paper")
+    cover_mm: float = Field(1.0, ge=0, le=500, description="base between paper and chambers")
+    clamp_block_mm: float = Field(
+        10.0, ge=THINNEST_MM, le=500, description="clamp to the first chamber's wall"
+    )
+    tip_mm: float = Field(2.0, ge=0, le=500, description="last chamber's wall to the tip's face")
+
+    @property
+    def floor_mm(self) -> float:
+        """Back of the base to the chambers' floor."""
+        return self.base_mm + self.paper_mm + self.cover_mm
+
+    @property
+    def depth_mm(self) -> float:
+        """Back of the base to the chambers' crown."""
+        return self.floor_mm + self.chamber_height_mm + self.roof_mm
+
+    @property
+    def pitch_mm(self) -> float:
+        """Distance from one chamber to the next."""
+        return self.chamber_length_mm + 2 * self.wall_mm + self.gap_mm
+
+    @property
+    def length_mm(self) -> float:
+        """Clamp to tip, along z."""
+        chambers = self.chambers * self.pitch_mm - self.gap_mm
+        return self.clamp_block_mm + chambers + self.tip_mm
+
+    @property
+    def thinnest_mm(self) -> float:
+        """Thickness that sizes at concave edges are taken from."""
+        return min(self.wall_mm, self.gap_mm)
+
+    def count(self) -> tuple[str, int]:
+        """Key and value of the number that no mesh can be moved to another of."""
+        return "pneunet.chambers", self.chambers
+
+    @model_validator(mode="after")
+    def _possible(self) -> Pneunet:
+        widest = self.width_mm - 2 * THINNEST_MM
+        if self.chamber_width_mm > widest:
+            raise outside(
+                "chamber_width_mm",
+                self.chamber_width_mm,
+                f"wider than the block; allowed: above 0 and up to {widest:g} mm",
+            )
+        if self.tunnel_width_mm > self.chamber_width_mm:
+            raise outside(
+                "tunnel_width_mm",
+                self.tunnel_width_mm,
+                f"wider than the chambers; allowed: above 0 and up to {self.chamber_width_mm:g} mm",
+            )
+        highest = self.chamber_height_mm - THINNEST_MM
+        if self.tunnel_height_mm > highest:
+            raise outside(
+                "tunnel_height_mm",
+                self.tunnel_height_mm,
+                f"cavity not closed between chambers; allowed: above 0 and up to {highest:g} mm",
+            )
+        for key in ("cover_mm", "tip_mm"):
+            if 0 < getattr(self, key) < THINNEST_MM:
+                raise outside(key, getattr(self, key), f"allowed: 0, or at least {THINNEST_MM} mm")
+        return self

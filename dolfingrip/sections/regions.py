@@ -1,0 +1,34 @@
+"""Materials by region: the section ``material``, and a table below it for each region of its own.
+
+>>> materials = Materials.model_validate({"mu_MPa": 2.0, "film": {"mu_MPa": 30.0}})
+>>> materials.of("film").mu_MPa, materials.of("body").mu_MPa, materials.own
+(30.0, 2.0, ('film',))
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import ConfigDict
+
+from dolfingrip.sections.specimen import Material
+
+
+class Materials(Material):
+    """Material of all regions that have no table of their own, as [material.film] is one.
+
+    A region's table is a whole material: what it leaves out has its default value.
+    """
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Material]
+    entries: ClassVar = Material
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Names of the regions with a material of their own."""
+        return tuple(self.__pydantic_extra__)
+
+    def of(self, region: str) -> Material:
+        """Material of a region."""
+        return self.__pydantic_extra__.get(region, self)

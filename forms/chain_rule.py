@@ -1,0 +1,133 @@
+"""Derivatives of energies that hold functions whose own derivatives are known.
+
+:mod:`dolfingrip.forms.isotropic` marks such functions. UFL carries a tensor through each operation
+of what it differentiates by the strain: nine numbers in the stress, 81 in its derivative. The
+derivatives of marked functions are taken as they stand instead, by the chain rule. What has none is
+differentiated as UFL does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import basix.ufl
+import ufl
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
+from ufl.classes import Label, Variable, Zero
+from ufl.core.expr import Expr
+from ufl.domain import extract_unique_domain
+
+NOWHERE = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
+"""Domain of an expression that has none, being of numbers alone."""
+
+
+class Known(Label):
+    """Label of a value whose derivatives are known, or not asked for.
+
+    Attributes:
+        strain: Green–Lagrange strain E that it is a function of, (3, 3).
+        slope: its derivative by E; of an energy only.
+        rate: its change, of its own shape, by a change of E.
+    """
+
+    def __init__(
+        self,
+        strain: Expr,
+        slope: Expr | None = None,
+        rate: Callable[[Expr], Expr] | None = None,
+    ) -> None:
+        super().__init__()
+        self.strain, self.slope, self.rate = strain, slope, rate
+
+
+def by_variable(density: Expr, variable: Expr) -> Expr:
+    """Derivative of a scalar by a variable, of its shape.
+
+    Args:
+        density: as a function of the strain.
+        variable: the strain itself, or a number that it depends on.
+
+    Example:
+        The marked function E₀₀² at E₀₀ = 3.
+
+        >>> from dolfingrip.forms.evaluate import number
+        >>> x = ufl.variable(ufl.as_ufl(3.0))
+        >>> strain = ufl.as_matrix([[x, 0, 0], [0, 0, 0], [0, 0, 0]])
+        >>> slope = ufl.as_matrix([[6, 0, 0], [0, 0, 0], [0, 0, 0]])
+        >>> number(by_variable(2 * Variable(ufl.as_ufl(9.0), Known(strain, slope)), x))
+        12.0
+    """
+    held, back = _held(density)
+    if not back:
+        return ufl.diff(density, variable)
+    found = ufl.replace(_expanded(ufl.diff(held, variable)), back)
+    for place, mark in back.items():
+        label, one = mark.label(), ufl.variable(place)
+        if label.slope is None:
+            continue
+        slope = label.slope
+        if label.strain is not variable:
+            slope = ufl.inner(slope, _expanded(ufl.diff(label.strain, variable)))
+        share = _expanded(ufl.diff(ufl.replace(held, {place: one}), one))
+        found += ufl.replace(share, {one: mark, **back}) * slope
+    return found
+
+
+def along(stress: Expr, field: Expr, way: Expr) -> Expr:
+    """Derivative by ``field`` in the direction ``way``, of the expression's shape."""
+    held, back = _held(stress)
+    if not back:
+        return ufl.derivative(stress, field, way)
+    found = ufl.replace(_expanded(ufl.derivative(held, field, way)), back)
+    for place, mark in back.items():
+        label = mark.label()
+        if label.rate is None:
+            continue
+        strain_rate = _expanded(ufl.derivative(label.strain, field, way))
+        if not isinstance(strain_rate, Zero):
+            change, within = _held(label.rate(strain_rate))
+            share = _expanded(ufl.derivative(held, place, change))
+            found += ufl.replace(share, {**back, **within})
+    return found
+
+
+def _marks(expression: Expr) -> Sequence[Variable]:
+    """The marked functions in it, each once; not those that they are made of."""
+    found: dict[int, Variable] = {}
+    seen: set[int] = set()
+    left = [expression]
+    while left:
+        node = left.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        if isinstance(node, Variable) and isinstance(node.label(), Known):
+            found[node.label().count()] = node
+        else:
+            left.extend(node.ufl_operands)
+    return [found[count] for count in sorted(found)]
+
+
+def _held(expression: Expr) -> tuple[Expr, dict[Expr, Variable]]:
+    """``expression`` with a place in the stead of each mark, and what stood there.
+
+    What is behind marks is never rebuilt: UFL compares equal expressions that are not the same
+    object node by node, which takes for ever where each node is used twice by the next.
+    """
+    marks = _marks(expression)
+    if not marks:
+        return expression, {}
+    domain = extract_unique_domain(expression) or NOWHERE
+    cell = domain.ufl_cell().cellname()
+    places = []
+    for mark in marks:
+        shape = mark.ufl_shape
+        element = basix.ufl.element("DG", cell, 0, **({"shape": shape} if shape else {}))
+        places.append(ufl.Coefficient(ufl.FunctionSpace(domain, element)))
+    held = ufl.replace(expression, dict(zip(marks, places, strict=True)))
+    return held, dict(zip(places, marks, strict=True))
+
+
+def _expanded(expression: Expr) -> Expr:
+    return apply_derivatives(apply_algebra_lowering(expression))

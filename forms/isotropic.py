@@ -1,0 +1,72 @@
+"""Isotropic energies of the isochoric invariants, with stress and tangent written out.
+
+    ψ = W(Ī₁ − 3, Ī₂ − 3),   S = 2 (W₁ A₁ + W₂ A₂),   A_k = ∂Ī_k/∂C
+
+    A₁ = g (I − t/3 C⁻¹),   A₂ = g² (t I − C − ⅔ i₂ C⁻¹)
+
+with t and i₂ the invariants of C itself and g = (det C)^(−1/3). Along a change Ċ
+
+    Ṡ = 2 Σ_k [W_k Ȧ_k + Σ_l W_kl (A_l : Ċ) A_k].
+
+So a kernel holds six numbers of W and a few tensors, however long W is (Holzapfel, Nonlinear Solid
+Mechanics, 2000, section 6.6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import ufl
+from ufl.classes import Variable
+from ufl.constantvalue import as_ufl
+from ufl.core.expr import Expr
+
+from dolfingrip.forms import invariants
+from dolfingrip.forms.chain_rule import Known
+from dolfingrip.forms.jet import Jet
+
+
+def energy(strain: Expr, function: Callable[[Expr, Expr], Jet]) -> Expr:
+    """Strain energy per reference volume (MPa = mJ/mm³).
+
+    Args:
+        strain: Green–Lagrange strain E, (3, 3).
+        function: W with its derivatives (mJ/mm³), of Ī₁ − 3 and Ī₂ − 3.
+
+    Example:
+        W = Ī₁ − 3 in a bar of constant volume has P = 2 (λ − λ⁻²).
+
+        >>> from dolfingrip.forms.evaluate import nominal_stress
+        >>> first = lambda x, y: Jet(x, 1.0, 0.0, 0.0, 0.0, 0.0)
+        >>> round(nominal_stress(lambda strain: energy(strain, first), 2.0), 9)
+        3.5
+    """
+    plain = function(*invariants.isochoric(strain))
+    jet = Jet(*(Variable(as_ufl(part), Known(strain)) for part in plain.parts()))
+    unit = ufl.Identity(3)
+    c = invariants.right_cauchy_green(strain)
+    x = ufl.inv(c)
+    g = ufl.det(c) ** (-1 / 3)
+    t = ufl.tr(c)
+    second = (t**2 - ufl.inner(c, c)) / 2
+    a1 = g * (unit - (t / 3) * x)
+    a2 = g**2 * (t * unit - c - (2 / 3 * second) * x)
+
+    def stress_rate(strain_rate: Expr) -> Expr:
+        dc = 2 * strain_rate
+        volume, trace = ufl.inner(x, dc), ufl.tr(dc)
+        along1, along2 = ufl.inner(a1, dc), ufl.inner(a2, dc)
+        w1, w2 = jet.x * g, jet.y * g**2
+        change = (w1 * t / 3 + w2 * second * (2 / 3)) * (x * dc * x)
+        change += w2 * (trace * unit - dc)
+        change -= (trace * (w1 / 3) + (t * trace - ufl.inner(c, dc)) * (w2 * (2 / 3))) * x
+        change += (along1 * jet.xx + along2 * jet.xy - volume * (jet.x / 3)) * a1
+        change += (along1 * jet.xy + along2 * jet.yy - volume * (jet.y * (2 / 3))) * a2
+        return 2 * change
+
+    stress = Variable(2 * (jet.x * a1 + jet.y * a2), Known(strain, rate=stress_rate))
+
+    def rate(strain_rate: Expr) -> Expr:
+        return ufl.inner(stress, strain_rate)
+
+    return Variable(plain.f, Known(strain, stress, rate))

@@ -1,0 +1,36 @@
+"""Strain energy that is a polynomial of the invariants: Mooney–Rivlin's, Yeoh's and others."""
+
+from collections.abc import Mapping
+
+from ufl.core.expr import Expr
+
+from dolfingrip.forms import isotropic
+from dolfingrip.forms.jet import Jet, series, variables
+
+
+def energy(strain: Expr, c: Mapping[tuple[int, int], Expr]) -> Expr:
+    """Strain energy per reference volume at constant volume (MPa = mJ/mm³).
+
+    ψ = Σ C_ij (Ī₁ − 3)ⁱ (Ī₂ − 3)ʲ
+
+    (Rivlin & Saunders, Phil. Trans. R. Soc. A 243, 1951). The initial shear modulus is
+    2 (C₁₀ + C₀₁).
+
+    Args:
+        strain: Green–Lagrange strain E, (3, 3).
+        c: C_ij (MPa) by (i, j).
+
+    Example:
+        A bar of constant volume has P = 2 (λ − λ⁻²)(∂ψ/∂Ī₁ + ∂ψ/∂Ī₂/λ), here with Ī₁ − 3 = 2 and
+        C₀₁ = C₂₀ = 1 at a stretch of 2: 3.5 (4 + ½).
+
+        >>> from dolfingrip.forms.evaluate import nominal_stress
+        >>> c = {(0, 1): 1.0, (2, 0): 1.0}
+        >>> round(nominal_stress(lambda strain: energy(strain, c), 2.0), 9)
+        15.75
+    """
+
+    def function(first: Expr, second: Expr) -> Jet:
+        return series(c, *variables(first, second))
+
+    return isotropic.energy(strain, function)

@@ -1,0 +1,84 @@
+"""Solids made of boxes: what all kinds of geometry but a mesh file are to the mesh generators.
+
+The back of the strain-limiting layer is the plane x = 0, the clamp z = 0, the symmetry plane y = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.meshes.solid import Floats, MeshError
+
+TOLERANCE_MM: Final = 1e-5
+"""Larger than the padding of OpenCASCADE's bounding boxes, smaller than any dimension."""
+
+THINNEST_MM: Final = 0.01
+"""Least distance of two parallel faces; the kernel may drop what is much thinner."""
+
+Interval = tuple[float, float]
+Box = tuple[Interval, Interval, Interval]
+"""Extent (mm) along x, y and z."""
+
+Marks = tuple[Sequence[float], Sequence[float], Sequence[float]]
+"""Coordinates (mm) along x, y and z."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoxSolid:
+    """A block with hollows.
+
+    Attributes:
+        body: the block.
+        cavity, gaps: hollows inside and spaces outside, which overlap as they like.
+        rising, falling: planes with the hollow side of a concave edge above and below them, where
+            the mesh is graded.
+        regions: boxes of other material by name, later ones over earlier ones; what is in none of
+            them is named ``rest``.
+        rest: name of the remaining region; "" where there are no regions.
+        cup_mm: length along z over which the sides are clamped, too.
+    """
+
+    body: Box
+    cavity: Sequence[Box]
+    gaps: Sequence[Box]
+    rising: Marks
+    falling: Marks
+    regions: Mapping[str, Sequence[Box]] = field(default_factory=dict)
+    rest: str = ""
+    cup_mm: float = 0.0
+
+    def planes(self, axis: int) -> Floats:
+        """Coordinates of all faces across an axis (mm), in an order that the dimensions set."""
+        cup = [self.cup_mm] if axis == 2 and self.cup_mm else []
+        return np.array([*(value for box in self._boxes() for value in box[axis]), *cup])
+
+    def _boxes(self) -> Iterator[Box]:
+        yield self.body
+        yield from self.cavity
+        yield from self.gaps
+        for found in self.regions.values():
+            yield from found
+
+    def refuse_slivers(self, name: str) -> None:
+        """Refuse faces that are closer than can be told apart.
+
+        Args:
+            name: of the table with the dimensions.
+
+        Raises:
+            MeshError: one line that tells where they are.
+        """
+        for axis, letter in enumerate("xyz"):
+            planes = np.unique(self.planes(axis))
+            apart = np.diff(planes)
+            near = (apart > TOLERANCE_MM) & (apart < THINNEST_MM * (1 - 1e-9))
+            if near.any():
+                at = int(near.argmax())
+                raise MeshError(
+                    f"{name}: leaves {apart[at]:.3g} mm between two faces at {letter} = "
+                    f"{planes[at]:.4g} mm; allowed: at least {THINNEST_MM} mm"
+                )

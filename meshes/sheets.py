@@ -1,0 +1,67 @@
+"""Surfaces of a solid by their cells' faces: of a region, between regions, of a group.
+
+A surface is rows of :func:`dolfingrip.meshes.solid.faces`, so it knows the cell on its one side.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, faces, labels, match
+
+_LEVEL = 1e-6
+"""Distance from a plane, relative to the solid's extent, up to which a face lies in it."""
+
+
+def face_rows(mesh: SolidMesh, cells: Ints) -> Ints:
+    """Rows of all faces of these cells, shape (len(cells) · faces,)."""
+    count = len(mesh.shape.faces)
+    rows: Ints = (cells[:, None] * count + np.arange(count)).ravel()
+    return rows
+
+
+def on_plane(mesh: SolidMesh, cells: Ints, *, highest: bool) -> Ints:
+    """Faces of cells in the lowest or highest plane x = const that they reach.
+
+    Args:
+        cells: rows of the mesh's cells.
+        highest: the front, towards +x, instead of the back.
+
+    Raises:
+        MeshError: where no face lies in that plane.
+    """
+    rows = face_rows(mesh, cells)
+    corners = mesh.shape.facet_corners
+    x = mesh.points[faces(mesh.cells)[rows, :corners], 0]
+    level = x.max() if highest else x.min()
+    tolerance = _LEVEL * float(np.ptp(mesh.points, axis=0).max())
+    found: Ints = rows[(np.abs(x - level) <= tolerance).all(axis=1)]
+    if not len(found):
+        raise MeshError(f"no face of an element lies in the plane x = {level:.4g} mm")
+    return found
+
+
+def between(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
+    """Faces of the cells ``one`` that they share with the cells ``other``.
+
+    Raises:
+        MeshError: where they share none.
+    """
+    every, corners = faces(mesh.cells), mesh.shape.facet_corners
+    here, there = face_rows(mesh, np.setdiff1d(one, other)), face_rows(mesh, other)
+    label = labels(np.concatenate([every[here, :corners], every[there, :corners]]))
+    found: Ints = here[np.isin(label[: len(here)], label[len(here) :])]
+    if not len(found):
+        raise MeshError("the two regions have no face in common")
+    return found
+
+
+def of_group(mesh: SolidMesh, name: str) -> Ints:
+    """Faces of a surface group.
+
+    Raises:
+        MeshError: where there is no such group.
+    """
+    if name not in mesh.facets:
+        raise MeshError(f"no such group; allowed: {', '.join(mesh.facets)}")
+    return match(mesh.facets[name], mesh.cells)

@@ -1,0 +1,209 @@
+"""Base materials against closed forms: Ogden's law and polynomials of the invariants.
+
+P = (∂ψ/∂λ₁ λ₁ − ∂ψ/∂λ₃ λ₃)/λ₁ where the third direction is free and the volume is constant (Ogden,
+Non-Linear Elastic Deformations, 1984, section 7.2).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem, mesh
+from extensions import bars
+from mpi4py import MPI
+
+from dolfingrip import config
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments import run
+from dolfingrip.experiments.rigs.base_material import BaseMaterial
+from dolfingrip.experiments.rigs.material import pressure_field
+from dolfingrip.mechanics.model.element import displacement_element
+from dolfingrip.mechanics.model.potential import Potential
+from dolfingrip.parameter import every
+
+OGDEN = (
+    "material.law=ogden",
+    "material.ogden_mu_MPa=[1.2, 0.02, 0.4]",
+    "material.ogden_alpha=[1.3, 5.0, -2.5]",
+)
+POLYNOMIAL = (
+    "material.law=polynomial",
+    "material.C10_MPa=0.5",
+    "material.C01_MPa=0.3",
+    "material.C20_MPa=-0.02",
+    "material.C11_MPa=0.01",
+    "material.C30_MPa=0.004",
+)
+LAWS = pytest.mark.parametrize("law", [OGDEN, POLYNOMIAL], ids=["ogden", "polynomial"])
+
+
+def slopes(material: config.Material, stretches: np.ndarray) -> np.ndarray:
+    """∂ψ/∂λ of the principal stretches (3,), by hand."""
+    if material.law == "ogden":
+        return sum(
+            2 * mu / alpha * stretches ** (alpha - 1)
+            for mu, alpha in zip(material.ogden_mu_MPa, material.ogden_alpha, strict=True)
+        )
+    first, second = (stretches**2).sum() - 3, (stretches**-2.0).sum() - 3
+    by_first = by_second = 0.0
+    for (i, j), c in material.coefficients_MPa.items():
+        by_first += c * i * first ** max(i - 1, 0) * second**j
+        by_second += c * j * first**i * second ** max(j - 1, 0)
+    return 2 * by_first * stretches - 2 * by_second * stretches**-3.0
+
+
+def closed_form(material: config.Material, stretches: np.ndarray) -> float:
+    """Nominal stress (MPa) along the first stretch, the last direction being free."""
+    psi = slopes(material, stretches)
+    return float((psi[0] * stretches[0] - psi[2] * stretches[2]) / stretches[0])
+
+
+@LAWS
+def test_incompressible_bar(law: tuple[str, ...]) -> None:
+    pull = (*bars.INCOMPRESSIBLE, "coupon.max_strain=1.5", "coupon.step_strain=0.25", *law)
+    material = config.load(None, law).material
+    stretch, found = bars.stress(bars.pull(*pull))
+    expected = [closed_form(material, np.array([each, *2 * [each**-0.5]])) for each in stretch]
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-9)
+
+
+MODES = {"planar": (1, 0.0, -1.0), "equibiaxial": (1, 1, -2.0), "uniaxial": (1, -0.5, -0.5)}
+"""Exponents of the principal stretches at constant volume."""
+
+
+@LAWS
+@pytest.mark.parametrize("element", ["S2", "P2-P1"])
+def test_elements_in_planar_and_equibiaxial_tension(law: tuple[str, ...], element: str) -> None:
+    """Of one element's cube the residual is the closed form's force, at coincident stretches, too.
+
+    At constant volume the displacement element has no pressure: its free direction then carries
+    −P₃, which is taken off as a pressure. The mixed one has p, which frees that direction.
+    """
+    settings = config.load(None, [*law, "material.nu=0.4999"])
+    kind = mesh.CellType.hexahedron if element == "S2" else mesh.CellType.tetrahedron
+    cube = mesh.create_unit_cube(MPI.COMM_SELF, 1, 1, 1, kind)
+    u = fem.Function(fem.functionspace(cube, displacement_element(element)))
+    p = pressure_field(element, cube)
+    base = BaseMaterial.on(cube, settings.material)
+    potential = Potential(u, [lambda strain: base.energy(strain, p)], p=p)
+    nodes = u.function_space.tabulate_dof_coordinates()
+    for exponents in MODES.values():
+        for stretch in (1.2, 2.0):
+            stretches = stretch ** np.array(exponents)
+            u.x.array[:] = (nodes * (stretches - 1)).ravel()
+            psi = slopes(settings.material, stretches) * stretches
+            if p is not None:  # ψ is isochoric: its stress has no mean
+                p.x.array[:] = psi.mean() - psi[2]
+            residual = fem.assemble_vector(potential.residual).array.reshape(-1, 3)
+            forces = [residual[np.isclose(nodes[:, axis], 1), axis].sum() for axis in range(3)]
+            free = forces[2] * stretches[2]
+            found = (forces[0] * stretches[0] - free) / stretches[0]
+            if p is not None:
+                assert abs(free) < 1e-7
+            assert found == pytest.approx(closed_form(settings.material, stretches), rel=1e-7)
+
+
+@LAWS
+def test_derivatives_of_the_coupon_by_all_parameters(law: tuple[str, ...]) -> None:
+    """Forward sensitivities against central differences of runs, whose curvature leaves 1e-5."""
+    at = config.load(
+        None, [*law, "coupon.max_strain=0.6", "coupon.step_strain=0.3", "solver.rtol=1e-12"]
+    )
+    parameters = [each for each in every(at) if each.key.startswith("material.")]
+    keys = [each.key for each in parameters]
+    assert "material.mu_MPa" not in keys
+    assert len(keys) == 2 + (6 if at.material.law == "ogden" else 5)
+    found = run("coupon", at, comm=MPI.COMM_SELF, gradients=keys).sensitivities
+    for parameter in parameters:
+        slope = [
+            float(row["derivative"])
+            for row in found
+            if (row["parameter"], row["column"]) == (parameter.key, "nominal_stress_MPa")
+        ]
+        step = 0.03 * parameter.scale  # 0.3 % of a factor
+        after, before = (
+            run("coupon", parameter.at(at, parameter.value(at) + h), comm=MPI.COMM_SELF).column(
+                "nominal_stress_MPa"
+            )
+            for h in (step, -step)
+        )
+        expected = (after - before) / (2 * step)
+        print(parameter.key, slope, expected)
+        assert parameter.key == "material.density_kg_m3" or abs(expected).max() > 1e-4
+        # the rounding of the derivative is 1e-8 MPa for a change of one scale
+        np.testing.assert_allclose(slope, expected, rtol=3e-5, atol=5e-8 / parameter.scale)
+
+
+def test_the_tangent_is_the_stress_derivative() -> None:
+    """Taylor remainders of the residual at an irregular strain, where no two stretches agree."""
+    from mechanics import taylor
+
+    settings = config.load(None, OGDEN)
+    cube = mesh.create_unit_cube(MPI.COMM_SELF, 1, 1, 1, mesh.CellType.hexahedron)
+    u = fem.Function(fem.functionspace(cube, displacement_element("S2")))
+    base = BaseMaterial.on(cube, settings.material)
+    potential = Potential(u, [base.energy], carried=False)
+    print("seed", 3)
+    rng = np.random.default_rng(3)
+    start, way = (0.1 * rng.uniform(-1, 1, u.x.array.size) for _ in range(2))
+    u.x.array[:] = start
+    direction = fem.Function(u.function_space)
+    direction.x.array[:] = way
+    slope = potential.stiffness_along(direction)[0]
+
+    def gradient(step: float) -> np.ndarray:
+        u.x.array[:] = start + step * way
+        return np.array(fem.assemble_vector(potential.residual).array)
+
+    def energy(step: float) -> float:
+        u.x.array[:] = start + step * way
+        return float(potential.value(u.x.array))
+
+    assert taylor.rates(gradient, slope, 0.1).min() > 1.9
+    assert taylor.rates(energy, float(gradient(0.0) @ way), 0.1).min() > 1.9
+
+
+REFUSED = {
+    ("material.law=ogden",): "material.ogden_mu_MPa = []: allowed: a list of numbers with law",
+    ("material.law=ogden", "material.ogden_mu_MPa=[1]"): "material.ogden_alpha = []: allowed: as",
+    (*OGDEN, "material.ogden_alpha=[2, 0, 1]"): "allowed: each from 0.05 to 10, or below 0 like",
+    (*OGDEN, "material.ogden_mu_MPa=[1, -2, 0]"): "initial shear modulus -1 MPa; allowed: above 0",
+    (*OGDEN, "material.mu_MPa=3"): 'material.mu_MPa = 3.0: allowed: with another law than "ogden"',
+    (*OGDEN, "material.C10_MPa=1"): "material.C10_MPa = 1.0: allowed: with another law than",
+    ("material.law=polynomial",): "material.C10_MPa = none: allowed: a number with law",
+    ("material.law=polynomial", "material.C10_MPa=-1"): "initial shear modulus -2 MPa; allowed: ab",
+    ("material.ogden_alpha=[1]",): 'allowed: with another law than "neo-hooke"',
+    ("material.law=hooke",): 'material.law = "hooke": allowed: neo-hooke, ogden, polynomial',
+}
+
+
+@pytest.mark.parametrize("overrides", REFUSED, ids=lambda overrides: overrides[-1])
+def test_bad_laws_are_one_line(overrides: tuple[str, ...]) -> None:
+    with pytest.raises(ConfigError) as caught:
+        config.load(None, overrides)
+    assert REFUSED[overrides] in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_law_reads_back_equal(tmp_path: Path) -> None:
+    for law in (OGDEN, POLYNOMIAL):
+        resolved: Config = config.load(None, law)
+        printed = tmp_path / "printed.toml"
+        printed.write_text(config.dumps(resolved), encoding="utf-8")
+        assert config.load(printed) == resolved
+
+
+def test_marks_do_not_hide_other_variables() -> None:
+    """An energy scaled by a function of itself has the product's derivatives."""
+    from dolfingrip.forms import polynomial
+    from dolfingrip.forms.evaluate import nominal_stress
+
+    def density(strain: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+        psi = polynomial.energy(strain, {(1, 0): 1.0})
+        return psi * (1 + psi)
+
+    # ψ = λ² + 2/λ − 3 = 2 and ψ' = 2λ − 2/λ² = 3.5 at λ = 2
+    assert nominal_stress(density, 2.0) == pytest.approx(3.5 * (1 + 2 * 2), rel=1e-12)

@@ -1,0 +1,212 @@
+"""Laws in numbers against their UFL energies and closed forms; fits to coupons."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import ufl
+
+from dolfingrip import config
+from dolfingrip.config import ConfigError
+from dolfingrip.experiments.material_fit import coupons, doubts, homogeneous, material_file
+from dolfingrip.experiments.material_fit.fit import fit
+from dolfingrip.experiments.material_fit.homogeneous import EXPONENTS, Mode, stress
+from dolfingrip.experiments.material_fit.law import LAWS
+from dolfingrip.forms import chain_rule, gent, neo_hookean, ogden_terms, polynomial
+from dolfingrip.forms.evaluate import number
+from dolfingrip.sections.specimen import POLYNOMIAL
+
+COUPONS = Path(__file__).resolve().parents[2] / "examples" / "coupons"
+VALUES = {
+    "neo-hooke": [1.3],
+    "mooney-rivlin": [0.5, 0.2],
+    "yeoh": [0.5, -0.02, 0.004],
+    "gent": [1.3, 0.02],
+    "ogden-1": [1.2, -2.5],
+    "ogden-2": [1.2, 0.3, 1.3, -2.5],
+    "ogden-3": [1.2, 0.3, 0.01, 1.3, -2.5, 6.0],
+    "polynomial": [0.5, 0.2, -0.02, 0.004],
+}
+
+
+def density(name: str, strain: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+    """The law's energy in UFL, with VALUES."""
+    values = VALUES[name]
+    if name == "neo-hooke":
+        return neo_hookean.energy(strain, *values, 0.0)
+    if name == "gent":
+        return neo_hookean.energy(strain, values[0], 0.0) + gent.energy(strain, *values)
+    if name.startswith("ogden"):
+        half = len(values) // 2
+        return ogden_terms.energy(strain, values[:half], values[half:])
+    powers = [POLYNOMIAL[key.rpartition(".")[2]] for key in LAWS[name].keys]
+    return polynomial.energy(strain, dict(zip(powers, values, strict=True)))
+
+
+@pytest.mark.parametrize("mode", EXPONENTS)
+@pytest.mark.parametrize("name", LAWS)
+def test_numbers_are_the_ufl_energys(name: str, mode: Mode) -> None:
+    """dψ/dλ along a path of constant volume is the work of P on one side, or on two."""
+    sides = 2 if mode == "equibiaxial" else 1
+    for at in (0.7, 1.3, 2.5):
+        along = ufl.variable(ufl.as_ufl(at))
+        stretches = [along ** float(power) for power in EXPONENTS[mode]]
+        strain = ufl.as_matrix(
+            [[(stretches[i] ** 2 - 1) / 2 if i == j else 0 for j in range(3)] for i in range(3)]
+        )
+        expected = number(chain_rule.by_variable(density(name, strain), along)) / sides
+        found = float(stress(LAWS[name], mode, np.array([at]), VALUES[name])[0])
+        assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_compressible_stress_tends_to_the_incompressible() -> None:
+    """The difference falls with μ/K; at small strain it is Young's modulus 9Kμ/(3K + μ)."""
+    law, values, stretch = LAWS["ogden-2"], VALUES["ogden-2"], np.array([0.8, 1.5, 2.5])
+    for mode in EXPONENTS:
+        limit = stress(law, mode, stretch, values)
+        apart = [
+            np.abs(stress(law, mode, stretch, values, bulk) / limit - 1).max()
+            for bulk in (1e3, 1e5)
+        ]
+        assert apart[1] == pytest.approx(apart[0] / 100, rel=0.1)
+    bulk, mu, strain = 4.0, 1.5, 1e-6
+    found = stress(law, "uniaxial", np.array([1 + strain]), values, bulk)[0] / strain
+    assert found == pytest.approx(9 * bulk * mu / (3 * bulk + mu), rel=1e-5)
+
+
+def test_limit_points_of_balloons() -> None:
+    """Neo-Hooke's pressure is greatest at 7^(1/6) (Ogden 1984, section 5.2.3); Mooney–Rivlin's with
+    C01/C10 = 0.1 has a maximum and a minimum, which meet at C01/C10 = 0.21446."""
+    (found,) = homogeneous.limit_points(LAWS["neo-hooke"], [2.0])
+    assert found == (pytest.approx(7 ** (1 / 6), abs=1e-6), True)
+    both = homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.1])
+    assert [greatest for _, greatest in both] == [True, False]
+    assert not homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.2148])
+    assert homogeneous.limit_points(LAWS["mooney-rivlin"], [1.0, 0.2140])
+
+
+def test_stability() -> None:
+    """Mooney–Rivlin with a negative factor loses stability, neo-Hooke does not."""
+    assert homogeneous.stable_to(LAWS["neo-hooke"], "uniaxial", [1.0])[1] == pytest.approx(8)
+    _, most = homogeneous.stable_to(LAWS["mooney-rivlin"], "equibiaxial", [1.0, -0.2])
+    assert 1.05 < most < 3
+
+
+def made(mode: Mode, name: str, noise: float = 0.0) -> coupons.Series:
+    """A coupon of the law with VALUES."""
+    stretch = np.linspace(1.05, 3.0, 40)
+    exact = stress(LAWS[name], mode, stretch, VALUES[name])
+    print("seed", 5)
+    disturbed = exact + np.random.default_rng(5).normal(0, noise, 40) if noise else exact
+    return coupons.Series(name, mode, stretch, disturbed, noise or None)
+
+
+@pytest.mark.parametrize(
+    "name", ["mooney-rivlin", "yeoh", "gent", "ogden-1", "ogden-2", "polynomial"]
+)
+def test_a_law_is_found_again(name: str) -> None:
+    """From three modes of tension without noise."""
+    found = fit(LAWS[name], [made(mode, name) for mode in EXPONENTS])
+    assert found.relative_rms < 1e-5
+    np.testing.assert_allclose(found.values, VALUES[name], rtol=2e-3)
+
+
+def test_intervals_hold_the_truth() -> None:
+    """Of 40 draws of noise 90 % should; 30 to 40 are within 2.7 standard deviations of that."""
+    law, values, inside = LAWS["mooney-rivlin"], np.array(VALUES["mooney-rivlin"]), 0
+    exact = made("uniaxial", law.name)
+    print("seeds 0 to 39")
+    for seed in range(40):
+        noise = np.random.default_rng(seed).normal(0, 0.02, 40)
+        data = coupons.Series("", "uniaxial", exact.stretch, exact.stress_MPa + noise, 0.02)
+        found = fit(law, [data])
+        inside += bool(abs(found.values - values)[1] < found.half_width[1])
+    assert 30 <= inside <= 40
+
+
+def test_an_equibiaxial_coupon_fixes_what_a_uniaxial_one_leaves_open() -> None:
+    law = LAWS["polynomial"]
+    one, two = made("uniaxial", law.name, 0.05), made("equibiaxial", law.name, 0.05)
+    alone, both = fit(law, [one]), fit(law, [one, two])
+    assert both.half_width[1] < 0.2 * alone.half_width[1]
+    assert any(
+        "does not fix the equibiaxial response" in line for line in doubts.doubts(alone, [one])
+    )
+    assert not any("equibiaxial response" in line for line in doubts.doubts(both, [one, two]))
+
+
+def test_ecoflex() -> None:
+    """Neo-Hooke's modulus to a stretch of 2.5, 0.0204 MPa ± 2 %, and what the coupon leaves open:
+    C01/C10 from 0.1 to 0.6 (both from an independent fit of the same readings)."""
+    data = coupons.read(COUPONS / "ecoflex30_uniaxial.csv", 2.5)
+    simple = fit(LAWS["neo-hooke"], data)
+    assert simple.values[0] == pytest.approx(0.0204, rel=0.02)
+    assert 0.02 < simple.relative_rms < 0.03
+    biderman = fit(LAWS["polynomial"], data)
+    low, high = doubts.accepted(biderman, data, np.linspace(0, 2, 201))
+    assert low is not None
+    assert high is not None
+    assert low <= 0.1
+    assert high >= 0.6
+
+
+def test_ninjaflex() -> None:
+    """2 C01/μ = 0.93 by the mean curve of all readings; every tenth reading has 0.90."""
+    data = coupons.read(COUPONS / "ninjaflex_large_strain.csv")
+    assert len(data) == 8
+    c10, c01 = fit(LAWS["mooney-rivlin"], data).values
+    assert c01 / (c10 + c01) == pytest.approx(0.93, abs=0.04)
+
+
+@pytest.mark.parametrize("name", ["gent", "yeoh", "ogden-2"])
+def test_a_written_law_is_a_configuration(name: str, tmp_path: Path) -> None:
+    data = [made(mode, name) for mode in EXPONENTS]
+    found = fit(LAWS[name], data)
+    material_file.write(found, data, tmp_path / "material.toml")
+    read = config.load(tmp_path / "material.toml")
+    shear = {"gent": 1.3, "yeoh": 1.0, "ogden-2": 1.5}[name]
+    assert read.material.shear_MPa == pytest.approx(shear, rel=1e-3)
+    if name == "gent":
+        (effect,) = read.extensions.active()
+        assert effect.inverse_J_m == pytest.approx(0.02, rel=1e-3)
+
+
+HEADER = "displacement_mm,force_N,mode\n"
+ROWS = "1,1,planar\n2,2,planar\n3,3,planar\n"
+SETUP = "gauge_length_mm = 10.0\narea_mm2 = 2.0\n"
+
+
+@pytest.mark.parametrize(
+    ("table", "setup", "said"),
+    [
+        ("force_N\n1\n", SETUP, "a.csv: missing column displacement_mm"),
+        (HEADER + "1,x,planar\n", SETUP, "column force_N: allowed: numbers"),
+        (HEADER + ROWS, "area_mm2 = 2.0\n", "gauge_length_mm = None: allowed: above 0 mm"),
+        (HEADER + ROWS, None, "a.toml: No such file"),
+        (
+            HEADER + ROWS.replace("planar", "shear"),
+            SETUP,
+            "mode = shear: allowed: uniaxial, planar",
+        ),
+        (HEADER + "1,1,planar\n", SETUP, "allowed: at least 3 readings"),
+    ],
+)
+def test_bad_tables_are_one_line(tmp_path: Path, table: str, setup: str | None, said: str) -> None:
+    (tmp_path / "a.csv").write_text(table, encoding="utf-8")
+    if setup is not None:
+        (tmp_path / "a.toml").write_text(setup, encoding="utf-8")
+    with pytest.raises(ConfigError) as caught:
+        coupons.read(tmp_path / "a.csv")
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_table_tells_its_mode(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(HEADER + ROWS, encoding="utf-8")
+    (tmp_path / "a.toml").write_text(SETUP, encoding="utf-8")
+    (series,) = coupons.read(tmp_path / "a.csv")
+    assert series.mode == "planar"
+    np.testing.assert_allclose(series.stretch, [1.1, 1.2, 1.3])
+    np.testing.assert_allclose(series.stress_MPa, [0.5, 1.0, 1.5])

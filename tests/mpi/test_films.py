@@ -1,0 +1,30 @@
+"""Regions, membranes and chords on several ranks: the same readings as on one."""
+
+from __future__ import annotations
+
+import pytest
+from mpi4py import MPI
+
+from dolfingrip import config
+from dolfingrip.experiments import run
+
+PNEUNET = (
+    "finger.kind=pneunet", "pneunet.chambers=2", "pneunet.tube=true", "material.mu_MPa=0.06",
+    "material.base.mu_MPa=0.1", "film.sheet.region=paper", "film.sheet.Et_N_per_mm=5.0",
+    "film.sheet.fibre_deg=[0.0]", "film.sheet.fibre_Et_N_per_mm=[10.0]",
+    "mesh.size_mm=4", "mesh.edge_size_mm=2", "camera.chord=back edges",
+    "experiment.max_pressure_kPa=1", "experiment.step_kPa=0.5", "solver.max_step_kPa=0.5",
+    "solver.rtol=1e-10",
+)  # fmt: skip
+
+
+def test_readings_do_not_depend_on_the_ranks() -> None:
+    settings = config.load(None, PNEUNET)
+    alone = run("bending", settings, comm=MPI.COMM_SELF)
+    together = run("bending", settings, comm=MPI.COMM_WORLD)
+    assert alone.failure is None
+    assert together.failure is None
+    for column in ("angle_deg", "chord_angle_deg", "tip_x_mm", "cavity_volume_mm3"):
+        expected = alone.column(column)[-1]
+        print(column, expected)
+        assert together.column(column)[-1] == pytest.approx(expected, rel=1e-7)
