@@ -14,7 +14,7 @@ converges."""
 DRIFTS = 0.01
 """Relative change of what is held above which it is too old, and a converged state is none."""
 
-OVERSHOT = 2.0
+OVERSHOT = 5.0
 """Growth of the residual since the last time in a step that what is held has followed, from which
 on it follows no more: a contact force may then be a hundred times too large. A solve's first step
 may be as large as it likes."""
