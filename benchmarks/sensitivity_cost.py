@@ -21,13 +21,18 @@ from dolfingrip.experiments.derivatives.sensitivities import chosen
 SUPPLIED = ("extensions.pressure_gain={}", "extensions.pressure_offset={}")
 ELASTIC = (
     "extensions.mooney_rivlin={}", "extensions.yeoh={}", "extensions.gent={}",
-    "extensions.print_anisotropy={}", "extensions.gravity_pitch={}",
+    "extensions.bulk_modulus={}", "extensions.print_anisotropy={}", "extensions.gravity_pitch={}",
     "extensions.wall_offset={}", "extensions.base_layer_offset={}",
     *SUPPLIED, *INSTRUMENTS,
 )  # fmt: skip
+SPRINGS = (
+    "extensions.clamp_compliance={}", "extensions.plate_compliance={}", "extensions.plate_gap={}",
+    "extensions.plate_tilt={}", "plate.gap_mm=0.1", "plate.tilt_deg=1",
+)  # fmt: skip
 CASES = {
     "bending, elastic": ("bending", ELASTIC),
-    "bending, one cycle with memory": ("bending", (*LASTING, *SUPPLIED, "experiment.unload=true")),
+    "blocked force, elastic, on springs": ("blocked_force", (*ELASTIC, *SPRINGS)),
+    "bending, one cycle with memory": ("bending", (*LASTING, *ELASTIC, "experiment.unload=true")),
 }
 
 

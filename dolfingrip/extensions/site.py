@@ -169,9 +169,11 @@ class Site:
         part = self.domain.surface(region, quadrature_degree=2)
         one = self.fixed(1.0)
 
+        moments = [fem.form(one * x[i] * part) for i in range(3)]
+        area = fem.form(one * part)
+
         def centroid() -> np.ndarray:
-            moments = np.array([self._integral(one * x[i] * part) for i in range(3)])
-            return moments / self._integral(one * part)
+            return np.array([self._assembled(moment) for moment in moments]) / self._assembled(area)
 
         return self._measured(centroid)
 
@@ -182,13 +184,17 @@ class Site:
 
     def _integral(self, form: ufl.Form) -> float:
         """Over the meshed part, on all ranks."""
-        return float(self.domain.mesh.comm.allreduce(fem.assemble_scalar(fem.form(form))))
+        return self._assembled(fem.form(form))
+
+    def _assembled(self, form: fem.Form) -> float:
+        """Over the meshed part, on all ranks."""
+        return float(self.domain.mesh.comm.allreduce(fem.assemble_scalar(form)))
 
     def lumped(self, energy: Expr) -> ufl.Form:
         """An energy (mJ) of the whole finger that is no integral, as a term of the meshed part."""
         clamp = self.domain.surface("clamp", quadrature_degree=1)
-        whole = self.fixed(1.0) * clamp
-        share = self._measured(lambda: np.array(1 / (self.domain.copies * self._integral(whole))))
+        whole = fem.form(self.fixed(1.0) * clamp)
+        share = self._measured(lambda: np.array(1 / (self.domain.copies * self._assembled(whole))))
         return energy * share * clamp
 
     def _measured(self, measure: Callable[[], np.ndarray]) -> fem.Constant:

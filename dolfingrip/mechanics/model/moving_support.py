@@ -89,6 +89,15 @@ class MovingSupport:
         self._all_ways = np.concatenate([ways for _, ways in parts], axis=1)
         return owned
 
+    def place(self) -> None:
+        """Set u_S = W a at all local nodes."""
+        placed = sum(
+            motion.number.value * function.x.array
+            for motion, function in zip(self._motions, self._functions, strict=True)
+        )
+        moved = np.any([function.x.array != 0 for function in self._functions], axis=0)
+        self._u.x.array[moved] = placed[moved]
+
     def apart(self, dofs: np.ndarray) -> np.ndarray:
         """u_S − W a (mm) at the owned dofs that move."""
         values = np.array([number.value for number in self.numbers])

@@ -159,15 +159,15 @@ class ForwardSensitivity:
         found = np.zeros((len(start), len(self._perturbations)), order="F")
         each = list(self._each())
         first, last = np.zeros(len(each)), np.full(len(each), np.inf)
-        # a moving support is held at its numbers: how it moves with the mesh enters with the next
-        # residual
-        exact = model.moving is None and all(kept is None for kept in held)
+        exact = all(kept is None for kept in held)
         due = np.arange(len(each))
         for correction in range(1 if exact else CORRECTIONS):
             right: np.ndarray = np.empty((len(start), len(due)), order="F")
             for column, i in enumerate(due.tolist()):
                 moved = step.residual(*each[i], model.unknowns.to_local(found[:, i]))
                 right[:, column] = (moved - start) / each[i][2]
+                if not correction:
+                    found[:, i] = step.placed(each[i][2])
             size = np.sqrt(model.comm.allreduce(np.sum(right**2, axis=0), MPI.SUM))
             if not correction:
                 first = np.maximum(size, np.finfo(float).tiny)
@@ -260,8 +260,7 @@ class _Step:
         """Residual (N) at its end moved by ``amount`` · ``along``, the parameter changed, too."""
         with _applied(perturbation, amount):
             self.begin(change, amount)
-            self._model.unknowns.set_local(self._here + amount * along)
-            self._model.refresh()
+            self._end_at(self._here + amount * along)
             return self._model.gradient()
 
     def accepted(
@@ -274,10 +273,24 @@ class _Step:
         """Internal variables once that end is accepted."""
         with _applied(perturbation, amount):
             self.begin(change, amount)
-            self._model.unknowns.set_local(self._here + amount * along)
-            self._model.refresh()
+            self._end_at(self._here + amount * along)
             self._model.accept_step()
             return self._model.state().history
+
+    def placed(self, amount: float) -> np.ndarray:
+        """How the moving support's nodes have moved with the mesh, for each unit; 0 elsewhere.
+
+        Call it after :meth:`residual` without a direction. The tangent leaves this motion out.
+        """
+        unknowns = self._model.unknowns
+        return unknowns.owned_part(unknowns.local() - self._here) / amount
+
+    def _end_at(self, there: np.ndarray) -> None:
+        """Set the step's end, with the moving support where its numbers take it."""
+        self._model.unknowns.set_local(there)
+        if self._model.moving is not None:
+            self._model.moving.place()
+        self._model.refresh()
 
 
 def _applied(perturbation: Perturbation | None, amount: float) -> AbstractContextManager[None]:
