@@ -21,7 +21,7 @@ from dolfingrip.experiments.derivatives.sensitivities import chosen
 SUPPLIED = ("extensions.pressure_gain={}", "extensions.pressure_offset={}")
 ELASTIC = (
     "extensions.mooney_rivlin={}", "extensions.yeoh={}", "extensions.gent={}",
-    "extensions.bulk_modulus={}", "extensions.print_anisotropy={}", "extensions.gravity_pitch={}",
+    "extensions.print_anisotropy={}", "extensions.gravity_pitch={}",
     "extensions.wall_offset={}", "extensions.base_layer_offset={}",
     *SUPPLIED, *INSTRUMENTS,
 )  # fmt: skip
@@ -32,6 +32,7 @@ SPRINGS = (
 CASES = {
     "bending, elastic": ("bending", ELASTIC),
     "blocked force, elastic, on springs": ("blocked_force", (*ELASTIC, *SPRINGS)),
+    "bending, elastic, mixed element": ("bending", (*ELASTIC, "extensions.bulk_modulus={}")),
     "bending, one cycle with memory": ("bending", (*LASTING, *ELASTIC, "experiment.unload=true")),
 }
 
