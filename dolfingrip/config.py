@@ -17,11 +17,12 @@ from dolfingrip.sections.cast import Cast
 from dolfingrip.sections.complaint import ConfigError, checked
 from dolfingrip.sections.films import Film
 from dolfingrip.sections.fixture import Gravity, Plate
+from dolfingrip.sections.material import Material
 from dolfingrip.sections.numerics import Contact, Solver
 from dolfingrip.sections.pneunet import Pneunet
 from dolfingrip.sections.procedure import Branch, Coupon, Experiment, Protocol
 from dolfingrip.sections.setup import Setup
-from dolfingrip.sections.specimen import Cog, Finger, Material, Mesh, Morph
+from dolfingrip.sections.specimen import Cog, Finger, Mesh, Morph
 from dolfingrip.sections.units import KPA
 
 __all__ = [

@@ -9,8 +9,8 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
 from dolfingrip.forms import ogden_terms
+from dolfingrip.sections.material import ALPHA
 from dolfingrip.sections.section import outside
-from dolfingrip.sections.specimen import ALPHA
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site

@@ -9,7 +9,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
 from dolfingrip.forms import polynomial
-from dolfingrip.sections.specimen import POLYNOMIAL
+from dolfingrip.sections.material import POLYNOMIAL
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from pydantic import ConfigDict
 
-from dolfingrip.sections.specimen import Material
+from dolfingrip.sections.material import Material
 
 
 class Materials(Material):

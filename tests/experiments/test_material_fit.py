@@ -16,7 +16,7 @@ from dolfingrip.experiments.material_fit.homogeneous import EXPONENTS, Mode, str
 from dolfingrip.experiments.material_fit.law import LAWS
 from dolfingrip.forms import chain_rule, gent, neo_hookean, ogden_terms, polynomial
 from dolfingrip.forms.evaluate import number
-from dolfingrip.sections.specimen import POLYNOMIAL
+from dolfingrip.sections.material import POLYNOMIAL
 
 COUPONS = Path(__file__).resolve().parents[2] / "examples" / "coupons"
 VALUES = {

@@ -11,7 +11,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from dolfingrip.experiments.material_fit.coupons import Series
 from dolfingrip.experiments.material_fit.homogeneous import Mode, stress
 from dolfingrip.experiments.material_fit.law import LAWS, Law
-from dolfingrip.sections.specimen import ALPHA
+from dolfingrip.sections.material import ALPHA
 
 WITHIN = 1.645
 """Standard deviations of a 90 % interval, normal."""

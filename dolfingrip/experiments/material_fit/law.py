@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from dolfingrip.sections.specimen import ALPHA, POLYNOMIAL
+from dolfingrip.sections.material import ALPHA, POLYNOMIAL
 
 Slopes = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Stretches (3, n) and values to ∂ψ/∂λ (MPa), (3, n)."""

@@ -18,7 +18,7 @@ from dolfingrip.forms import (
     ogden_terms,
     polynomial,
 )
-from dolfingrip.sections.specimen import POLYNOMIAL, Material
+from dolfingrip.sections.material import POLYNOMIAL, Material
 
 TABLE = "material"
 """Table of the configuration with the material of all regions that have none of their own."""

@@ -111,9 +111,7 @@ def build(
         domain = facing_plate(config, domain)
     base = BaseMaterial.on(domain.mesh, config.material)
     site, p = _site(config, domain, base, plate)
-    density = config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)
-    densities = strain_energies(config, domain, density, p, site.parameters)
-    terms = [*_loads(site), *config.extensions.terms(site), *loads(site)]
+    potential = _potential(config, site, base, p, loads)
     numbers = list(site.unknowns.values())
     sensor, contact = site.plate, site.contact
     if sensor is not None:
@@ -124,17 +122,7 @@ def build(
     model = Model(
         domain,
         site.u,
-        Potential(
-            site.u,
-            densities,
-            terms,
-            carried=config.solver.mixed_integration_point,
-            p=p,
-            numbers=numbers,
-            domain=domain,
-            sheets=sheets(config, domain.mesh, site.parameters),
-            degree=_degree(config, site.u.function_space),
-        ),
+        potential,
         supports,
         {"pressure_kPa": stages or regulator},
         [term for term in (sensor, contact, *site.further) if term is not None],
@@ -157,6 +145,30 @@ def build(
         stages,
         site.parameters,
         site.geometric,
+    )
+
+
+def _potential(
+    config: Config,
+    site: Site,
+    base: BaseMaterial,
+    p: fem.Function | None,
+    loads: Callable[[Site], Sequence[ufl.Form]],
+) -> Potential:
+    """Strain energies, loads and what effects add, of the whole solid and its sheets."""
+    density = config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)
+    densities = strain_energies(config, site.domain, density, p, site.parameters)
+    terms = [*_loads(site), *config.extensions.terms(site), *loads(site)]
+    return Potential(
+        site.u,
+        densities,
+        terms,
+        carried=config.solver.mixed_integration_point,
+        p=p,
+        numbers=list(site.unknowns.values()),
+        domain=site.domain,
+        sheets=sheets(config, site.domain.mesh, site.parameters),
+        degree=_degree(config, site.u.function_space),
     )
 
 

@@ -1,0 +1,16 @@
+"""The numbers of a configuration that can change."""
+
+from dolfingrip.parameter.bounds import bounds_of
+from dolfingrip.parameter.parameter import Entry, Parameter
+from dolfingrip.parameter.search import SHAPES, check_assignment, every, find, named
+
+__all__ = [
+    "SHAPES",
+    "Entry",
+    "Parameter",
+    "bounds_of",
+    "check_assignment",
+    "every",
+    "find",
+    "named",
+]

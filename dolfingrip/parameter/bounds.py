@@ -1,0 +1,48 @@
+"""Bounds of numbers in a table, of each entry of a list too, as pydantic declares them."""
+
+from __future__ import annotations
+
+import math
+import types
+from collections.abc import Sequence
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel
+
+
+def bounds_of(table: type[BaseModel], key: str) -> tuple[float, float]:
+    """Bounds of a number in a table, of each entry of a list; infinite where there are none."""
+    info = table.model_fields[key]
+    entries = of_floats(info.annotation)
+    return bounds(of_entries(info.annotation) if entries else info.metadata)
+
+
+def bare(hint: Any) -> Any:
+    if get_origin(hint) in (Union, types.UnionType):
+        return next(part for part in get_args(hint) if part is not type(None))
+    return hint
+
+
+def of_floats(hint: Any) -> bool:
+    arguments = get_args(bare(hint))
+    first = arguments[0] if arguments else None
+    return first is float or (get_origin(first) is Annotated and get_args(first)[0] is float)
+
+
+def _entry_metadata(hint: Any) -> Sequence[Any]:
+    first = get_args(bare(hint))[0]
+    return get_args(first)[1:] if get_origin(first) is Annotated else ()
+
+
+def of_entries(hint: Any) -> Sequence[Any]:
+    return [item for field in _entry_metadata(hint) for item in getattr(field, "metadata", [field])]
+
+
+def bounds(metadata: Sequence[Any]) -> tuple[float, float]:
+    """Pydantic's bounds; an open one is taken for a closed one."""
+
+    def limits(*names: str) -> list[float]:
+        found = (getattr(item, name, None) for item in metadata for name in names)
+        return [float(limit) for limit in found if limit is not None]
+
+    return max(limits("gt", "ge"), default=-math.inf), min(limits("lt", "le"), default=math.inf)

@@ -1,0 +1,135 @@
+"""A number of a configuration that can change: its unit, scale, prior and bounds."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Annotated, Any, Final
+
+import numpy as np
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from dolfingrip.config import Config, ConfigError, checked
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.sections import complaint
+
+STEP: Final = 1e-4
+"""Part of a parameter's scale by which numbers of the configuration are differentiated. What they
+determine is smooth, so the error of a central difference is 1e-8 of it."""
+
+_FINITE: Final = ConfigDict(allow_inf_nan=False)
+
+
+class Entry(StrEnum):
+    """How a parameter enters a simulation."""
+
+    CONSTANT = "constant of a term"
+    SHAPE = "reference mesh"
+    POSE = "pose of the plate"
+    SUPPLY = "stage of the supply"
+    INSTRUMENT = "instrument"
+    CHOICE = "choice of the model"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of a configuration.
+
+    Attributes:
+        key: ``section.name``, below ``extensions`` ``extensions.effect.name``; entries of a list
+            are numbered from 0 in brackets.
+        unit: that the key's name ends in; "" for a pure number.
+        scale: an ordinary change of it, in its unit.
+        prior: what is known before anything is measured, where anything is.
+        low, high: bounds, infinite where there are none.
+        entry: how it enters. A choice of the model has no derivative, only a difference of runs.
+        integer: whether only whole numbers are meant.
+        field: pydantic's description of the key, which it is checked by.
+    """
+
+    key: str
+    unit: str
+    scale: float
+    prior: Prior | None
+    low: float
+    high: float
+    entry: Entry
+    integer: bool = False
+    field: Any = None
+
+    def check(self, value: float, option: str) -> None:
+        """Raise where ``value`` is not allowed by itself.
+
+        Raises:
+            ConfigError: one line naming the option, the key, the value and the allowed range.
+        """
+        given = int(value) if float(value).is_integer() and abs(value) < 2**53 else value
+        hint = self.field.annotation
+        if self.field.metadata:
+            hint = Annotated[(hint, *self.field.metadata)]
+        try:
+            TypeAdapter(hint, config=_FINITE).validate_python(given, strict=True)
+        except ValidationError as error:
+            kind, name = error.errors()[0]["type"], self.key.rpartition(".")[2]
+            why = complaint.reason(kind, self.field, name)
+            raise ConfigError(f"{option} {self.key} = {complaint.shown(given)}: {why}") from None
+
+    def value(self, config: Config) -> float:
+        """Its value in ``config``."""
+        section, _, region = self.key.removesuffix(".nu").partition(".")
+        if section == "material" and self.key.endswith(".nu"):  # which may be absent
+            return config.material.of(region).poisson
+        value: Any = config
+        for part in _parts(self.key):
+            value = value[part] if isinstance(part, int) else getattr(value, part)
+        return float(value)
+
+    def at(self, config: Config, value: float) -> Config:
+        """``config`` with another value of it.
+
+        Raises:
+            ConfigError: one line naming the key, the value and the allowed range.
+        """
+        data = config.model_dump(exclude_none=True)
+        *sections, last = _parts(self.key)
+        place: Any = data
+        for part in sections:
+            if isinstance(place[part], tuple):
+                place[part] = list(place[part])
+            place = place[part]
+        place[last] = value
+        return checked(type(config), data)
+
+    def stencil(self, config: Config, step: float) -> Sequence[tuple[int, float]]:
+        """Places (in steps) and weights (by step) of a difference of second order.
+
+        Central, or one-sided where a bound is near.
+        """
+        here = self.value(config)
+        if here - step < math.nextafter(self.low, math.inf):
+            return ((0, -1.5), (1, 2.0), (2, -0.5))
+        if here + step > self.high:
+            return ((0, 1.5), (-1, -2.0), (-2, 0.5))
+        return ((1, 0.5), (-1, -0.5))
+
+    def direction(self, config: Config) -> float:
+        """Sign of its changes: 1, or −1 at the upper end of its range."""
+        return 1.0 if self.value(config) + STEP * self.scale <= self.high else -1.0
+
+    def derivative[T: (float, np.ndarray)](
+        self, config: Config, function: Callable[[Config], T]
+    ) -> T:
+        """Derivative of a smooth function of the configuration, for each unit of the parameter."""
+        here, step = self.value(config), STEP * self.scale
+        terms = [
+            weight / step * function(self.at(config, here + place * step) if place else config)
+            for place, weight in self.stencil(config, step)
+        ]
+        return sum(terms[1:], start=terms[0])
+
+
+def _parts(key: str) -> list[str | int]:
+    return [int(part) if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", key)]
