@@ -22,6 +22,7 @@ from dolfingrip.cli import (
     mesh_command,
     morph_command,
     optimise_command,
+    pickup_commands,
     reproduce_command,
     study_command,
     train_command,
@@ -37,7 +38,7 @@ INTERRUPTED = 130
 ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
-    *("mesh", "morph", "config", "extensions", "synthetic", "diagnose"),
+    *("pickup", "friction", "mesh", "morph", "config", "extensions", "synthetic", "diagnose"),
     *("doe", "train", "optimise", "study", "reproduce"),
 )
 """Subcommands in the order in which a new user needs them."""
@@ -61,6 +62,8 @@ app = typer.Typer(
 )
 app.command("demo")(experiment_commands.demo)
 experiment_commands.register(app)
+for _name, _command in pickup_commands.COMMANDS.items():
+    app.command(_name)(_command)
 app.command("synthetic")(experiment_commands.synthetic_measurement)
 app.command("diagnose")(diagnose_command.diagnose)
 app.command("mesh")(mesh_command.mesh)

@@ -28,7 +28,7 @@ LEAST_STEP = 0.02
 take long and tell no more."""
 
 MOST_ITERATIONS = 20
-"""Of Newton's method; a step that takes more is halved."""
+"""Of Newton's method; a step that takes more is halved, and not solved in another way first."""
 
 TIME_LIMIT_S = 7200.0
 """Of a grasp, where none is configured: it ends as a failure then, and does not go on for ever."""

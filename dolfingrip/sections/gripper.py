@@ -44,7 +44,7 @@ class Gripper(Section):
     settle_s: float = Field(0.5, gt=0, le=600, description="wait before the lift, and after it")
     lift_mm: float = Field(30.0, gt=0, le=500, description="way up")
     lift_mm_per_s: float = Field(30.0, gt=0, le=1000, description="speed of the lift")
-    step_s: float = Field(0.1, gt=0, le=10, description="longest step in time")
+    step_s: float = Field(0.2, gt=0, le=10, description="longest step in time")
     barrier_mm: float = Field(0.4, gt=0, le=10, description="distance at which food is felt")
     stiffness_MPa: float = Field(0.05, gt=0, description="of that barrier")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from dolfingrip.experiments.results.outcome import Kind, Moment, judge
+from dolfingrip.experiments.results.outcome import Kind, Moment, Ring, decided, judge
 
 LIFT_S = 1.0
 
@@ -45,3 +45,49 @@ def test_a_run_that_ended_early_has_no_class_unless_it_is_clear() -> None:
     out = judge([*START, moment(1.2, 20, 0, 1, 0, x=30)], complete=False)
     assert out is not None
     assert out.kind is Kind.EJECTED
+
+
+RING = Ring(40.0, np.array([[-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]))
+"""A claw: nothing stands at x > 0."""
+
+
+def rolling(sign: float) -> list[Moment]:
+    """A thumb pushes it ever faster along x."""
+    return [
+        moment(0.5 + 0.1 * i, 20, 1, 1.0, x=sign * x) for i, x in enumerate([1, 4, 8, 13, 19, 26])
+    ]
+
+
+def test_what_rolls_out_between_fingers_is_ejected_though_one_pushes_it() -> None:
+    out = judge([*START[:1], *rolling(1.0)], complete=False, ring=RING)
+    assert out is not None
+    assert out.kind is Kind.EJECTED
+    assert decided([*START[:1], *rolling(1.0)], RING)
+    # towards a finger it may yet be held
+    assert not decided([*START[:1], *rolling(-1.0)], RING)
+    beyond = [*START[:1], *rolling(-1.0), moment(1.5, 20, 1, 1.0, x=-45)]
+    assert decided(beyond, RING)
+
+
+def test_a_run_that_ends_while_it_is_squeezed_out() -> None:
+    out = judge([*START[:1], *rolling(1.0)[:4]], complete=False, ring=RING)
+    assert out is not None
+    assert out.kind is Kind.EJECTED
+    assert "50 mm/s, 13 mm away (the computation ended there)" in out.sentence
+
+
+def test_a_run_that_ends_in_the_lift_has_the_class_of_its_last_step() -> None:
+    up = judge([*START, moment(1.5, 19.8, 2, 0, 9)], complete=False)
+    down = judge([*START, moment(1.5, 18, 1, 0.9, 0)], complete=False)
+    undecided = judge([*START, moment(1.1, 19.8, 1, 0.5, 0)], complete=False)
+    assert up is not None
+    assert up.kind is Kind.PICKED_UP
+    assert up.sentence.endswith("(the computation ended there)")
+    assert down is not None
+    assert down.kind is Kind.NOT_LIFTED
+    assert undecided is None
+
+
+def test_what_is_lost_in_the_lift_is_decided() -> None:
+    assert decided([*START, moment(1.5, 19, 2, 0, 9), moment(1.6, 17, 0, 0, 8)])
+    assert not decided([*START, moment(1.5, 19, 2, 0, 9), moment(1.6, 17, 1, 0, 8)])

@@ -11,7 +11,8 @@ from mechanics import bodies, spheres
 from scipy.optimize import brentq, minimize_scalar
 
 from dolfingrip.config import KPA, Solver
-from dolfingrip.mechanics.newton.newton import Newton, Solve
+from dolfingrip.mechanics.newton.ending import Solve
+from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.path import LoadPath
 
@@ -78,8 +79,8 @@ def test_care_is_left_out_where_it_did_not_help(
     tried: list[tuple[bool, bool]] = []
     solve = newton.solve
 
-    def record(*guess: Any, damped: bool = False) -> Solve:
-        found = solve(*guess, damped=damped)
+    def record(*guess: Any, damped: bool = False, **given: Any) -> Solve:
+        found = solve(*guess, damped=damped, **given)
         tried.append((damped, found.converged))
         return found
 

@@ -7,9 +7,11 @@ import pytest
 from mechanics import bodies
 
 from dolfingrip.config import Solver
+from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Gradient
-from dolfingrip.mechanics.newton.newton import Ending, Newton
+from dolfingrip.mechanics.newton.ending import Ending, Solve
+from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.refreshing import AGAIN, DRIFTS, OVERSHOT, Refreshing
 
 
@@ -35,6 +37,12 @@ class Following(Term):
     def drift(self, dofs: np.ndarray) -> float:
         now = self._now(dofs)
         return abs(self.force - now) / max(abs(now), 1e-9)
+
+    def held(self) -> float:
+        return self.force
+
+    def hold(self, held: float) -> None:
+        self.force = held
 
 
 def pulled(share: float, restless: float = 0.0) -> tuple[bodies.Body, Following, Newton]:
@@ -106,3 +114,30 @@ def test_an_overshoot_is_not_followed() -> None:
     assert not rules.follows(1e-4, 1.0)
     rules.start()
     assert rules.follows(0.2, 1.0)  # a start that was predicted well
+
+
+def test_a_solve_that_was_led_astray_starts_once_more() -> None:
+    """From where it began, what terms hold included, and without what follows; once, or not."""
+    cube, term, newton = pulled(0.1)
+    starts: list[tuple[bool, np.ndarray, float]] = []
+    real = newton._iterate
+
+    def astray(guess: Guess | None, *, damped: bool, following: bool = True) -> Solve:
+        starts.append((following, cube.model.unknowns.local(), term.held()))
+        if following:
+            cube.u.x.array[:] += 0.3
+            term.hold(7.0)
+            newton._refreshing.overshot = True
+            return Solve(Ending.DIVERGED, 5)
+        return real(guess, damped=damped, following=following)
+
+    newton._iterate = astray  # type: ignore[method-assign]
+    solve = newton.solve()
+    assert solve.converged
+    assert [following for following, _, _ in starts] == [True, False]
+    np.testing.assert_array_equal(starts[0][1], starts[1][1])
+    assert starts[0][2] == starts[1][2]
+    assert solve.iterations > 5
+    starts.clear()
+    assert not newton.solve(again=False).converged
+    assert len(starts) == 1

@@ -143,7 +143,7 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
                 yield f"{section}.{name} was {old.get(name)}, now {new.get(name)}"
 
 
-def _put(config: dict[str, Any], path: str, value: float) -> None:
+def _put(config: dict[str, Any], path: str, value: float | str) -> None:
     """Set a key of nested dictionaries; a table that is absent, as of an effect, is added."""
     section, _, name = path.partition(".")
     config[section] = dict(config[section] or {})

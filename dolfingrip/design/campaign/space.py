@@ -15,8 +15,8 @@ from dolfingrip.config import ConfigError
 from dolfingrip.parameter import Parameter, named
 
 Points = Literal["grid", "sobol", "lhs"]
-Inputs = dict[str, float | int]
-"""One point: value by key of the configuration."""
+Inputs = dict[str, float | int | str]
+"""One point: value by key of the configuration; a choice is a text."""
 
 PAPER = ("morph.xi1=-0.2:1:16", "morph.xi2=-0.5:1:13")
 """The 208 evenly spaced points of the paper."""
@@ -105,7 +105,7 @@ def points(
         if number is None or number < 1:
             raise ConfigError(f"--points {kind}: --number = {number}; allowed: at least 1")
         shares = _samples(len(parameters), kind, number, seed)
-    found = [
+    found: list[Inputs] = [
         {p.key: p.value(float(share)) for p, share in zip(parameters, row, strict=True)}
         for row in shares
     ]

@@ -18,7 +18,7 @@ COLUMNS = (
     *(f"normal_{letter}_N" for letter in LETTERS),
     *(f"lift_{letter}_N" for letter in LETTERS),
     *("table_N", "slip_mm", "contact_pressure_kPa", "force_closure"),
-    *("friction_mJ", "momentum_error_N"),
+    *("pressure_mJ", "friction_mJ", "energy_error_mJ", "momentum_error_N"),
 )
 """Of a grasp alone; ``GraspReadings.read`` in ``rigs/grasp_readings.py`` tells what they mean."""
 
@@ -30,6 +30,18 @@ AWAY_MM = 15.0
 
 BORNE = 0.01
 """Part of the weight on the table below which the fingers bear it."""
+
+PUSHED = 0.5
+"""Part of the weight on the table above which fingers that touch an object only push it."""
+
+LEAVING_MM_PER_S, LEAVING_STEPS = 20.0, 2
+"""Least speed, in so many last steps, of an object that is being squeezed out."""
+
+AHEAD = 0.5
+"""Cosine of the angle to an object's way within which a finger stands in it."""
+
+EARLY = " (the computation ended there)"
+"""Said of a class that rests on the last step of a run that ended early."""
 
 
 class Kind(StrEnum):
@@ -78,53 +90,148 @@ class Outcome:
     sentence: str
 
 
-def ejected(moments: Sequence[Moment]) -> Outcome | None:
-    """Whether the object has left the fingers sideways or upwards, before or in the lift."""
+@dataclass(frozen=True)
+class Ring:
+    """Where the fingers stand around the object, seen from above.
+
+    Attributes:
+        radius_mm: distance of the nearest finger's clamp from the middle. An object that lies on
+            the table beyond it has left the fingers, even where one of them still pushes it away.
+        outward: (k, 2) unit vectors from the middle to the fingers.
+    """
+
+    radius_mm: float
+    outward: np.ndarray
+
+    def is_open(self, way: np.ndarray) -> bool:
+        """Whether no finger stands in the way of what moves along (2,) ``way``."""
+        length = float(np.linalg.norm(way))
+        return bool((self.outward @ way < AHEAD * length).all())
+
+
+NOWHERE = Ring(np.inf, np.zeros((1, 2)))
+"""Fingers of which nothing is known."""
+
+
+def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> Outcome | None:
+    """Whether the object has left the fingers sideways or upwards, before or in the lift.
+
+    It has where none touches it any more; where it lies outside of them; and where it rolls out
+    between them, ever faster.
+
+    Args:
+        moments: all accepted steps so far, in order.
+        ring: where the fingers stand.
+    """
     touched = [moment for moment in moments if moment.fingers_N.any()]
-    if not touched or not moments:
+    if not touched:
         return None
-    last, start = moments[-1], moments[0]
-    way = last.centre_mm - start.centre_mm
-    sideways = float(np.linalg.norm(way[:2]))
-    if last.fingers_N.any() or max(sideways, way[2]) < AWAY_MM:
+    last, way = moments[-1], moments[-1].centre_mm - moments[0].centre_mm
+    sideways, upwards = float(np.linalg.norm(way[:2])), float(way[2])
+    on_table = last.table_part > PUSHED
+    away = max(sideways, upwards) >= AWAY_MM
+    gone = away and not last.fingers_N.any()
+    pushed = on_table and sideways >= ring.radius_mm
+    speed = _speed_mm_per_s(moments)
+    rolls = on_table and sideways >= AWAY_MM and speed > 0 and ring.is_open(way[:2])
+    if not (gone or pushed or (rolls and ring is not NOWHERE)):
         return None
     left = touched[-1].time_s
-    direction = "sideways" if sideways >= way[2] else "upwards"
-    far = max(sideways, float(way[2]))
-    said = f"squeezed out {direction} at {left:.2f} s; it is {far:.0f} mm away"
+    direction = "sideways" if sideways >= upwards else "upwards"
+    said = f"squeezed out {direction} at {left:.2f} s; it is {max(sideways, upwards):.0f} mm away"
     return Outcome(Kind.EJECTED, left, said)
 
 
-def judge(moments: Sequence[Moment], *, complete: bool) -> Outcome | None:
+def _speed_mm_per_s(moments: Sequence[Moment]) -> float:
+    """Of an object that leaves the middle of the fingers ever faster; else 0."""
+    last = moments[-LEAVING_STEPS - 1 :]
+    if len(last) <= LEAVING_STEPS:
+        return 0.0
+    places = np.array([moment.centre_mm[:2] - moments[0].centre_mm[:2] for moment in last])
+    rates = np.diff(np.linalg.norm(places, axis=1)) / np.diff([m.time_s for m in last])
+    faster = rates.min() >= LEAVING_MM_PER_S and rates[-1] >= rates[0]
+    return float(rates[-1]) if faster else 0.0
+
+
+def judge(moments: Sequence[Moment], *, complete: bool, ring: Ring = NOWHERE) -> Outcome | None:
     """The class of a grasp; None where it ended early and nothing is decided.
+
+    Where the computation ended early, the class is that of the last accepted step, as long as it
+    tells: the object is being squeezed out, or the lift has begun.
 
     Args:
         moments: all accepted steps, in order.
         complete: whether the last one is the end of the lift.
+        ring: where the fingers stand.
     """
-    out = ejected(moments)
+    out = ejected(moments, ring)
     if out is not None or not moments:
         return out
+    if not complete:
+        leaving = _leaving(moments)
+        if leaving is not None:
+            return leaving
     lift = [moment for moment in moments if moment.lifting]
     up = [m for m in lift if m.rise_mm > HELD_MM and m.table_part < BORNE and m.fingers_N.any()]
     last = moments[-1]
     if up and (last.table_part >= BORNE or not last.fingers_N.any()):
         time_s = up[-1].time_s
         return Outcome(Kind.DROPPED, time_s, f"lost at {time_s:.2f} s, {up[-1].rise_mm:.0f} mm up")
-    if not complete:
+    if not complete and not (up or _left_behind(moments)):
         return None
+    early = "" if complete else EARLY
     if not up:
         said = "stayed on the table; " + (
             f"the fingers bore {100 * (1 - last.table_part):.0f} % of its weight at the end"
             if last.fingers_N.any()
             else "no finger touched it at the end"
         )
-        return Outcome(Kind.NOT_LIFTED, lift[0].time_s if lift else last.time_s, said)
-    before = [moment for moment in moments if not moment.lifting][-1]
-    sunk = [m for m in lift if before.centre_mm[2] - m.centre_mm[2] > HELD_MM]
+        time_s = lift[0].time_s if lift else last.time_s
+        return Outcome(Kind.NOT_LIFTED, time_s, said + early)
+    return _borne(moments, up[0].time_s, early)
+
+
+def decided(moments: Sequence[Moment], ring: Ring = NOWHERE) -> bool:
+    """Whether the class will not change any more: the object has left the fingers.
+
+    Args:
+        moments: all accepted steps so far, in order.
+        ring: where the fingers stand.
+    """
+    if ejected(moments, ring) is not None:
+        return True
+    if not moments or moments[-1].fingers_N.any():
+        return False
+    return any(m.rise_mm > HELD_MM and m.table_part < BORNE for m in moments if m.lifting)
+
+
+def _borne(moments: Sequence[Moment], up_s: float, early: str) -> Outcome:
+    """Picked up or slipped: the fingers bear the object at the end."""
+    last, before = moments[-1], [moment for moment in moments if not moment.lifting][-1]
     fallen = float(before.centre_mm[2] - last.centre_mm[2])
+    lift = [moment for moment in moments if moment.lifting]
+    sunk = [m for m in lift if before.centre_mm[2] - m.centre_mm[2] > HELD_MM]
     if sunk:
         said = f"sank by {fallen:.1f} mm against the fingers, and is held"
-        return Outcome(Kind.SLIPPED, sunk[0].time_s, said)
+        return Outcome(Kind.SLIPPED, sunk[0].time_s, said + early)
     said = f"lifted by {last.rise_mm:.0f} mm; it moved by {abs(fallen):.2g} mm against the fingers"
-    return Outcome(Kind.PICKED_UP, up[0].time_s, said)
+    return Outcome(Kind.PICKED_UP, up_s, said + early)
+
+
+def _leaving(moments: Sequence[Moment]) -> Outcome | None:
+    """Whether the object was on its way out of the fingers, ever faster, at the last step."""
+    way = moments[-1].centre_mm - moments[0].centre_mm
+    sideways, speed = float(np.linalg.norm(way[:2])), _speed_mm_per_s(moments)
+    if speed <= 0 or sideways < HELD_MM:
+        return None
+    said = f"on its way out sideways at {speed:.0f} mm/s, {sideways:.0f} mm away"
+    return Outcome(Kind.EJECTED, moments[-1].time_s, said + EARLY)
+
+
+def _left_behind(moments: Sequence[Moment]) -> bool:
+    """Whether the table has taken the object along by more than it may rise unnoticed."""
+    lift = [moment for moment in moments if moment.lifting]
+    if not lift:
+        return False
+    before = [moment for moment in moments if not moment.lifting][-1]
+    return float(before.centre_mm[2] - lift[-1].centre_mm[2]) > HELD_MM

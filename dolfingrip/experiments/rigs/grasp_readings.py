@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from dolfingrip.experiments.results.outcome import COLUMNS, LETTERS, Moment
+from dolfingrip.experiments.rigs.grasp_energy import EnergyBook
 from dolfingrip.experiments.rigs.gripper import GripperModel
 from dolfingrip.mechanics.contact import force_closure
 from dolfingrip.mechanics.contact.surface import Surface
@@ -43,7 +44,7 @@ class GraspReadings:
         self._start = Rotation.from_rotvec(pose[3:])
         self._velocity = np.zeros(3)
         self._slip_mm = np.zeros(len(LETTERS))
-        self._friction_mJ = 0.0
+        self._energy = EnergyBook(gripper)
         self._momentum_error_N = 0.0
         self.moments: list[Moment] = []
 
@@ -67,8 +68,7 @@ class GraspReadings:
             if weight > 0:
                 mean = float(sliding.normal_N[mine] @ sliding.slid_mm[mine]) / weight
                 self._slip_mm[i] += mean
-        self._friction_mJ += gripper.rubbing.dissipated_mJ(dofs)
-        self._friction_mJ += gripper.table_rubbing.dissipated_mJ(dofs)
+        self._energy.book()
         self._balance(before)
         q = gripper.pose.coordinates
         weight_N = float(np.linalg.norm(gripper.motion.weight_N))
@@ -151,8 +151,10 @@ class GraspReadings:
         ``normal_A_N`` is the sum of the normal forces of finger A, ``lift_A_N`` the vertical part
         of all its forces on the object; ``slip_mm`` how far the finger that slid most has slid over
         the food so far, in the mean of its points by normal force; ``force_closure`` see
-        :func:`~dolfingrip.mechanics.contact.force_closure.margin`; ``friction_mJ`` what sliding has
-        taken so far; ``momentum_error_N`` the largest |m Δv/h − ΣF| of all steps.
+        :func:`~dolfingrip.mechanics.contact.force_closure.margin`; ``pressure_mJ`` the work of the
+        pressure, ``friction_mJ`` what sliding has taken, and ``energy_error_mJ`` what the books
+        lack, all so far, see :class:`~.grasp_energy.EnergyBook`; ``momentum_error_N`` the largest
+        |m Δv/h − ΣF| of all steps.
         """
         gripper = self._gripper
         q = gripper.pose.coordinates
@@ -171,7 +173,8 @@ class GraspReadings:
             *self.normal_N(),
             *self.on_object_N()[:, 2],
             *(float(gripper.table.load_N()[2]), float(self._slip_mm.max()), pressure, closure),
-            *(self._friction_mJ, self._momentum_error_N),
+            *(self._energy.pressure_mJ, self._energy.friction_mJ),
+            *(self._energy.error_mJ, self._momentum_error_N),
         )
         return {column: float(value) for column, value in zip(COLUMNS, values, strict=True)}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,51 +12,22 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip.mechanics.contact.advance import KEPT, Path, reach
-from dolfingrip.mechanics.contact.density import Density, Felt
+from dolfingrip.mechanics.contact.density import Density
 from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
+from dolfingrip.mechanics.contact.near import Near, curvatures, slopes
 from dolfingrip.mechanics.contact.node_set import NodeSet
 from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.skin_points import SkinPoints
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.pose import SIX, Pose
-from dolfingrip.mechanics.model.rotation import Rotation, rotation
+from dolfingrip.mechanics.model.rotation import rotation
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
 AROUND = 2.0
 """Distances from a ball around a shape, by the barrier's width, from which on none is felt: twice
 what an exact distance needs, as a sampled one is only nearly as steep."""
-
-
-class Near(NamedTuple):
-    """Points that feel the body.
-
-    Attributes:
-        rows: (n,) which of the points.
-        arms: (n, 3) from the body's centre, x − c.
-        areas: (n,).
-        turned: the body's rotation.
-        distances: from the body, in its frame.
-        felt: the barrier there.
-    """
-
-    rows: np.ndarray
-    arms: np.ndarray
-    areas: np.ndarray
-    turned: Rotation
-    distances: Distances
-    felt: Felt
-
-    @property
-    def forces(self) -> np.ndarray:
-        """(n, 3) derivatives of Π by the points in the body's frame (N)."""
-        return (self.areas * self.felt.slope)[:, None] * self.distances.gradient
-
-    @property
-    def moment(self) -> np.ndarray:
-        """(3, 3) M with which R(θ) : M has the derivatives of Π by θ, forces held fast."""
-        return np.asarray(self.arms.T @ self.forces)
 
 
 class RigidContact(Term):
@@ -137,15 +108,10 @@ class RigidContact(Term):
         near = self.near(dofs)
         return float(self._sum(float(near.areas @ near.felt.energy)))
 
-    def _slopes(self, near: Near) -> tuple[np.ndarray, np.ndarray]:
-        """Derivatives by the near points (n, 3), and this rank's by the pose (6,)."""
-        at_points = near.forces @ near.turned.matrix.T
-        return at_points, np.concatenate([-at_points.sum(axis=0), near.turned.slopes(near.moment)])
-
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives by the points and by the pose (N, N mm)."""
         near = self.near(dofs)
-        at_points, by_pose = self._slopes(near)
+        at_points, by_pose = slopes(near)
         nodes = self.points.nodes[near.rows]
         gradient.at_nodes[nodes] += self.points.to_reference(at_points, near.rows)
         if self.pose.free:
@@ -153,41 +119,12 @@ class RigidContact(Term):
 
     def load_N(self, dofs: np.ndarray) -> np.ndarray:
         """(6,) force (N) and moment-like derivative (N mm) on the body, of the whole."""
-        return -self._copies * np.asarray(self._sum(self._slopes(self.near(dofs))[1]))
-
-    def _curvatures(self, near: Near, *, convex: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Second derivatives: at points (n, 3, 3), with the pose (n, 3, 6), the pose's own (6, 6).
-
-        Args:
-            near: the points.
-            convex: without the parts of the distance's and the rotation's curvature.
-        """
-        normal, r = near.distances.gradient, near.turned.matrix
-        curved = (near.areas * near.felt.curvature)[:, None, None] * (
-            normal[:, :, None] * normal[:, None, :]
-        )
-        if not convex:
-            tension = (near.areas * near.felt.slope)[:, None, None]
-            curved = curved + tension * near.distances.hessian
-        # how the points move in the body's frame as it turns: y_j = R_ij (x − c)_i
-        turning = np.einsum("ni,kij->njk", near.arms, near.turned.first)
-        at_points = np.einsum("ij,njl,ml->nim", r, curved, r)
-        by_turn = np.einsum("ij,njl,nlk->nik", r, curved, turning)
-        own = np.einsum("njk,njl,nlm->km", turning, curved, turning)
-        if not convex:
-            by_turn = by_turn + np.einsum("kij,nj->nik", near.turned.first, near.forces)
-            own = own + near.turned.curvatures(near.moment)
-        within = np.zeros((SIX, SIX))
-        within[:3, :3] = at_points.sum(axis=0)
-        within[:3, 3:] = -by_turn.sum(axis=0)
-        within[3:, :3] = within[:3, 3:].T
-        within[3:, 3:] = own
-        return at_points, np.concatenate([-at_points, by_turn], axis=2), within
+        return -self._copies * np.asarray(self._sum(slopes(self.near(dofs))[1]))
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """At this rank's points; with the pose where it is solved for."""
         near = self.near(dofs)
-        at_points, with_pose, within = self._curvatures(near, convex=convex)
+        at_points, with_pose, within = curvatures(near, convex=convex)
         at_points = self.points.to_reference(at_points, near.rows)
         at_points = self.points.to_reference(at_points.transpose(0, 2, 1), near.rows)
         with_pose = self.points.to_reference(with_pose, near.rows)
@@ -277,12 +214,12 @@ class RigidContact(Term):
             velocity: of the displacement's reference nodes (mm for each unit of a parameter).
         """
         near = self.near(dofs)
-        at_points, with_pose, _ = self._curvatures(near, convex=False)
+        at_points, with_pose, _ = curvatures(near, convex=False)
         moving = self.points.displacement(velocity)[near.rows]
         grown = near._replace(areas=self.points.area_rates(velocity)[near.rows])
-        slopes, by_pose = self._slopes(grown)  # linear in the areas
+        at_near, by_pose = slopes(grown)  # linear in the areas
         at_nodes = np.zeros((self.points.owned, NODE))
-        changed = slopes + np.einsum("nij,nj->ni", at_points, moving)
+        changed = at_near + np.einsum("nij,nj->ni", at_points, moving)
         at_nodes[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
         return at_nodes, by_pose + np.einsum("nik,ni->k", with_pose, moving)
 
@@ -290,13 +227,13 @@ class RigidContact(Term):
         """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
         near = self.near(dofs)
         found = np.zeros((self.points.owned, NODE))
-        changed = self._curvatures(near, convex=False)[1] @ motion
+        changed = curvatures(near, convex=False)[1] @ motion
         found[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
         return found
 
     def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
         """(6, 6) this rank's part of the second derivatives by the pose."""
-        return self._curvatures(self.near(dofs), convex=False)[2]
+        return curvatures(self.near(dofs), convex=False)[2]
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the points by ``change`` (local array, mm); None: put them back."""

@@ -147,6 +147,16 @@ class RigidMotion(Term):
             found += float(np.vdot(rotation(q[3:]).matrix, m))
         return self._share * found
 
+    def kinetic_mJ(self) -> float:
+        """Kinetic energy of the whole body at the end of the present load step; 0 at rest."""
+        if self._step_s <= 0:
+            return 0.0
+        q = self.pose.coordinates
+        velocity = (q[:3] - self._start[:3]) / self._step_s
+        turning = (rotation(q[3:]).matrix - rotation(self._start[3:]).matrix) / self._step_s
+        turned = float(np.einsum("ij,jk,ik->", turning, self._moment, turning))
+        return N_PER_KG_MM_S2 / 2 * (self.body.mass_kg * float(velocity @ velocity) + turned)
+
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add forces (N) and moments (N mm)."""
         q = self.pose.coordinates

@@ -12,7 +12,7 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
 
 CLOSE: Final = 1e-4
-"""Part of the residual that a step's equations may be off by."""
+"""Part of the residual that a step's equations may be off by, where nothing else is asked for."""
 
 MOST: Final = 8
 """Solves for a step beyond the first."""
@@ -38,9 +38,11 @@ class FollowingStep:
     Args:
         model: at the state of r and K.
         tangent: K.
+        close: part of the residual that the equations may be off by.
     """
 
-    def __init__(self, model: Model, tangent: PETSc.Mat) -> None:
+    def __init__(self, model: Model, tangent: PETSc.Mat, close: float = CLOSE) -> None:
+        self._close = close
         self._model = model
         self._tangent = tangent
         dofs = model.u.x.array
@@ -66,7 +68,7 @@ class FollowingStep:
         solve(matrix, right, solution)
         left, more, trial, error = (right.duplicate() for _ in range(4))
         off, careful = self._error(right, solution, left), False
-        enough = CLOSE * right.norm()
+        enough = self._close * right.norm()
         best, least = solution.copy(), off
         for _ in range(MOST):
             if off <= enough or not np.isfinite(off):

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.model.model import INVERTED, Model
+from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.condensation import Condensation
 from dolfingrip.mechanics.newton.damping import Damping
+from dolfingrip.mechanics.newton.ending import REASON, Solve, ending_of
 from dolfingrip.mechanics.newton.factors import Factors
-from dolfingrip.mechanics.newton.following import FollowingStep
+from dolfingrip.mechanics.newton.following import CLOSE, FollowingStep
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.refreshing import Refreshing
@@ -30,45 +30,6 @@ PREFIX = "dolfingrip_"
 
 DAMPED = 3
 """Factor on ``max_iterations`` for a damped solve."""
-
-REASON = {
-    Verdict.GO_ON: PETSc.SNES.ConvergedReason.CONVERGED_ITERATING,
-    Verdict.CONVERGED: PETSc.SNES.ConvergedReason.CONVERGED_FNORM_RELATIVE,
-    Verdict.NOT_A_NUMBER: PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN,
-    Verdict.STUCK: PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH,
-    Verdict.HOPELESS: PETSc.SNES.ConvergedReason.DIVERGED_DTOL,
-}
-
-
-class Ending(StrEnum):
-    """How a solve ended."""
-
-    CONVERGED = "converged"
-    ITERATIONS = "iteration limit"
-    DIVERGED = "diverged"
-    INVERTED = "inverted"
-    BLOCKED = "blocked by contact"
-    SINGULAR = "singular tangent"
-
-
-@dataclass(frozen=True, slots=True)
-class Solve:
-    """Outcome of one solve.
-
-    Attributes:
-        ending: converged, or why not.
-        iterations: Newton iterations taken.
-        unstable: a damped solve met states that are not stable.
-    """
-
-    ending: Ending
-    iterations: int
-    unstable: bool = False
-
-    @property
-    def converged(self) -> bool:
-        """Whether the residual met its tolerance."""
-        return self.ending is Ending.CONVERGED
 
 
 class Newton:
@@ -84,6 +45,7 @@ class Newton:
         damped: damped solves since the start that converged.
         worst_guess: a guess is left out whose residual is more than so many times the start's, as
             in contact, which an extrapolation may press together or take apart.
+        close: part of the residual that a step which normal forces follow may leave.
     """
 
     def __init__(
@@ -111,6 +73,7 @@ class Newton:
         self._condensation = None if model.p is None else Condensation(model)
         self._damped = False
         self.worst_guess = np.inf
+        self.close = CLOSE
         self._before: Mapping[str, float] = {}
         self._snes = self._make_snes()
 
@@ -118,7 +81,7 @@ class Newton:
         """A solver of another model with the same settings; its counts begin with these."""
         made = Newton(model, self.settings, self.profile)
         made.iterations, made.damped = self.iterations, self.damped
-        made.worst_guess = self.worst_guess
+        made.worst_guess, made.close = self.worst_guess, self.close
         made._factors.count, made._damping.count = self._factors.count, self._damping.count
         return made
 
@@ -189,7 +152,7 @@ class Newton:
             return None
         # a contact without pairs holds no force that might fail to follow
         self._refreshing.followed = any(term.held() is not None for term in self.model.terms)
-        step = FollowingStep(self.model, self.tangent.matrix)
+        step = FollowingStep(self.model, self.tangent.matrix, self.close)
         return step if step.any else None
 
     @contextmanager
@@ -254,6 +217,7 @@ class Newton:
         *,
         damped: bool = False,
         before: Mapping[str, float] | None = None,
+        again: bool = True,
     ) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
@@ -267,18 +231,19 @@ class Newton:
             before: controls of the present state, time excluded, where it is in equilibrium: with
                 them the first tangent is that of the equilibrium path. A pressure without the
                 stress that bears it would soften it.
+            again: allow that second start; a caller that halves its step instead forbids it.
         """
         here = self.model.unknowns.local()
         held = [(term, now) for term in self.model.terms if (now := term.held()) is not None]
         self._before = before or {}
         solve = self._iterate(guess, damped=damped)
-        if not solve.converged and self._refreshing.overshot:
+        if again and not solve.converged and self._refreshing.overshot:
             self.model.unknowns.set_local(here)
             for term, then in held:
                 term.hold(then)
             self._before = before or {}
-            again = self._iterate(guess, damped=damped, following=False)
-            solve = replace(again, iterations=solve.iterations + again.iterations)
+            second = self._iterate(guess, damped=damped, following=False)
+            solve = replace(second, iterations=solve.iterations + second.iterations)
         self.damped += damped and solve.converged
         return solve
 
@@ -311,7 +276,7 @@ class Newton:
         iterations = self._snes.getIterationNumber()
         self.iterations += iterations
         return Solve(
-            self._ending(self._snes.getConvergedReason()),
+            ending_of(self._snes.getConvergedReason(), self._globalisation),
             iterations,
             self._damping.unstable,
         )
@@ -346,16 +311,3 @@ class Newton:
         self._snes.getKSP().getPC().setPythonContext(solver)
         most = self.settings.max_iterations
         self._snes.setTolerances(max_it=DAMPED * most if damped else most)
-
-    def _ending(self, reason: int) -> Ending:
-        reasons = PETSc.SNES.ConvergedReason
-        if reason > 0:
-            return Ending.CONVERGED
-        if self._globalisation.stuck:
-            inverted = self._globalisation.bound == INVERTED
-            return Ending.INVERTED if inverted else Ending.BLOCKED
-        if reason == reasons.DIVERGED_MAX_IT:
-            return Ending.ITERATIONS
-        if reason == reasons.DIVERGED_LINEAR_SOLVE:
-            return Ending.SINGULAR
-        return Ending.DIVERGED

@@ -11,7 +11,8 @@ from typing import Protocol
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.state import State
-from dolfingrip.mechanics.newton.newton import Ending, Newton, Solve
+from dolfingrip.mechanics.newton.ending import Ending, Solve
+from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.predictor import Guess, Predictor
 
@@ -71,8 +72,10 @@ class LoadPath:
     Attributes:
         from_equilibrium: a step that starts without a predicted state has its first tangent with
             the controls of its start.
-        cuts_at_once: a step that fails is halved before it is damped, but for the last one tried:
-            where inertia follows a motion, short steps are easy ones.
+        cuts_at_once: a step that fails is halved before it starts again in another way or is
+            damped, but for the last one tried: where inertia follows a motion, short steps are
+            easy ones.
+        over: called after each accepted step; where it says so, the path ends there.
     """
 
     def __init__(
@@ -93,6 +96,7 @@ class LoadPath:
         self.observers = observers
         self._damped = damped
         self.from_equilibrium = self.cuts_at_once = False
+        self.over: Callable[[], bool] = lambda: False
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
         self._shortest = settings.min_step_kPa / settings.max_step_kPa
@@ -144,6 +148,8 @@ class LoadPath:
                 good = self.model.state()
                 if solve.iterations <= COMFORTABLE:
                     self._length = min(2 * self._length, 1.0)
+                if self.over():
+                    break
                 continue
             away = solve.unstable and self._runs_away((reach - done) * whole, good)
             self.model.restore(good)
@@ -178,11 +184,11 @@ class LoadPath:
         target it is left out, but for the ``last`` step that is tried: beyond a limit point a
         damped solve takes many iterations to run away.
         """
+        before = None
         if self.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
-            solve = self.newton.solve(guess, before=before)
-        else:
-            solve = self.newton.solve(guess)
+        again = last or not self.cuts_at_once
+        solve = self.newton.solve(guess, before=before, again=again)
         gives_up = (self._lost or self.cuts_at_once) and not last
         if solve.converged or not self._damped or gives_up:
             return solve

@@ -1,0 +1,72 @@
+"""The energy book of a grasp: what goes in, what is stored, what friction takes."""
+
+from __future__ import annotations
+
+from dolfinx import fem
+from mpi4py import MPI
+
+from dolfingrip.config import KPA
+from dolfingrip.experiments.rigs.gripper import GripperModel
+from dolfingrip.mechanics.contact.friction import Friction
+from dolfingrip.mechanics.model import jit
+
+
+class EnergyBook:
+    """Books each accepted step of a gripper.
+
+    Stored are strain, barriers, what sticking friction holds elastically, weights, and the food's
+    motion. Pressure does ∫ p dV and the table ∫ F dz, both by the trapezoidal rule. What is left is
+    implicit Euler's damping, the rule's error, and what friction stores and loses as normal forces
+    change.
+
+    Args:
+        gripper: its model, as it starts.
+
+    Attributes:
+        pressure_mJ: work of the pressure since the first step.
+        table_mJ: that of the table on the food.
+        friction_mJ: what sliding has taken, never less than before.
+        error_mJ: growth of what is stored, less works, plus what friction took.
+    """
+
+    def __init__(self, gripper: GripperModel) -> None:
+        self._gripper = gripper
+        self._volume = fem.form(gripper.finger.enclosed, jit_options=jit.options())
+        self._last: tuple[float, float, float, float, float] | None = None
+        self.pressure_mJ = self.table_mJ = self.friction_mJ = self.error_mJ = 0.0
+
+    def book(self) -> None:
+        """Book the converged step that the model is at the end of."""
+        model, dofs = self._gripper.model, self._gripper.model.u.x.array
+        taken = sum(rubbing.dissipated_mJ(dofs) for rubbing in self._rubbing)
+        volume = float(model.comm.allreduce(fem.assemble_scalar(self._volume), MPI.SUM))
+        pressure = self._gripper.finger.cavity.value * KPA
+        force, height = self._table_N(), model.controls["table_z_mm"].value
+        stored = self._stored_mJ(taken) + pressure * volume
+        if self._last is not None:
+            before, then, pushed, place, was = self._last
+            pressing = (pressure + then) / 2 * (volume - before)
+            lifting = (force + pushed) / 2 * (height - place)
+            self.pressure_mJ += pressing
+            self.table_mJ += lifting
+            self.error_mJ += stored - was - pressing - lifting + taken
+        self.friction_mJ += taken
+        self._last = volume, pressure, force, height, stored
+
+    @property
+    def _rubbing(self) -> tuple[Friction, Friction]:
+        return self._gripper.rubbing, self._gripper.table_rubbing
+
+    def _table_N(self) -> float:
+        """Upward force of the table on the food."""
+        return float(self._gripper.table.load_N()[2])
+
+    def _stored_mJ(self, taken: float) -> float:
+        """What is stored, less p V, which the potential has as the pressure's."""
+        gripper, dofs = self._gripper, self._gripper.model.u.x.array
+        motion = gripper.motion
+        inert = (motion, *self._rubbing)
+        terms = [term for term in gripper.model.all_terms if not any(term is i for i in inert)]
+        elastic = sum(rubbing.value(dofs) for rubbing in self._rubbing) - taken
+        height_mJ = -float(motion.weight_N @ gripper.pose.coordinates[:3])
+        return sum(term.value(dofs) for term in terms) + elastic + height_mJ + motion.kinetic_mJ()

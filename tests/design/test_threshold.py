@@ -1,0 +1,109 @@
+"""The least value at which something succeeds, and the searches made of it, by made-up grasps."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign import pickup
+from dolfingrip.design.campaign.answer import Outcome
+from dolfingrip.design.campaign.threshold import Threshold, least
+
+SEED = 7
+
+
+def test_least_at_random() -> None:
+    """Against a scan of the whole grid; few trials where the start is near."""
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    for _ in range(200):
+        low, high = 1, int(rng.integers(2, 80))
+        edge, start = int(rng.integers(0, 90)), int(rng.integers(-5, 95))
+        tried: list[int] = []
+
+        def passes(place: int, edge: int = edge, tried: list[int] = tried) -> bool:
+            tried.append(place)
+            return place >= edge
+
+        found = least(passes, start, low, high)
+        good = [place for place in range(low, high + 1) if place >= edge]
+        bad = [place for place in range(low, high + 1) if place < edge]
+        assert found == Threshold(bad[-1] if bad else None, good[0] if good else None)
+        assert len(tried) <= 2 + 2 * np.log2(high + 1)
+        if start in (edge, edge - 1) and low < edge <= high:
+            assert len(tried) <= 2
+
+
+WEIGHT_N, PER_KPA = 0.37, 0.0065
+
+
+def grasp(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
+    """Invented: normal forces of 0.0065 N for each kPa beyond 5 kPa; friction bears the weight."""
+    pressure, mu = config["experiment"]["max_pressure_kPa"], config["food"]["friction"]
+    normal = PER_KPA * max(pressure - 5.0, 0.0)
+    outputs = {
+        "picked_up": float(mu * normal >= WEIGHT_N),
+        "normal_N": normal,
+        "weight_N": WEIGHT_N,
+        "outcome_s": 1.0,
+        "margin": 1.0,
+    }
+    return Outcome(outputs, curve={"outcome": "picked up" if outputs["picked_up"] else "slipped"})
+
+
+OBJECTIVE = f"{__name__}:grasp"
+
+
+def least_kPa(mu: float) -> float:
+    return WEIGHT_N / (mu * PER_KPA) + 5
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])
+@pytest.mark.parametrize("start", [60.0, 150.0, 300.0])
+def test_pickup_pressure(mu: float, start: float, tmp_path: Path) -> None:
+    base = Config().changed(food={"friction": mu})
+    trials = pickup.Trials(base, tmp_path, objective=OBJECTIVE)
+    found = pickup.pickup_pressure(trials, 5.0, start)
+    exact = least_kPa(mu)
+    if exact > 300:
+        assert found.least_kPa is None
+        return
+    assert found.fails_kPa is not None
+    assert found.least_kPa is not None
+    assert found.fails_kPa < exact <= found.least_kPa
+    assert found.least_kPa - found.fails_kPa == pytest.approx(5.0)
+    assert len(trials.made) <= 9
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])
+def test_calibration_recovers_friction(mu: float, tmp_path: Path) -> None:
+    measured = 5 * np.ceil(least_kPa(mu) / 5)
+    trials = pickup.Trials(Config(), tmp_path, objective=OBJECTIVE)
+    found = pickup.friction(trials, measured, 5.0, 0.002)
+    assert found.low - 0.002 <= mu <= found.high + 0.002
+    assert found.friction == pytest.approx(mu, abs=0.02)
+
+
+def test_a_search_goes_on_where_it_was_killed(tmp_path: Path) -> None:
+    """What is in the spool is not computed again; a torn file is none."""
+    first = pickup.Trials(Config(), tmp_path, objective=OBJECTIVE)
+    found = pickup.pickup_pressure(first, 5.0, 100.0)
+    assert all(trial.computed for trial in first.made)
+    spooled = sorted((tmp_path / "spool").glob("*.json"))
+    assert len(spooled) == len(first.made)
+    json.loads(spooled[0].read_text())
+    spooled[0].write_text("{")
+    again = pickup.Trials(Config(), tmp_path, objective=OBJECTIVE)
+    assert pickup.pickup_pressure(again, 5.0, 100.0) == found
+    assert sum(trial.computed for trial in again.made) == 1
+
+
+def test_no_friction_will_do(tmp_path: Path) -> None:
+    trials = pickup.Trials(Config(), tmp_path, objective=OBJECTIVE)
+    with pytest.raises(ConfigError, match="no friction up to 2 picks the food up"):
+        pickup.friction(trials, 20.0, 5.0, 0.05)
