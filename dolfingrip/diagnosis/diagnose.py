@@ -169,7 +169,7 @@ def diagnose_measurement(
 ) -> Diagnosis:
     """The same for readings that are there, with workers of the caller's."""
     settings.say("simulating the measurement as configured, and with each effect")
-    base = simulate_base(measurement, config, workers, effects=_tried(settings.effects))
+    base = simulate_base(measurement, config, workers, effects=tried(settings.effects))
     found = _name(measurement, base, workers, settings)
     doubts = [each.sentence() for each in suspicions(measurement, base.readings)]
     found.suspicions = doubts
@@ -196,7 +196,8 @@ def _check_effects(names: Sequence[str] | None) -> None:
             raise ConfigError(f"--effects {name}: allowed: {allowed}")
 
 
-def _tried(names: Sequence[str] | None) -> list[str]:
+def tried(names: Sequence[str] | None) -> list[str]:
+    """Names of the effects that are tried: the catalogue, or these, without nuisances."""
     every = [effect.name() for effect in EFFECTS] if names is None else names
     return [name for name in every if name not in NUISANCES]
 
