@@ -19,11 +19,11 @@ from pathlib import Path
 from dolfingrip.config import Config
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.design.campaign.cluster import Where
-from dolfingrip.diagnosis.diagnose import tried
 from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
+from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import StayingWorkers
 
 

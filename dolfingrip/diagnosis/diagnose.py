@@ -31,16 +31,14 @@ from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.inference.posterior import Posterior
 from dolfingrip.diagnosis.inference.verdict import Verdict
 from dolfingrip.diagnosis.model import area_spread, coupons_alone, modulus_parameter
+from dolfingrip.diagnosis.noise_check import NoiseDoubts, noise_doubts
 from dolfingrip.diagnosis.noise_model import NoiseModel, noise_model
 from dolfingrip.diagnosis.problem import Problem, index_of
 from dolfingrip.diagnosis.search import search
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.tried import check_effects, tried
 from dolfingrip.diagnosis.workers import staying
-from dolfingrip.extensions.index import EFFECTS
-
-NUISANCES: Final = ("pressure_gain", "pressure_offset", "plate_gap", "wall_offset")
-"""Effects that are nuisances already, with the same change of the readings: never a cause."""
 
 RIVAL: Final = 0.05
 """Probability by the leading effect's from which on an effect is worth being told apart."""
@@ -80,6 +78,7 @@ class Diagnosis:
         under: the verdict under each alone.
         models: probability of each.
         posterior: probabilities of all hypotheses, averaged over these models.
+        doubts: what speaks against the noise as believed.
         gain: errors on what was left out.
         next: additions, the best first.
         suspicions: slips of units, signs and columns, a question each.
@@ -96,6 +95,7 @@ class Diagnosis:
     under: Mapping[str, Verdict]
     models: Mapping[str, float]
     posterior: Posterior
+    doubts: NoiseDoubts
     gain: list[GainRow] = field(default_factory=list)
     next: list[worth.AdditionWorth] = field(default_factory=list)
     suspicions: list[str] = field(default_factory=list)
@@ -154,7 +154,7 @@ def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Setting
         ConfigError: one line, for bad data.
         SchedulerGone: the workers are gone; what was computed is kept.
     """
-    _check_effects(settings.effects)
+    check_effects(settings.effects)
     measurement, notes = selection.selected(measured.read(files, config), config)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress) as workers:
@@ -186,20 +186,6 @@ def diagnose_measurement(
             )
     _propose(found, config, workers, settings)
     return found
-
-
-def _check_effects(names: Sequence[str] | None) -> None:
-    known = [effect.name() for effect in EFFECTS]
-    for name in names or ():
-        if name not in known or name in NUISANCES:
-            allowed = ", ".join(each for each in known if each not in NUISANCES)
-            raise ConfigError(f"--effects {name}: allowed: {allowed}")
-
-
-def tried(names: Sequence[str] | None) -> list[str]:
-    """Names of the effects that are tried: the catalogue, or these, without nuisances."""
-    every = [effect.name() for effect in EFFECTS] if names is None else names
-    return [name for name in every if name not in NUISANCES]
 
 
 def _failures(base: BaseSimulation) -> list[str]:
@@ -245,6 +231,8 @@ def _name(
     thresholds = found[best].analysis.thresholds
     verdict = found[best].verdict(thresholds, posterior)
     under_each = {name: each.verdict(thresholds) for name, each in found.items()}
+    settings.say("checking the noise")
+    doubts = noise_doubts(found[best], fits, noise)
     warnings = [
         *fitter.failures,
         *_verdict_notes(verdict),
@@ -252,7 +240,7 @@ def _name(
     ]
     return Diagnosis(
         found[best].problem, noise, fits, found[best], verdict, under_each, models, posterior,
-        warnings=warnings, quick=settings.quick,
+        doubts, warnings=warnings, quick=settings.quick,
     )  # fmt: skip
 
 

@@ -85,6 +85,12 @@ class Noise(_Part):
     models: dict[str, float] = Field(description="probability of each model of the noise")
     verdicts: dict[str, str] = Field(description="the verdict under each alone")
     sentences: tuple[str, ...]
+    doubts: tuple[str, ...] = Field((), description="what speaks against the noise as believed")
+    too_small: bool = Field(False, description="whether it was believed too small")
+    correlated: bool = Field(False, description="whether it drifts along runs, though not believed")
+    if_not_believed: dict[str, float] = Field(
+        {}, description="probability of the noise as believed and of others, where it was told"
+    )
 
 
 class Gain(_Part):

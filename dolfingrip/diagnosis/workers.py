@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from dolfingrip.config import ConfigError
@@ -17,6 +17,10 @@ from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.shipped import Shipped
 
 
+class NotAtHand(Exception):
+    """Simulations would have to be computed; the text says how many."""
+
+
 @dataclass(frozen=True, slots=True)
 class StayingWorkers(Workers):
     """Workers whose processes are started when something is to be computed, and kept.
@@ -26,17 +30,25 @@ class StayingWorkers(Workers):
         addresses: of the scheduler, once there is one.
         spent_s: time that each simulation took, by its key.
         known: results that come with the package, which are entered instead of being computed.
+        computes: whether what is not there is computed.
     """
 
     stack: ExitStack = field(default_factory=ExitStack)
     addresses: list[str] = field(default_factory=list)
     spent_s: dict[str, float] = field(default_factory=dict)
     known: Shipped | None = None
+    computes: bool = True
 
     def results(self, jobs: Sequence[Job]) -> list[JobResult]:
         """As :meth:`Workers.results`."""
         self._enter_known(self._missing(jobs))
+        if not self.computes and (missing := self._missing(jobs)):
+            raise NotAtHand(f"{len(missing)} simulations are not at hand")
         return self._computed(jobs)
+
+    def at_hand(self) -> StayingWorkers:
+        """The same, which raise :class:`NotAtHand` where something is missing."""
+        return replace(self, computes=False)
 
     def _computed(self, jobs: Sequence[Job]) -> list[JobResult]:
         if not self.addresses and self._missing(jobs):

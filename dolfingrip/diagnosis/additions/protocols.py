@@ -23,12 +23,6 @@ SLOWER: Final = 10.0
 
 HOLD_s: Final = 60.0
 
-KINDS: Final = (
-    "unloading", "cycles", "slow_cycle", "hold", "tip", "blocked_angle", "gap", "orientation",
-    "coupon",
-)  # fmt: skip
-"""What a laboratory may be able to vary."""
-
 SETUP_MIN: Final[Mapping[str, float]] = {"ramp": 2.0, "coupon": 15.0, "camera": 10.0, "plate": 5.0}
 """Minutes that setting up takes, an engineering guess: what is mounted already, a new coupon, a
 camera, the plate or the clamp."""
@@ -45,7 +39,7 @@ class Proposal:
         name: in words.
         minutes: that it takes, set-up included.
         measurement: its readings to be, all 0.
-        kind: one of :data:`KINDS`.
+        kind: one of :data:`dolfingrip.diagnosis.data.rig.KINDS`.
         known_mesh: whether it is simulated on the mesh of the fits, where its simulations are
             there already; else on the ungraded one, which takes a third of the time.
     """
