@@ -3,12 +3,11 @@
 An effect of strength s (in standard deviations, nuisances fitted) makes the readings s u, u its
 whitened change of length 1. There the evidence of each effect, of none and of an unknown smooth
 cause is a closed form; the least s from which on the effect has probability :data:`CLAIM` is what
-it takes to name it. With strengths a from the prior N(0, σ²) it is named in 2 Φ(−a₀/σ) of cases.
+it takes to name it. The share of cases in which it is named is the prior's mass of such strengths.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -18,6 +17,7 @@ from scipy.special import logsumexp, ndtr
 
 from dolfingrip.diagnosis.inference.arrays import Vector
 from dolfingrip.diagnosis.inference.bound import CLAIM
+from dolfingrip.diagnosis.inference.candidate import Candidate
 from dolfingrip.diagnosis.inference.classes import TIED
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights, LogPriors
 from dolfingrip.diagnosis.inference.screen import Screen
@@ -28,7 +28,7 @@ STRENGTHS: Final = np.geomspace(1.0, 300.0, 80)
 """σ."""
 
 LARGEST: Final = 5.0
-"""Strengths of more standard deviations of the prior do not occur."""
+"""Strengths of so many times the root mean square of the prior do not occur."""
 
 
 @dataclass(frozen=True)
@@ -96,19 +96,21 @@ def _naming(i: int, screen: Screen, unknown: SmoothMisfit, priors: LogPriors) ->
     tied[i] = True
     tied &= screen.visible[:, None]
     together = np.exp(logsumexp(np.where(tied, logs, -np.inf), axis=0) - total)
-    named, of_class = _crossing(alone), _crossing(together)
+    strengths: Vector = np.asarray(STRENGTHS / length, dtype=float)
+    occurs = strengths <= LARGEST * spread
+    named, of_class = (
+        _least(strengths[occurs], probability[occurs]) for probability in (alone, together)
+    )
     at_ordinary = 0.5 * sigma**2 * (1 - cosines**2) < TIED
     twins = [
         other.name
         for j, other in enumerate(screen.candidates)
         if j != i and at_ordinary[j] and screen.visible[j]
     ]
+    mass = _mass(strengths, candidate)
     return Naming(
-        candidate.name, label, sigma,
-        _within(named / length, spread),
-        None if _within(named / length, spread) is None else named,
-        _within(of_class / length, spread),
-        _share(named / length, spread), _share(of_class / length, spread), tuple(twins),
+        candidate.name, label, sigma, named, None if named is None else named * length, of_class,
+        float(mass @ (alone >= CLAIM)), float(mass @ (together >= CLAIM)), tuple(twins),
     )  # fmt: skip
 
 
@@ -122,21 +124,28 @@ def _cosines(direction: Vector, screen: Screen, one_sided: bool) -> Vector:
     return found
 
 
-def _crossing(probability: Vector) -> float:
-    """Least strength (σ) from which on the probability stays above the claim; infinite if never."""
-    below = np.flatnonzero(probability < CLAIM)
-    if not below.size:
-        return float(STRENGTHS[0])
-    last = int(below[-1])
-    if last + 1 == len(STRENGTHS):
-        return math.inf
-    return float(np.exp(np.interp(CLAIM, probability[last : last + 2],
-                                  np.log(STRENGTHS[last : last + 2]))))  # fmt: skip
+def _least(strengths: Vector, probability: Vector) -> float | None:
+    """Least strength that is claimed, interpolated; None if none is."""
+    above = np.flatnonzero(probability >= CLAIM)
+    if not above.size:
+        return None
+    first = int(above[0])
+    if first == 0:
+        return float(strengths[0])
+    pair = slice(first - 1, first + 1)
+    return float(np.exp(np.interp(CLAIM, probability[pair], np.log(strengths[pair]))))
 
 
-def _within(strength: float, spread: float) -> float | None:
-    return strength if strength <= LARGEST * spread else None
+def _mass(strengths: Vector, candidate: Candidate) -> Vector:
+    """Prior probability of a strength about each of these, of either sign where it may have."""
+    edges = np.sqrt(strengths[1:] * strengths[:-1])
 
+    def below(size: Vector) -> Vector:
+        up = ndtr((size - candidate.mean) / candidate.spread)
+        down = ndtr((-size - candidate.mean) / candidate.spread)
+        if not candidate.one_sided:
+            return np.asarray(up - down)
+        start = ndtr(-candidate.mean / candidate.spread)
+        return np.asarray((up - start) / (1 - start))
 
-def _share(strength: float, spread: float) -> float:
-    return float(2 * ndtr(-strength / spread)) if math.isfinite(strength) else 0.0
+    return np.diff(np.concatenate([[below(strengths[:1])[0]], below(edges), [1.0]]))
