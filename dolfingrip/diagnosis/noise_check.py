@@ -34,7 +34,8 @@ class NoiseDoubts:
         models: probability of the noise as believed and of others; empty where it was not told.
         under: the verdict under each of them.
         sentences: what was found; empty where the noise is as believed.
-        too_small, correlated: whether the noise is larger, drifts along runs.
+        too_small: whether the noise is larger than believed.
+        correlated: whether it drifts along runs, though it was believed independent.
     """
 
     check: NoiseCheck
@@ -56,8 +57,10 @@ def noise_doubts(conclusion: Conclusion, fits: Fits, noise: NoiseModel) -> Noise
     """
     check = _check(conclusion, fits)
     sentences = check.notes()
+    independent = not any(each.correlated_std for each in noise.noise.values())
+    left_alike = check.correlated and independent
     if len(noise.others) > 1:
-        return NoiseDoubts(check, {}, {}, tuple(sentences), check.too_small, check.correlated)
+        return NoiseDoubts(check, {}, {}, tuple(sentences), check.too_small, left_alike)
     problem = conclusion.problem
     tried = alternatives.alternatives(noise.noise, part_of_run_s(problem.index))
     found = {alternatives.BELIEVED: conclusion}
@@ -81,7 +84,7 @@ def noise_doubts(conclusion: Conclusion, fits: Fits, noise: NoiseModel) -> Noise
     )
     return NoiseDoubts(
         check, models, under if doubted else {}, tuple(sentences),
-        check.too_small or larger, check.correlated or drifting,
+        check.too_small or larger, left_alike or (drifting and independent),
     )  # fmt: skip
 
 

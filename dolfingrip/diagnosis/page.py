@@ -65,7 +65,7 @@ def _head(result: outcome.Diagnosis) -> list[str]:
         first += f" That {who} takes part, perhaps beside something else: {chance}."
     if result.suspicions:
         first += f" But check the data first: {result.suspicions[0]}"
-    if result.noise.doubts:
+    if result.noise.too_small or result.noise.correlated:
         first += f" But the noise is not as believed: {result.noise.doubts[0]}."
     best = next((f for f in result.fits if f.effects and set(f.effects) <= {
         *result.verdict.effects, *result.verdict.second}), None)  # fmt: skip
