@@ -14,6 +14,8 @@ from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure
 
 FAINTEST = 0.3
 """Strengths (σ) below which a bar ends."""
+START = FAINTEST / 3
+"""Where bars begin, outside the picture."""
 ROW = 0.19
 """Height of an effect's line, in inches."""
 
@@ -46,7 +48,7 @@ def _effects(ax: Axes, effects: list[dict[str, Any]]) -> None:
         for each in rows
     ]
     names = [each["effect"].replace("_", " ") for each in rows]
-    ax.barh(names, [max(each["strength_sigma"], FAINTEST) for each in rows], left=FAINTEST / 3,
+    ax.barh(names, [max(each["strength_sigma"], FAINTEST) - START for each in rows], left=START,
             color=colours)  # fmt: skip
     first = True
     for place, each in enumerate(rows):

@@ -74,6 +74,11 @@ def share(found: Sequence[Naming]) -> float:
     return float(np.mean([each.share for each in found]))
 
 
+def share_of_classes(found: Sequence[Naming]) -> float:
+    """Part of the effects whose class is named."""
+    return float(np.mean([each.class_share for each in found]))
+
+
 def _naming(i: int, screen: Screen, unknown: SmoothMisfit, priors: LogPriors) -> Naming:
     candidate = screen.candidates[i]
     own = np.flatnonzero(screen.owner == i)

@@ -60,6 +60,7 @@ class Plan(_Part):
     readings: int
     minutes: float = Field(description="that the protocol takes, without setting up")
     share: float = Field(description="part of the effects named, strengths from their priors")
+    class_share: float = Field(description="part of the effects whose class is named")
     effects: tuple[Effect, ...] = Field(description="the strongest first")
     additions: tuple[Addition, ...] = Field(description="the best per minute first")
     warnings: tuple[str, ...] = ()
@@ -84,6 +85,7 @@ def outcome_of(found: planning.Plan) -> Plan:
         readings=found.readings,
         minutes=found.minutes,
         share=found.share,
+        class_share=found.class_share,
         effects=tuple(Effect(**vars(each)) for each in found.effects),
         additions=tuple(Addition(**vars(each)) for each in found.additions),
         warnings=tuple(found.warnings),
@@ -94,19 +96,20 @@ def text(result: Plan) -> str:
     """One page."""
     rig = ", ".join(result.experiments)
     lines = [
-        f"# {rig}: {100 * result.share:.0f} % of the effects of the catalogue would be named",
+        f"# {rig}: {100 * result.share:.0f} % of the effects of the catalogue would be named, "
+        f"{100 * result.class_share:.0f} % up to effects that change these readings alike",
         "",
         f"{result.readings} readings in {result.minutes:.1f} minutes of pressure. Strengths from "
         f"their priors; named: probability at least {CLAIM}.",
         "",
-        "| effect | ordinary strength | σ | named from (× ordinary) | named | not told from |",
-        "|---|---|---|---|---|---|",
+        "| effect | ordinary strength | σ | from (× ordinary) | named | its class | not told from |",
+        "|---|---|---|---|---|---|---|",
     ]
     for each in result.effects:
         least = "–" if each.named_from is None else f"{each.named_from:.2g}"
         lines.append(
             f"| {each.effect} | {each.ordinary} | {each.strength_sigma:.1f} | {least} | "
-            f"{each.share:.2f} | {_listed(each.confused_with)} |"
+            f"{each.share:.2f} | {each.class_share:.2f} | {_listed(each.confused_with)} |"
         )
     if result.additions:
         lines += [

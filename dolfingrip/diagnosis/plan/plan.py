@@ -10,7 +10,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.plan.naming import Naming, namings, share
+from dolfingrip.diagnosis.plan.naming import Naming, namings, share, share_of_classes
 from dolfingrip.diagnosis.plan.readings import joined, simulated
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import NotAtHand, staying
@@ -66,6 +66,7 @@ class Plan:
         minutes: that the protocol takes, without setting up.
         effects: what the rig says about each.
         share: part of the effects that it names, strengths drawn from their priors.
+        class_share: part whose class it names: effects that these readings cannot tell apart.
         additions: the best first.
         warnings: what could not be judged, and why.
     """
@@ -75,6 +76,7 @@ class Plan:
     minutes: float
     effects: Sequence[Naming]
     share: float
+    class_share: float
     additions: Sequence[AdditionPlan]
     warnings: Sequence[str] = field(default_factory=tuple)
 
@@ -120,7 +122,8 @@ def plan(
     lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
     return Plan(
         tuple(test.experiment for test in measurement.tests), len(measurement.listed()),
-        float(lasting), found, before, sorted(additions, key=lambda a: -a.gain_per_minute),
+        float(lasting), found, before, share_of_classes(found),
+        sorted(additions, key=lambda a: -a.gain_per_minute),
         (*measurement.warnings, *failed),
     )  # fmt: skip
 
