@@ -24,6 +24,7 @@ from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.noise import noise as instrument_noise
 from dolfingrip.diagnosis.data.suspicion import suspicions
+from dolfingrip.diagnosis.downstream import Downstream, compare, read_campaign
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.gain.gain import GainRow, claimed, gains
 from dolfingrip.diagnosis.hypothesis import Hypothesis
@@ -53,6 +54,7 @@ class Settings:
         store: folder of the simulations; within the results' where None.
         quick: stop after the screen.
         effects: names of those that are tried; the whole catalogue where None.
+        campaign: folder of a campaign whose best designs are computed with the extended model.
         say: told what is being done.
         progress: called with each simulation that is done.
     """
@@ -61,6 +63,7 @@ class Settings:
     store: Path | None = None
     quick: bool = False
     effects: Sequence[str] | None = None
+    campaign: Path | None = None
     say: Callable[[str], None] = lambda text: None
     progress: Callable[[Standing], None] = lambda standing: None
 
@@ -81,6 +84,7 @@ class Diagnosis:
         doubts: what speaks against the noise as believed.
         gain: errors on what was left out.
         next: additions, the best first.
+        downstream: what the extended model changes about a campaign's best designs.
         suspicions: slips of units, signs and columns, a question each.
         warnings: what else to beware of, a sentence each.
         quick: whether it stopped after the screen.
@@ -98,6 +102,7 @@ class Diagnosis:
     doubts: NoiseDoubts
     gain: list[GainRow] = field(default_factory=list)
     next: list[worth.AdditionWorth] = field(default_factory=list)
+    downstream: Downstream | None = None
     suspicions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     quick: bool = False
@@ -155,13 +160,27 @@ def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Setting
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     check_effects(settings.effects)
+    if settings.campaign:
+        read_campaign(settings.campaign)
     measurement, notes = selection.selected(measured.read(files, config), config)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress) as workers:
         found = diagnose_measurement(measurement, config, workers, settings)
         found.simulated_s = sum(workers.spent_s.values())
+        if settings.campaign and found.best.effects and not settings.quick:
+            settings.say("computing the campaign's best designs with the extended model")
+            _compare_downstream(found, settings.campaign, config, out / "campaign", workers)
     found.warnings = [*notes, *found.warnings]
     return found
+
+
+def _compare_downstream(
+    found: Diagnosis, folder: Path, config: Config, out: Path, workers: Workers
+) -> None:
+    try:
+        found.downstream = compare(folder, config, found.best, out, workers.where)
+    except ConfigError as error:
+        found.warnings.append(f"--campaign {folder}: {error}")
 
 
 def diagnose_measurement(

@@ -45,6 +45,8 @@ def text(result: outcome.Diagnosis) -> str:
             f"{'yes' if each.splits else 'no'} |"
             for each in result.next_experiments
         ]
+    if result.downstream:
+        lines += _downstream(result.downstream)
     lines += ["", "## Noise", "", *(f"- {each}" for each in result.noise.sentences)]
     if not result.noise.sentences:
         lines.append("- as the laboratory tells it")
@@ -53,6 +55,20 @@ def text(result: outcome.Diagnosis) -> str:
         doubts = [*result.suspicions, *result.warnings]
         lines += ["", "## Beware", "", *(f"- {each}" for each in doubts)]
     return "\n".join(lines) + "\n"
+
+
+def _downstream(found: outcome.Downstream) -> list[str]:
+    lines = ["", "## Best designs of the campaign", "", f"{found.sentence}.", "",
+             "| design | force before (N) | after | φ before | after |",
+             "|---|---|---|---|---|"]  # fmt: skip
+    for each in found.designs:
+        place = ", ".join(f"{key} = {value:.3g}" for key, value in each.inputs.items())
+        force = "–" if each.force_after_N is None else f"{each.force_after_N:.3g}"
+        phi = "–" if each.phi_after is None else f"{each.phi_after:.1%}"
+        lines.append(
+            f"| {place} | {each.force_before_N:.3g} | {force} | {each.phi_before:.1%} | {phi} |"
+        )
+    return lines
 
 
 def _head(result: outcome.Diagnosis) -> list[str]:

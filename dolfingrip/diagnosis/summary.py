@@ -143,6 +143,7 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
             )
             for each in found.next
         ),
+        downstream=_downstream(found),
         suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
         extended=_changes(config, found),
@@ -160,6 +161,18 @@ def _verdict(found: Diagnosis) -> outcome.Verdict:
         probability=min(max(verdict.probability, 0.0), 1.0),
         takes_part=min(found.takes_part, 1.0),
         sentence=verdict.sentence(),
+    )
+
+
+def _downstream(found: Diagnosis) -> outcome.Downstream | None:
+    own = found.downstream
+    if own is None:
+        return None
+    return outcome.Downstream(
+        original_before_N=own.original_before_N,
+        original_after_N=own.original_after_N,
+        designs=tuple(outcome.DesignChange(**vars(each)) for each in own.designs),
+        sentence=own.sentence(),
     )
 
 

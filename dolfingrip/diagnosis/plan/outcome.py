@@ -102,7 +102,7 @@ def text(result: Plan) -> str:
         f"{result.readings} readings in {result.minutes:.1f} minutes of pressure. Strengths from "
         f"their priors; named: probability at least {CLAIM}.",
         "",
-        "| effect | ordinary strength | σ | from (× ordinary) | named | its class | not told from |",
+        "| effect | ordinary strength | σ | from × ordinary | named | its class | not told from |",
         "|---|---|---|---|---|---|---|",
     ]
     for each in result.effects:
