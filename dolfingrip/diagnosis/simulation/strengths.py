@@ -41,8 +41,8 @@ ALIKE: Final[Mapping[str, tuple[str, ...]]] = {
     "mullins": ("m_MPa", "beta"),
     "temperature_drift": ("tau_s",),
 }
-"""Parameters that fits find, but that are tried at one value: on the reference finger all changes by
-them have a cosine of at least 0.996 with one another, nuisances fitted (softening on the first
+"""Parameters that fits find, but that are tried at one value: on the reference finger all changes
+by them have a cosine of at least 0.996 with one another, nuisances fitted (softening on the first
 cycle, warming on three), and they took a third of the screen's iterations."""
 
 LEFT_OUT: Final = ("coarse_mesh",)
