@@ -23,6 +23,7 @@ from dolfingrip.cli import (
     morph_command,
     optimise_command,
     pickup_commands,
+    plan_command,
     reproduce_command,
     study_command,
     train_command,
@@ -38,7 +39,8 @@ INTERRUPTED = 130
 ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
-    *("pickup", "friction", "mesh", "morph", "config", "extensions", "synthetic", "diagnose"),
+    *("pickup", "friction", "mesh", "morph", "config", "extensions"),
+    *("synthetic", "diagnose", "plan-experiment"),
     *("doe", "train", "optimise", "study", "reproduce"),
 )
 """Subcommands in the order in which a new user needs them."""
@@ -66,6 +68,7 @@ for _name, _command in pickup_commands.COMMANDS.items():
     app.command(_name)(_command)
 app.command("synthetic")(experiment_commands.synthetic_measurement)
 app.command("diagnose")(diagnose_command.diagnose)
+app.command("plan-experiment")(plan_command.plan_experiment)
 app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
 app.command("extensions")(extensions_command.extensions)

@@ -29,6 +29,10 @@ def diagnose(
         str | None,
         typer.Option(metavar="NAME,NAME,…", help="Effects to try; default: the whole catalogue."),
     ] = None,
+    campaign: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Of designs: the best by the extended model, too."),
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Stop after the screen.")] = False,
 ) -> None:
     """Find out what the simulation gets wrong about measured data, and why."""
@@ -46,7 +50,7 @@ def diagnose(
     try:
         with progress.shown(screen, "simulations", at_once=True) as show:
             settings = work.Settings(
-                workers, store, quick, names,
+                workers, store, quick, names, campaign,
                 lambda text: screen.print(text, soft_wrap=True),
                 lambda standing: show(
                     standing.done + standing.failed, standing.total, f"{standing.failed} failed"

@@ -35,17 +35,18 @@ class Show(Protocol):
 
 
 class Pace:
-    """Rate and time left, from what is done after the first call."""
+    """Rate and time left, from what is done after the first call, or the first of another total."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._first: tuple[float, int] | None = None
+        self._total = 0
 
     def text(self, done: int, total: int) -> str:
         """E.g. ``5.9 a minute, 0:27:10 left``; nothing at first."""
         now = self._clock()
-        if self._first is None:
-            self._first = now, done
+        if self._first is None or total != self._total:
+            self._first, self._total = (now, done), total
         start, before = self._first
         if done == before or now <= start:
             return ""

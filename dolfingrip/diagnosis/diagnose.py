@@ -24,6 +24,7 @@ from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.noise import noise as instrument_noise
 from dolfingrip.diagnosis.data.suspicion import suspicions
+from dolfingrip.diagnosis.downstream import Downstream, compare, read_campaign
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.gain.gain import GainRow, claimed, gains
 from dolfingrip.diagnosis.hypothesis import Hypothesis
@@ -31,16 +32,14 @@ from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.inference.posterior import Posterior
 from dolfingrip.diagnosis.inference.verdict import Verdict
 from dolfingrip.diagnosis.model import area_spread, coupons_alone, modulus_parameter
+from dolfingrip.diagnosis.noise_check import NoiseDoubts, noise_doubts
 from dolfingrip.diagnosis.noise_model import NoiseModel, noise_model
 from dolfingrip.diagnosis.problem import Problem, index_of
 from dolfingrip.diagnosis.search import search
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.tried import check_effects, tried
 from dolfingrip.diagnosis.workers import staying
-from dolfingrip.extensions.index import EFFECTS
-
-NUISANCES: Final = ("pressure_gain", "pressure_offset", "plate_gap", "wall_offset")
-"""Effects that are nuisances already, with the same change of the readings: never a cause."""
 
 RIVAL: Final = 0.05
 """Probability by the leading effect's from which on an effect is worth being told apart."""
@@ -55,6 +54,7 @@ class Settings:
         store: folder of the simulations; within the results' where None.
         quick: stop after the screen.
         effects: names of those that are tried; the whole catalogue where None.
+        campaign: folder of a campaign whose best designs are computed with the extended model.
         say: told what is being done.
         progress: called with each simulation that is done.
     """
@@ -63,6 +63,7 @@ class Settings:
     store: Path | None = None
     quick: bool = False
     effects: Sequence[str] | None = None
+    campaign: Path | None = None
     say: Callable[[str], None] = lambda text: None
     progress: Callable[[Standing], None] = lambda standing: None
 
@@ -80,8 +81,10 @@ class Diagnosis:
         under: the verdict under each alone.
         models: probability of each.
         posterior: probabilities of all hypotheses, averaged over these models.
+        doubts: what speaks against the noise as believed.
         gain: errors on what was left out.
         next: additions, the best first.
+        downstream: what the extended model changes about a campaign's best designs.
         suspicions: slips of units, signs and columns, a question each.
         warnings: what else to beware of, a sentence each.
         quick: whether it stopped after the screen.
@@ -96,8 +99,10 @@ class Diagnosis:
     under: Mapping[str, Verdict]
     models: Mapping[str, float]
     posterior: Posterior
+    doubts: NoiseDoubts
     gain: list[GainRow] = field(default_factory=list)
     next: list[worth.AdditionWorth] = field(default_factory=list)
+    downstream: Downstream | None = None
     suspicions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     quick: bool = False
@@ -154,14 +159,28 @@ def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Setting
         ConfigError: one line, for bad data.
         SchedulerGone: the workers are gone; what was computed is kept.
     """
-    _check_effects(settings.effects)
+    check_effects(settings.effects)
+    if settings.campaign:
+        read_campaign(settings.campaign)
     measurement, notes = selection.selected(measured.read(files, config), config)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress) as workers:
         found = diagnose_measurement(measurement, config, workers, settings)
         found.simulated_s = sum(workers.spent_s.values())
+        if settings.campaign and found.best.effects and not settings.quick:
+            settings.say("computing the campaign's best designs with the extended model")
+            _compare_downstream(found, settings.campaign, config, out / "campaign", workers)
     found.warnings = [*notes, *found.warnings]
     return found
+
+
+def _compare_downstream(
+    found: Diagnosis, folder: Path, config: Config, out: Path, workers: Workers
+) -> None:
+    try:
+        found.downstream = compare(folder, config, found.best, out, workers.where)
+    except ConfigError as error:
+        found.warnings.append(f"--campaign {folder}: {error}")
 
 
 def diagnose_measurement(
@@ -169,7 +188,7 @@ def diagnose_measurement(
 ) -> Diagnosis:
     """The same for readings that are there, with workers of the caller's."""
     settings.say("simulating the measurement as configured, and with each effect")
-    base = simulate_base(measurement, config, workers, effects=_tried(settings.effects))
+    base = simulate_base(measurement, config, workers, effects=tried(settings.effects))
     found = _name(measurement, base, workers, settings)
     doubts = [each.sentence() for each in suspicions(measurement, base.readings)]
     found.suspicions = doubts
@@ -186,19 +205,6 @@ def diagnose_measurement(
             )
     _propose(found, config, workers, settings)
     return found
-
-
-def _check_effects(names: Sequence[str] | None) -> None:
-    known = [effect.name() for effect in EFFECTS]
-    for name in names or ():
-        if name not in known or name in NUISANCES:
-            allowed = ", ".join(each for each in known if each not in NUISANCES)
-            raise ConfigError(f"--effects {name}: allowed: {allowed}")
-
-
-def _tried(names: Sequence[str] | None) -> list[str]:
-    every = [effect.name() for effect in EFFECTS] if names is None else names
-    return [name for name in every if name not in NUISANCES]
 
 
 def _failures(base: BaseSimulation) -> list[str]:
@@ -244,6 +250,8 @@ def _name(
     thresholds = found[best].analysis.thresholds
     verdict = found[best].verdict(thresholds, posterior)
     under_each = {name: each.verdict(thresholds) for name, each in found.items()}
+    settings.say("checking the noise")
+    doubts = noise_doubts(found[best], fits, noise)
     warnings = [
         *fitter.failures,
         *_verdict_notes(verdict),
@@ -251,7 +259,7 @@ def _name(
     ]
     return Diagnosis(
         found[best].problem, noise, fits, found[best], verdict, under_each, models, posterior,
-        warnings=warnings, quick=settings.quick,
+        doubts, warnings=warnings, quick=settings.quick,
     )  # fmt: skip
 
 

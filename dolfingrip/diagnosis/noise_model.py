@@ -89,8 +89,7 @@ def noise_model(
     if sizes and correlations:
         return NoiseModel(noise, {alternatives.BELIEVED: noise}, {alternatives.BELIEVED: 1.0},
                           tuple(sentences))  # fmt: skip
-    lasting = float(index.groupby("run")["time_s"].agg(np.ptp).median())
-    models = alternatives.alternatives(noise, max(PART_OF_RUN * lasting, 1e-3))
+    models = alternatives.alternatives(noise, part_of_run_s(index))
     if sizes:
         models = {k: models[k] for k in (alternatives.BELIEVED, alternatives.CORRELATED)}
     sentences.append(
@@ -102,6 +101,12 @@ def noise_model(
     return NoiseModel(
         noise, models, {name: alternatives.PRIOR[name] for name in models}, tuple(sentences)
     )
+
+
+def part_of_run_s(index: pd.DataFrame) -> float:
+    """Over which correlated noise is supposed to forget."""
+    lasting = float(index.groupby("run")["time_s"].agg(np.ptp).median())
+    return max(PART_OF_RUN * lasting, 1e-3)
 
 
 def _levelled(index: pd.DataFrame, value: Vector, simulated: Vector, place: np.ndarray) -> Vector:

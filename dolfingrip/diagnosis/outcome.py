@@ -85,6 +85,12 @@ class Noise(_Part):
     models: dict[str, float] = Field(description="probability of each model of the noise")
     verdicts: dict[str, str] = Field(description="the verdict under each alone")
     sentences: tuple[str, ...]
+    doubts: tuple[str, ...] = Field((), description="what speaks against the noise as believed")
+    too_small: bool = Field(False, description="whether it was believed too small")
+    correlated: bool = Field(False, description="whether it drifts along runs, though not believed")
+    if_not_believed: dict[str, float] = Field(
+        {}, description="probability of the noise as believed and of others, where it was told"
+    )
 
 
 class Gain(_Part):
@@ -113,6 +119,26 @@ class NextExperiment(_Part):
     splits: bool = Field(description="whether it is expected to tell all of them apart")
 
 
+class DesignChange(_Part):
+    """A design of a campaign, by the model before and by the extended one."""
+
+    inputs: dict[str, float]
+    cog_offset_mm: float
+    force_before_N: float
+    force_after_N: float | None = Field(description="null: the extended model fails")
+    phi_before: float = Field(description="force over the original finger's, less 1")
+    phi_after: float | None
+
+
+class Downstream(_Part):
+    """What the extended model changes about a campaign's best designs."""
+
+    original_before_N: float = Field(description="force of the original finger")
+    original_after_N: float
+    designs: tuple[DesignChange, ...] = Field(description="the best before first")
+    sentence: str
+
+
 class Diagnosis(_Part):
     """A diagnosis."""
 
@@ -134,6 +160,7 @@ class Diagnosis(_Part):
     gain: tuple[Gain, ...] = ()
     gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
     next_experiments: tuple[NextExperiment, ...] = ()
+    downstream: Downstream | None = None
     suspicions: tuple[str, ...] = Field((), description="slips of units, signs and columns")
     warnings: tuple[str, ...] = ()
     extended: Annotated[dict[str, Any], Field(description="what extended.toml changes")] = {}

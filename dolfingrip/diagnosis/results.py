@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis import extend, summary
+from dolfingrip.diagnosis import extend, page, summary
 from dolfingrip.diagnosis.diagnose import Diagnosis
 
 
@@ -39,7 +39,7 @@ def write(found: Diagnosis, config: Config, data: Sequence[Path], out: Path) -> 
         found.warnings.append(f"extended.toml is not written: {error}")
     result = summary.outcome_of(found, config, [str(file) for file in data])
     result.write(out / "diagnosis.json")
-    text = summary.text(result)
+    text = page.text(result)
     (out / "summary.md").write_text(text, encoding="utf-8")
     return Written(text, _pictures(found))
 

@@ -1,4 +1,4 @@
-"""What was found as data for ``diagnosis.json``, and as one page of text."""
+"""What was found as data for ``diagnosis.json``."""
 
 from __future__ import annotations
 
@@ -21,8 +21,6 @@ from dolfingrip.diagnosis.inference.significance import significance_table
 BANDS: Final = 5
 STEPS: Final = (1.0, 2.0, 2.5, 5.0, 10.0)
 """Widths of a band, times a power of ten."""
-
-CERTAIN: Final = 0.9
 
 IN_WORDS: Final = {"bending": "free bending", "blocked_force": "blocked", "coupon": "coupons"}
 
@@ -117,8 +115,15 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
             std={k: n.std for k, n in found.problem.noise.items()},
             correlated_std={k: n.correlated_std for k, n in found.problem.noise.items()},
             models=dict(found.models),
-            verdicts={name: each.sentence() for name, each in found.under.items()},
+            verdicts={
+                name: each.sentence()
+                for name, each in {**found.under, **found.doubts.under}.items()
+            },
             sentences=found.noise.sentences,
+            doubts=found.doubts.sentences,
+            too_small=found.doubts.too_small,
+            correlated=found.doubts.correlated,
+            if_not_believed=dict(found.doubts.models),
         ),
         nuisances=fitted_nuisances(found),
         gain=tuple(
@@ -138,6 +143,7 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
             )
             for each in found.next
         ),
+        downstream=_downstream(found),
         suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
         extended=_changes(config, found),
@@ -155,6 +161,18 @@ def _verdict(found: Diagnosis) -> outcome.Verdict:
         probability=min(max(verdict.probability, 0.0), 1.0),
         takes_part=min(found.takes_part, 1.0),
         sentence=verdict.sentence(),
+    )
+
+
+def _downstream(found: Diagnosis) -> outcome.Downstream | None:
+    own = found.downstream
+    if own is None:
+        return None
+    return outcome.Downstream(
+        original_before_N=own.original_before_N,
+        original_after_N=own.original_after_N,
+        designs=tuple(outcome.DesignChange(**vars(each)) for each in own.designs),
+        sentence=own.sentence(),
     )
 
 
@@ -188,108 +206,3 @@ def _changes(config: Config, found: Diagnosis) -> dict[str, Any]:
         for section, values in after.items()
         if isinstance(values, dict) and values != before.get(section)
     }  # fmt: skip
-
-
-def text(result: outcome.Diagnosis) -> str:
-    """One page; its first three lines are the verdict."""
-    lines = [*_head(result), "", "## Where the simulation is off (nuisances fitted)", ""]
-    lines += [f"- {each}" for each in result.sentences] or ["- nowhere"]
-    lines += ["", "## Classes of effects", "", "| effects | probability |", "|---|---|"]
-    lines += [
-        f"| {', '.join(each.effects)} | {_chance(each.probability)} |"
-        for each in result.classes
-        if each.probability >= 0.005
-    ]
-    lines += [f"| none | {_chance(result.none)} |", f"| unknown | {_chance(result.unknown)} |"]
-    if len(result.fits) > 1:
-        lines += [
-            "",
-            "## Fits",
-            "",
-            "| effects | ln evidence | parameters (90 %) |",
-            "|---|---|---|",
-        ]
-        for fit in sorted(result.fits, key=lambda fit: -fit.log_evidence):
-            numbers = "; ".join(
-                f"{p.key} = {p.value:.3g} ({p.low:.3g} to {p.high:.3g})" for p in fit.parameters
-            )
-            name = " with ".join(fit.effects) or "none"
-            lines.append(f"| {name} | {fit.log_evidence:.1f} | {numbers} |")
-    if result.gain:
-        lines += _gain(result)
-    if result.next_experiments:
-        lines += ["", "## Next experiment", "",
-                  "| experiment | minutes | expected ln Bayes factor | tells all apart |",
-                  "|---|---|---|---|"]  # fmt: skip
-        lines += [
-            f"| {each.name} | {each.minutes:.0f} | {each.gain:+.1f} | "
-            f"{'yes' if each.splits else 'no'} |"
-            for each in result.next_experiments
-        ]
-    lines += ["", "## Noise", "", *(f"- {each}" for each in result.noise.sentences)]
-    if not result.noise.sentences:
-        lines.append("- as the laboratory tells it")
-    if result.suspicions or result.warnings:
-        doubts = [*result.suspicions, *result.warnings]
-        lines += ["", "## Beware", "", *(f"- {each}" for each in doubts)]
-    return "\n".join(lines) + "\n"
-
-
-def _head(result: outcome.Diagnosis) -> list[str]:
-    """Verdict, how much it explains, and what to do next."""
-    verdict = result.verdict
-    first = f"# {verdict.sentence[0].upper()}{verdict.sentence[1:]}."
-    if verdict.takes_part > max(CERTAIN, verdict.probability):
-        chance = _chance(verdict.takes_part)
-        who = "one of them" if len(verdict.effects) > 1 else "it"
-        first += f" That {who} takes part, perhaps beside something else: {chance}."
-    if result.suspicions:
-        first += f" But check the data first: {result.suspicions[0]}"
-    best = next((f for f in result.fits if f.effects and set(f.effects) <= {
-        *result.verdict.effects, *result.verdict.second}), None)  # fmt: skip
-    if result.quick:
-        second = "Quick screen alone: nothing was fitted, strengths are linear estimates."
-    elif result.gain:
-        rows = result.gain
-        parts = [
-            f"{row.nuisances:.3g} → {row.cause:.3g} ({row.channel}, {row.left_out})"
-            for row in rows[:2]
-        ]
-        claim = "beats both rivals" if result.gain_claimed else "does not beat both rivals"
-        second = (
-            f"Error on left-out readings, nuisances refitted → cause: {', '.join(parts)}; {claim}."
-        )
-    elif best is None:
-        second = "Nothing was named, so the model stays as configured but for the fitted modulus."
-    else:
-        second = f"Fitted: {', '.join(f'{p.key} = {p.value:.3g}' for p in best.parameters)}."
-    third = "Next experiment: none is needed to tell effects apart."
-    if result.next_experiments:
-        one = result.next_experiments[0]
-        third = f"Next experiment: {one.name} ({one.minutes:.0f} minutes)."
-    elif result.verdict.answer == "none":
-        third = "Next experiment: none; the readings agree with the model within their noise."
-    elif result.verdict.answer == "unknown":
-        third = (
-            "Next experiment: repeat the measurement; look at the residuals for what is missing."
-        )
-    return [first, second, third]
-
-
-def _gain(result: outcome.Diagnosis) -> list[str]:
-    lines = ["", "## Error on readings that were left out (root mean square)", "",
-             "| left out | reading | as configured | nuisances refitted | process | cause (90 %) |",
-             "|---|---|---|---|---|---|"]  # fmt: skip
-    return [
-        *lines,
-        *(
-            f"| {row.left_out} ({row.folds}) | {row.channel} | {row.before:.3g} | "
-            f"{row.nuisances:.3g} | {row.process:.3g} | {row.cause:.3g} "
-            f"({row.cause_low:.3g} to {row.cause_high:.3g}) |"
-            for row in result.gain
-        ),
-    ]
-
-
-def _chance(p: float) -> str:
-    return f"{p:.2f}" if p < 0.995 else "> 0.99"

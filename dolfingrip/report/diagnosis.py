@@ -30,6 +30,10 @@ WIDEST = 40
 BANDS = 2.0
 """Half width of the noise band, in standard deviations."""
 MARKS = {"loading": "o", "unloading": "s", "hold": "^"}
+ACROSS = 3
+"""Panels side by side."""
+APART = 4
+"""Specimens up to which each has panels of its own."""
 
 
 def draw(data: Mapping[str, Any], out: Path) -> list[Path]:
@@ -49,10 +53,32 @@ def draw(data: Mapping[str, Any], out: Path) -> list[Path]:
 
 
 def _panels(readings: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:
-    return [
-        (str(experiment), str(channel), part)
-        for (experiment, channel), part in readings.groupby(["experiment", "channel"], sort=False)
-    ]
+    """Title, channel and rows of each panel: a reading of an experiment, and of a specimen."""
+    found = []
+    for (experiment, channel), part in readings.groupby(["experiment", "channel"], sort=False):
+        title = str(experiment).replace("_", " ")
+        specimens = list(dict.fromkeys(part["specimen"]))
+        if 1 < len(specimens) <= APART and experiment != "coupon":
+            for name in specimens:
+                own = part[part["specimen"] == name]
+                found.append((f"{title}, {name}", str(channel), own))
+        else:
+            found.append((title, str(channel), part))
+    return found
+
+
+def _grid(axes: Any, count: int) -> list[Axes]:
+    """The first ``count`` axes row by row; the rest are taken off."""
+    every: list[Axes] = list(axes.flat)
+    for ax in every[count:]:
+        ax.set_axis_off()
+    return every[:count]
+
+
+def _shape(count: int) -> tuple[int, int]:
+    """Rows and columns of so many panels."""
+    across = min(count, ACROSS)
+    return -(-count // across), across
 
 
 @contextmanager
@@ -73,8 +99,9 @@ def _over(part: pd.DataFrame) -> tuple[str, str]:
 
 def _overlay(data: Mapping[str, Any], path: Path) -> Path:
     panels = _panels(data["readings"])
-    with _figure(path, 1, len(panels), (4.6 * len(panels), 3.8)) as axes:
-        for ax, (experiment, channel, part) in zip(axes[0], panels, strict=True):
+    rows, across = _shape(len(panels))
+    with _figure(path, rows, across, (4.6 * across, 3.6 * rows)) as axes:
+        for ax, (title, channel, part) in zip(_grid(axes, len(panels)), panels, strict=True):
             over, label = _over(part)
             for branch, own in part.groupby("branch", sort=False):
                 ax.plot(own[over], own["value"], MARKS.get(str(branch), "o"), color=INK, ms=3,
@@ -83,9 +110,8 @@ def _overlay(data: Mapping[str, Any], path: Path) -> Path:
             _lines(ax, part, over, "before", "nuisances fitted", BLUE, "--")
             if data["cause"]:
                 _lines(ax, part, over, "after", f"with {data['cause']}", ORANGE, "-", band=True)
-            ax.set(xlabel=label, ylabel=LABELS.get(channel, channel),
-                   title=experiment.replace("_", " "))  # fmt: skip
-            ax.legend(loc="best")
+            ax.set(xlabel=label, ylabel=LABELS.get(channel, channel), title=title)
+            ax.legend(loc="best", fontsize=7)
     return path
 
 
@@ -103,30 +129,44 @@ def _lines(
 
 
 def _residuals(data: Mapping[str, Any], path: Path) -> Path:
+    """For each reading the residual with nuisances fitted, and below it that with the cause."""
     panels = _panels(data["readings"])
     kinds = [("before", "nuisances fitted", BLUE)]
     if data["cause"]:
         kinds.append(("after", f"with {data['cause']}", ORANGE))
-    with _figure(path, len(kinds), len(panels), (4.6 * len(panels), 2.8 * len(kinds))) as axes:
-        for column, (experiment, channel, part) in enumerate(panels):
-            over, label = _over(part)
-            for row, (name, title, colour) in enumerate(kinds):
-                ax = axes[row][column]
-                rest = part.sort_values(over)
-                ax.fill_between(rest[over], -BANDS * rest["noise"], BANDS * rest["noise"],
-                                color=PALE, alpha=0.6, lw=0, label="noise (2 std)")  # fmt: skip
-                for branch, own in part.groupby("branch", sort=False):
-                    ax.plot(own[over], own[name] - own["value"], MARKS.get(str(branch), "o"),
-                            color=colour, ms=3, mfc="none", mew=0.8, label=str(branch))  # fmt: skip
-                ax.axhline(0, color=INK, lw=0.8)
-                ax.set(
-                    xlabel=label,
-                    ylabel=f"Δ {LABELS.get(channel, channel)}",
-                    title=f"{experiment.replace('_', ' ')}: simulated − measured, {title}",
-                )
-                ax.title.set_fontsize(8)
-                ax.legend(loc="best")
+    rows, across = _shape(len(panels))
+    size = (4.6 * across, 2.6 * rows * len(kinds))
+    with _figure(path, rows * len(kinds), across, size) as axes:
+        for number, (title, channel, part) in enumerate(panels):
+            row, column = divmod(number, across)
+            pair = [axes[row * len(kinds) + kind][column] for kind in range(len(kinds))]
+            for ax, (name, what, colour) in zip(pair, kinds, strict=True):
+                _residual(ax, part, name, colour)
+                ax.set_ylabel(f"Δ {LABELS.get(channel, channel)}", fontsize=8)
+                ax.set_title(f"{title}, {what}", fontsize=8)
+            low = min(ax.get_ylim()[0] for ax in pair)
+            high = max(ax.get_ylim()[1] for ax in pair)
+            for ax in pair:
+                ax.set_ylim(low, high)
+        for number in range(len(panels), rows * across):
+            row, column = divmod(number, across)
+            for kind in range(len(kinds)):
+                axes[row * len(kinds) + kind][column].set_axis_off()
+        axes[0][0].figure.suptitle("Simulated − measured", fontsize=9)
     return path
+
+
+def _residual(ax: Axes, part: pd.DataFrame, name: str, colour: str) -> None:
+    over, label = _over(part)
+    rest = part.sort_values(over)
+    ax.fill_between(rest[over], -BANDS * rest["noise"], BANDS * rest["noise"],
+                    color=PALE, alpha=0.6, lw=0, label="noise (2 std)")  # fmt: skip
+    for branch, own in part.groupby("branch", sort=False):
+        ax.plot(own[over], own[name] - own["value"], MARKS.get(str(branch), "o"),
+                color=colour, ms=3, mfc="none", mew=0.8, label=str(branch))  # fmt: skip
+    ax.axhline(0, color=INK, lw=0.8)
+    ax.set(xlabel=label)
+    ax.legend(loc="best", fontsize=7)
 
 
 def _probabilities(data: Mapping[str, Any], path: Path) -> Path:
@@ -153,8 +193,9 @@ def _gain(data: Mapping[str, Any], path: Path) -> Path:
     bars = (("before", "as configured", PALE), ("nuisances", "nuisances refitted", BLUE),
             ("process", "process without cause", GREY),
             ("cause", "with the cause", ORANGE))  # fmt: skip
-    with _figure(path, 1, len(channels), (4.8 * len(channels), 3.4)) as axes:
-        for ax, channel in zip(axes[0], channels, strict=True):
+    down, across = _shape(len(channels))
+    with _figure(path, down, across, (4.8 * across, 3.4 * down)) as axes:
+        for ax, channel in zip(_grid(axes, len(channels)), channels, strict=True):
             rows = table[table["channel"] == channel]
             place = np.arange(len(rows))
             for number, (name, label, colour) in enumerate(bars):

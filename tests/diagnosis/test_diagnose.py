@@ -49,22 +49,39 @@ def diagnosed(file: Path, store: Path, *, quick: bool = False) -> Diagnosis:
     return diagnose_measurement(measurement, Config(), Here(store), settings)
 
 
+def white(rng: np.random.Generator, count: int, std_N: float = 0.05) -> np.ndarray:
+    return std_N * rng.standard_normal(count)
+
+
+def drifting(rng: np.random.Generator, count: int, readings: float = 12.0) -> np.ndarray:
+    """Of 0.05 N as it is told, but forgotten over so many readings only."""
+    keeps = np.exp(-1 / readings)
+    found = [rng.standard_normal()]
+    for fresh in rng.standard_normal(count - 1):
+        found.append(keeps * found[-1] + np.sqrt(1 - keeps**2) * fresh)
+    return 0.05 * np.array(found)
+
+
 def made(
-    folder: Path, *overrides: str, wrong: Callable[[np.ndarray], np.ndarray] = np.ones_like
+    folder: Path,
+    *overrides: str,
+    wrong: Callable[[np.ndarray], np.ndarray] = np.ones_like,
+    noise: Callable[[np.random.Generator, int], np.ndarray] = white,
+    told: str = TOLD,
 ) -> Path:
     """A coupon, up and down, simulated, multiplied by what is ``wrong``, and with noise."""
     config = load(None, ["experiment.unload=true", "coupon.step_strain=0.02", *overrides])
     curve = run("coupon", config)
     names = ("time_s", "displacement_mm", "force_N")
     time_s, travel_mm, force_N = (curve.column(name) for name in names)
-    noise_N = 0.05 * np.random.default_rng(SEED).standard_normal(len(force_N))
+    noise_N = noise(np.random.default_rng(SEED), len(force_N))
     print("seed", SEED)
     rows = zip(
         time_s, travel_mm, force_N * wrong(travel_mm / travel_mm.max()) + noise_N, strict=True
     )
     lines = ["time_s,displacement_mm,force_N", *(",".join(f"{x:.6g}" for x in row) for row in rows)]
     folder.mkdir(exist_ok=True)
-    return written(folder, "\n".join(lines) + "\n", TOLD)
+    return written(folder, "\n".join(lines) + "\n", told)
 
 
 @pytest.fixture(scope="module")
@@ -152,6 +169,36 @@ def test_what_no_effect_does_is_unknown(store: Path, tmp_path: Path) -> None:
     found = diagnosed(made(tmp_path, wrong=lambda x: 1 + 0.1 * np.sin(9 * x)), store)
     assert found.verdict.answer == "unknown"
     assert found.verdict.unknown > 0.9
+
+
+KNOWN = TOLD.partition("[noise.correlated]")[0] + "[nuisance]\nmaterial_law = 0.0\n"
+"""Independent noise of 0.05 N, and a law that is exact."""
+
+
+@pytest.mark.parametrize(
+    ("noise", "found"),
+    [
+        (white, (False, False)),
+        (lambda rng, count: white(rng, count, 0.075), (True, False)),
+        (drifting, (False, True)),
+    ],
+    ids=["as told", "1.5 times as large", "drifting"],
+)
+def test_noise_that_is_not_as_believed_is_noticed(
+    noise: Callable[[np.random.Generator, int], np.ndarray],
+    found: tuple[bool, bool],
+    store: Path,
+    tmp_path: Path,
+) -> None:
+    """Said in the first line of the page, and for programs."""
+    file = made(tmp_path, "coupon.step_strain=0.01", noise=noise, told=KNOWN)
+    diagnosis = diagnosed(file, store, quick=True)
+    text = write(diagnosis, Config(), [file], tmp_path).text
+    result = outcome.Diagnosis.read(tmp_path / "diagnosis.json").noise
+    print(result.doubts, result.if_not_believed)
+    assert (result.too_small, result.correlated) == found
+    assert ("noise is not as believed" in text.splitlines()[0]) == any(found)
+    assert bool(result.doubts) == any(found)
 
 
 def test_quick_fits_nothing(store: Path, ninjaflex: Diagnosis, tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -112,7 +112,8 @@ class SetupFile:
     """The TOML file beside a CSV.
 
     Args:
-        csv: the measured CSV.
+        csv: the measured CSV; or the TOML itself.
+        also: keys that others read.
 
     Attributes:
         file: of the TOML.
@@ -123,11 +124,13 @@ class SetupFile:
         ConfigError: one line: no such file, not TOML, or a value that is not allowed.
     """
 
-    def __init__(self, csv: Path) -> None:
+    def __init__(self, csv: Path, also: Sequence[str] = ()) -> None:
         self.file = csv.with_suffix(".toml")
         try:
             self._data = tomllib.loads(self.file.read_text(encoding="utf-8"))
         except FileNotFoundError:
+            if csv == self.file:
+                raise ConfigError(f"{csv}: no such file") from None
             raise ConfigError(
                 f"{self.file}: missing; allowed: a TOML file of the same stem beside {csv.name}, "
                 "with the set-up"
@@ -144,7 +147,8 @@ class SetupFile:
             f"{self.file}: {key} is not known and not used"
             + (f"; {hint.strip()}" if (hint := near(key, (*_DIRECT, *_TABLES))) else "")
             for key, value in self._data.items()
-            if key not in ("experiment", *_DIRECT, *_TABLES, *_NOTES) and not isinstance(value, str)
+            if key not in ("experiment", *_DIRECT, *_TABLES, *_NOTES, *also)
+            and not isinstance(value, str)
         ]
 
     def _refuse(self, what: str) -> ConfigError:

@@ -48,17 +48,25 @@ class Job:
     @property
     def key(self) -> str:
         """Hash of the content: of the same key is the same result."""
+        return content_key(self._content())
+
+    @property
+    def key_without_protocol(self) -> str:
+        """The same of all but the protocol and the derivatives."""
+        content = self._content()
+        del content["config"]["protocol"], content["gradients"]
+        return content_key(content)
+
+    def _content(self) -> dict[str, Any]:
         plain = self.config.model_dump(mode="json")
         felt = decisive(plain, digest_of(self.config.mesh.file))
         sections = _OF_COUPON if self.experiment == "coupon" else _OF_FINGER
-        return content_key(
-            {
-                "format": FORMAT,
-                "experiment": self.experiment,
-                "gradients": sorted(self.gradients),
-                "config": {name: felt[name] for name in sections},
-            }
-        )
+        return {
+            "format": FORMAT,
+            "experiment": self.experiment,
+            "gradients": sorted(self.gradients),
+            "config": {name: felt[name] for name in sections},
+        }
 
     def design(self) -> Design:
         """As the campaign's engine takes it."""

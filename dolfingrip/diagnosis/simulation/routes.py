@@ -1,7 +1,8 @@
 """The stops that a test asks for: the protocol in time, or one curve where history does not matter.
 
-Branches of up to :data:`MOST` rows are simulated at their rows. Of more rows :data:`MOST` stops are
-made and the rows are interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has
+Branches of up to :data:`MOST` rows are simulated at their rows, at round values where these were
+read with noise (:mod:`dolfingrip.diagnosis.simulation.nominal`). Of more rows :data:`MOST` stops
+are made and the rows are interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has
 :data:`MOST_OF_A_WAIT` stops that grow ever sparser. What is led is taken as one-directional within
 a ramp and constant within a wait, at the mean of what was read: the gauge's own noise is no motion
 of the finger.
@@ -18,6 +19,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.diagnosis.simulation import nominal
 from dolfingrip.diagnosis.simulation.legs import Leg, Route
 
 MOST: Final = 25
@@ -53,6 +55,7 @@ class Segment:
         time_s, value: of each row; time from the test's first row on where that is at rest. In a
             wait all values are their mean.
         leads_to: value of the wait that follows; NaN where none does.
+        rounds: whether stops are at round values: the values have a gauge's noise.
         size: largest value of the whole test.
         sigma: standard deviation of the gauge that reads the values.
     """
@@ -65,6 +68,7 @@ class Segment:
     size: float
     sigma: float
     leads_to: float = math.nan
+    rounds: bool = False
 
     @property
     def end(self) -> float:
@@ -118,10 +122,15 @@ def segments(rows: pd.DataFrame, led: str, sigma: float = 0.0) -> list[Segment]:
         if branch[a] == "hold":
             # where the ramp before it led to was read once more, as its last row
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
-            own = np.full(b - a, np.concatenate([before, own]).mean())
+            mean = float(np.concatenate([before, own]).mean())
+            spread = sigma / math.sqrt(b - a) if led == "pressure_kPa" else 0.0
+            own = np.full(b - a, nominal.end(mean, size / MOST, spread))
             if before.size and found[-1].branch != "hold":
                 found[-1] = replace(found[-1], leads_to=float(own[0]))
-        part = Segment(int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma)
+        noisy = sigma > 0 and led == "pressure_kPa"
+        part = Segment(
+            int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma, rounds=noisy
+        )
         found.append(part)
     return found
 
@@ -154,12 +163,14 @@ def elastic(tests: Sequence[Sequence[Segment]], led: str, headroom: float = 1.0)
     longest = max(ramps, key=lambda segment: len(segment.rows))
     if len(longest.rows) <= MOST:
         at = _rising([low, *np.sort(longest.value), high], CLOSEST * (high - low))
+        at = nominal.values(at, longest.sigma if longest.rounds else 0.0)
     else:
         at = np.linspace(low, high, MOST)
     core = len(at)
     if headroom > 1:
         more = max(round((headroom - 1) * high / max(float(np.median(np.diff(at))), 1e-12)), 1)
-        at = np.append(at, np.linspace(high, headroom * high, min(more, MOST) + 1)[1:])
+        last = float(at[-1])
+        at = np.append(at, np.linspace(last, headroom * last, min(more, MOST) + 1)[1:])
     rows = np.concatenate([segment.rows for segment in every])
     leg = Leg(np.arange(len(at)), at, rows, values, core)
     time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
@@ -234,7 +245,7 @@ def _ramp(
             found.append((last_s, last, segment.cycle, segment.branch))
     if not found:  # a ramp that does not move
         found.append((max(float(time_s[-1]), last_s), float(last), segment.cycle, segment.branch))
-    return found
+    return nominal.ramp(found, before, segment.sigma * segment.rounds, segment.leads_to)
 
 
 def _wait(

@@ -100,6 +100,29 @@ def test_rows_within_the_gauges_noise_are_averaged(tmp_path: Path) -> None:
     assert (np.diff(group.in_time.value) >= 0).all()
 
 
+def test_noise_of_the_gauge_moves_no_stop(tmp_path: Path) -> None:
+    """Led alike, read with other noise: the same simulations, at one rate."""
+    told = "[noise]\npressure_kPa = 0.5\n"
+    (exact,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config())
+    measurement = measured(tmp_path, cycle("A", 6, 4, sigma=0.5), told)
+    (noisy,) = groups(measurement, Config())
+    assert noisy.in_time.value == exact.in_time.value
+    assert noisy.in_time.time_s == exact.in_time.time_s
+    assert tuple(noisy.long_curve.value) == tuple(exact.long_curve.value)
+    # rows are read where they were read
+    rows = noisy.in_time.at_rows(np.array(noisy.in_time.value), len(measurement.readings))
+    told_kPa = measurement.readings["pressure_kPa"].to_numpy()
+    ramps = (measurement.readings["branch"] != "hold").to_numpy()
+    np.testing.assert_allclose(rows[ramps], told_kPa[ramps], atol=1e-9)
+
+
+def test_a_turn_stays_where_noise_does_not_explain_it(tmp_path: Path) -> None:
+    lines = [f"A,1,loading,{p / 10:.4f},{p},1" for p in (0.1, 21.0, 43.0, 63.0, 83.7)]
+    (group,) = groups(measured(tmp_path, lines, "[noise]\npressure_kPa = 0.1\n"), Config())
+    np.testing.assert_allclose(group.in_time.value, [0.0, 20.0, 45.0, 65.0, 83.7])
+    np.testing.assert_allclose(group.in_time.time_s, np.array(group.in_time.value) / 10, atol=0.02)
+
+
 def test_specimens_share_what_they_went_through_alike(tmp_path: Path) -> None:
     lines = cycle("A", 6, 4) + cycle("B", 6, 4) + cycle("C", 6, 4, rate=2.0)
     found = groups(measured(tmp_path, lines), Config())

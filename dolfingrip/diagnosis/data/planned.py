@@ -1,0 +1,73 @@
+"""Rows of tests that are still to be made: protocols, every reading 0."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.diagnosis.data.columns import NUMBERS
+from dolfingrip.diagnosis.data.measurement import SpecimenTest
+
+UP_DOWN: Final = ("loading", "unloading")
+
+HOLD_READINGS: Final = 5
+"""Readings of a wait, ever farther apart."""
+
+
+def cycles(count: int, *, unload: bool = True) -> list[tuple[str, int]]:
+    """Branch and cycle of so many ramps up, and down where there is more than one or asked."""
+    branches = UP_DOWN if unload or count > 1 else UP_DOWN[:1]
+    return [(branch, cycle) for cycle in range(1, count + 1) for branch in branches]
+
+
+def rows(
+    test: SpecimenTest,
+    way: Iterable[tuple[str, int]],
+    ramp: Sequence[float] | np.ndarray,
+    rate: float,
+    columns: Sequence[str],
+    *,
+    hold_s: float = 60.0,
+    start_s: float = 0.0,
+    at_rest: bool = False,
+) -> pd.DataFrame:
+    """Rows of a protocol, as in ``Measurement.readings``.
+
+    Args:
+        test: that they are of; its ``led`` column is led.
+        way: branches, each with the number of its cycle; a ``hold`` is at the highest value.
+        ramp: (m,) values that are read at while loading, rising, above 0.
+        rate: of ramps, in the unit of ``ramp`` per second.
+        columns: that are read.
+        hold_s: duration of a wait.
+        start_s: when it begins.
+        at_rest: whether there is a reading before it begins.
+    """
+    values = np.asarray(ramp, dtype=float)
+    found: list[dict[str, Any]] = []
+    time_s, here = start_s, 0.0
+    for number, (branch, cycle) in enumerate(way):
+        if branch == "hold":
+            waits = hold_s * (np.arange(1, HOLD_READINGS + 1) / HOLD_READINGS) ** 2
+            steps = [(here, time_s + wait) for wait in waits]
+        else:
+            up = np.append(0.0, values) if at_rest and not number else values
+            steps = []
+            for value in up if branch == "loading" else np.append(values[-2::-1], 0.0):
+                time_s += abs(value - here) / rate
+                here = float(value)
+                steps.append((here, time_s))
+        time_s = float(steps[-1][1])
+        found += [
+            {
+                "line": 0, "test": test.number, "experiment": test.experiment,
+                "specimen": test.specimen, "cycle": cycle, "branch": branch,
+                **dict.fromkeys(NUMBERS, np.nan), "time_s": moment, test.led: value,
+                **dict.fromkeys(columns, 0.0),
+            }
+            for value, moment in steps
+        ]  # fmt: skip
+    return pd.DataFrame(found)

@@ -1,0 +1,136 @@
+"""A rig: what a laboratory could measure, before anything is measured.
+
+A TOML file as beside a measurement (:mod:`dolfingrip.diagnosis.data.lab_setup`), with a table of
+how it would be led and read:
+
+    experiment = ["bending", "blocked_force"]
+    rate_kPa_per_s = 25.0
+    [noise]
+    angle_deg = 0.3
+    [protocol]
+    cycles = 3
+    tip = true                     # the camera sees the tip's place, too
+    can_vary = ["hold", "coupon"]  # what could be added
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import numpy as np
+import pandas as pd
+from pydantic import Field
+
+from dolfingrip.config import Config, ConfigError, checked
+from dolfingrip.diagnosis.data import planned
+from dolfingrip.diagnosis.data.lab_setup import LabSetup, SetupFile
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.experiments.synthetic import NOISE
+from dolfingrip.sections.section import Section
+
+EXPERIMENTS: Final = ("bending", "blocked_force")
+"""Those of the paper."""
+
+KINDS: Final = (
+    "unloading", "cycles", "slow_cycle", "hold", "tip", "blocked_angle", "gap", "orientation",
+    "coupon",
+)  # fmt: skip
+"""What a laboratory may be able to add."""
+
+
+class RigProtocol(Section):
+    """How the rig leads and reads."""
+
+    highest_pressure_kPa: float = Field(250.0, gt=0, le=1e4, description="end of a ramp")
+    step_kPa: float = Field(25.0, gt=0, le=1e4, description="between readings")
+    coupon_readings: int = Field(20, ge=2, le=1000, description="of a ramp of a coupon")
+    cycles: int = Field(1, ge=1, le=100, description="ramps up; more than one are up and down")
+    unload: bool = Field(False, description="read while unloading, too")
+    hold_s: float = Field(0.0, ge=0, le=1e6, description="wait after the first ramp")
+    tip: bool = Field(False, description="the tip's x and z are read in free bending")
+    blocked_angle: bool = Field(False, description="the angle is read while blocked")
+    can_vary: Annotated[tuple[str, ...], Field(strict=False)] = Field(
+        KINDS, description=f"additions that are possible, of {', '.join(KINDS)}"
+    )
+
+
+def read(
+    file: Path | None,
+    config: Config,
+    changes: Iterable[str] = (),
+    noise: Mapping[str, float] | None = None,
+) -> tuple[Measurement, tuple[str, ...]]:
+    """The measurement that a rig would make, every reading 0, and what it can vary.
+
+    Args:
+        file: TOML; the paper's protocol where None.
+        config: that its set-up differs from.
+        changes: ``KEY=VALUE`` of its table ``[protocol]``.
+        noise: by column, in place of the file's.
+
+    Raises:
+        ConfigError: one line naming the file or key, the value and what is allowed.
+    """
+    told = SetupFile(file, also=("protocol",)) if file else None
+    data = _table(file) | _changes(changes)
+    protocol = checked(RigProtocol, data)
+    for kind in protocol.can_vary:
+        if kind not in KINDS:
+            raise ConfigError(f"protocol.can_vary = {kind}: allowed: {', '.join(KINDS)}")
+    experiments = (told.experiments if told else ()) or EXPERIMENTS
+    tests = []
+    for i, experiment in enumerate(experiments):
+        setup = told.of(experiment, "rig") if told else LabSetup()
+        setup = replace(setup, noise={**NOISE, **setup.noise, **(noise or {})})
+        tests.append(SpecimenTest(i, file or Path("rig.toml"), experiment, "rig", setup))
+    tables = [_rows(test, protocol, config) for test in tests]
+    warnings = told.warnings if told else []
+    return Measurement(pd.concat(tables, ignore_index=True), tests, warnings), protocol.can_vary
+
+
+def _table(file: Path | None) -> dict[str, Any]:
+    if file is None:
+        return {}
+    found = tomllib.loads(file.read_text(encoding="utf-8")).get("protocol", {})
+    if not isinstance(found, dict):
+        raise ConfigError(f"{file}: protocol = {found}: allowed: a table, [protocol]")
+    return found
+
+
+def _changes(changes: Iterable[str]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for change in changes:
+        key, _, text = change.partition("=")
+        try:
+            found[key.strip()] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            raise ConfigError(
+                f"--with {change}: allowed: KEY=VALUE of {', '.join(RigProtocol.model_fields)}"
+            ) from None
+    return found
+
+
+def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataFrame:
+    applied = test.setup.applied(config)
+    if test.experiment == "coupon":
+        top, count = applied.coupon.max_strain * applied.coupon.gauge_length_mm, None
+        rate = test.setup.rate or applied.coupon.rate_mm_per_s
+        columns: tuple[str, ...] = ("force_N",)
+    else:
+        top, count = protocol.highest_pressure_kPa, protocol.step_kPa
+        rate = test.setup.rate or applied.experiment.rate_kPa_per_s
+        columns = ("force_N",) if test.experiment == "blocked_force" else ("angle_deg",)
+        if test.experiment == "bending" and protocol.tip:
+            columns += ("tip_x_mm", "tip_z_mm")
+        if test.experiment == "blocked_force" and protocol.blocked_angle:
+            columns += ("angle_deg",)
+    steps = protocol.coupon_readings if count is None else max(round(top / count), 1)
+    ramp = top * np.arange(1, steps + 1) / steps
+    way = planned.cycles(protocol.cycles, unload=protocol.unload)
+    if protocol.hold_s:
+        way.insert(1, ("hold", 1))
+    return planned.rows(test, way, ramp, rate, columns, hold_s=protocol.hold_s, at_rest=True)

@@ -1,0 +1,169 @@
+"""What an extended model changes downstream: the best design of a campaign, and its gain φ.
+
+The campaign's leading designs within the limit of the COG offset, and the original finger, are
+computed once more with the effects and the modulus that the measurement calls for. φ is the force
+over that of the original finger, less 1, of one model each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from dolfingrip.config import Config, ConfigError, from_dict
+from dolfingrip.design.campaign import campaign
+from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.design.campaign.store import Store
+from dolfingrip.diagnosis import extend
+from dolfingrip.diagnosis.hypothesis import Hypothesis
+
+FORCE: Final = "force_N"
+COG: Final = "cog_offset_mm"
+LEADING: Final = 5
+"""Designs that are computed once more."""
+
+LARGEST_COG_mm: Final = 3.0
+"""The paper's limit."""
+
+
+@dataclass(frozen=True)
+class DesignChange:
+    """One design, by both models.
+
+    Attributes:
+        inputs: its parameters.
+        cog_offset_mm: of the undeformed finger, which no model changes.
+        force_before_N, force_after_N: blocked force; None where the extended model fails.
+        phi_before, phi_after: by the original finger's, less 1.
+    """
+
+    inputs: Inputs
+    cog_offset_mm: float
+    force_before_N: float
+    force_after_N: float | None
+    phi_before: float
+    phi_after: float | None
+
+
+@dataclass(frozen=True)
+class Downstream:
+    """What the extended model changes.
+
+    Attributes:
+        original_before_N, original_after_N: force of the original finger.
+        designs: the campaign's leading ones, the best before first.
+    """
+
+    original_before_N: float
+    original_after_N: float
+    designs: Sequence[DesignChange]
+
+    @property
+    def best_before(self) -> DesignChange:
+        """The campaign's optimum."""
+        return self.designs[0]
+
+    @property
+    def best_after(self) -> DesignChange:
+        """That of the same designs with the extended model."""
+        return max(self.designs, key=lambda each: each.force_after_N or 0.0)
+
+    def sentence(self) -> str:
+        """In words."""
+        before, after = self.best_before, self.best_after
+        if before.phi_after is None or after.phi_after is None:
+            return "the campaign's optimum could not be computed with the extended model"
+        change = f"φ of the campaign's optimum {before.phi_before:.1%} → {before.phi_after:.1%}"
+        if after is before:
+            return f"{change}; it stays the best of the {len(self.designs)} that were computed"
+        place = ", ".join(f"{key} = {value:.3g}" for key, value in after.inputs.items())
+        return f"{change}; the best is now {place} with φ = {after.phi_after:.1%}"
+
+
+def compare(
+    folder: Path, config: Config, fit: Hypothesis, out: Path, where: Where, count: int = LEADING
+) -> Downstream:
+    """Compute a campaign's leading designs with the extended model.
+
+    Args:
+        folder: of the campaign.
+        config: that was diagnosed.
+        fit: the cause at its fitted parameters.
+        out: folder of the designs that are computed, a campaign itself.
+        where: its workers.
+        count: designs beside the original one.
+
+    Raises:
+        ConfigError: one line, where there is no such campaign, or nothing to compare.
+    """
+    facts, rows = read_campaign(folder)
+    parameters: list[str] = facts["parameters"]
+    neutral: Inputs = dict.fromkeys(parameters, 0.0)
+    if not all(name.startswith("morph.") for name in parameters):
+        neutral = {}  # the configuration itself is the original
+    within = [row for row in rows if row["outputs"][COG] <= LARGEST_COG_mm]
+    if not within:
+        raise ConfigError(f"{folder}: no design with a COG offset up to {LARGEST_COG_mm:g} mm")
+    leading = sorted(within, key=lambda row: -row["outputs"][FORCE])[:count]
+    points = tuple(row["inputs"] for row in leading)
+    base = from_dict(facts["base"])
+    extended = _extended(base, config, fit)
+    after = _forces(Plan(extended, tuple(parameters), (neutral, *points), (COG, FORCE),
+                         facts["objective"]), out / "extended", where)  # fmt: skip
+    before = _forces(Plan(base, tuple(parameters), (neutral,), (COG, FORCE),
+                          facts["objective"]), out / "configured", where)  # fmt: skip
+    first, original = before[0], after[0]
+    if first is None or original is None:
+        raise ConfigError(f"{folder}: the original finger could not be computed")
+    designs = [
+        DesignChange(
+            row["inputs"], row["outputs"][COG], row["outputs"][FORCE], force,
+            row["outputs"][FORCE] / first - 1, None if force is None else force / original - 1,
+        )
+        for row, force in zip(leading, after[1:], strict=True)
+    ]  # fmt: skip
+    return Downstream(first, original, designs)
+
+
+def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """What a campaign's designs share, and those that are done.
+
+    Raises:
+        ConfigError: one line, where it is none, or has no forces.
+    """
+    with Store(folder) as store:
+        facts = store.facts()
+        rows = [row for row in store.rows() if row["status"] == "done"]
+    if facts is None or not {COG, FORCE} <= set(facts["quantities"]):
+        raise ConfigError(f"--campaign {folder}: allowed: one with {COG} and {FORCE}")
+    return facts, rows
+
+
+def _extended(base: Config, config: Config, fit: Hypothesis) -> Config:
+    """The campaign's configuration with the cause; its modulus by the fitted factor."""
+    own = extend.extended(config, fit)
+    factor = own.material.mu_MPa / config.material.mu_MPa
+    material: dict[str, float] = {"mu_MPa": base.material.mu_MPa * factor}
+    if base.material.bulk_MPa is not None:
+        material["bulk_MPa"] = base.material.bulk_MPa * factor
+    own_effects = own.extensions.model_dump(mode="json", exclude_none=True)
+    known = config.extensions.model_dump(mode="json", exclude_none=True)
+    effects = {name: table for name, table in own_effects.items() if known.get(name) != table}
+    return base.changed(material=material, extensions=effects)
+
+
+def _forces(plan: Plan, out: Path, where: Where) -> list[float | None]:
+    """Force of each point, in order."""
+    campaign.run(plan, out, where)
+    keys = {tuple(design.inputs.items()): design.key for design in plan.designs()}
+    with Store(out) as store:
+        rows = {row["key"]: row for row in store.rows()}
+    found = []
+    for point in plan.points:
+        row = rows[keys[tuple(point.items())]]
+        found.append(row["outputs"][FORCE] if row["status"] == "done" else None)
+    return found

@@ -1,0 +1,1 @@
+"""What a rig could find out, before anything is measured."""

@@ -1,0 +1,136 @@
+"""``plan.json``: what a rig could find out, with a versioned schema; and the same as text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from dolfingrip import __version__
+from dolfingrip.diagnosis.inference.bound import CLAIM
+from dolfingrip.diagnosis.plan import plan as planning
+
+SCHEMA: Final = 1
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Effect(_Part):
+    """What the rig says about one effect."""
+
+    effect: str
+    ordinary: str = Field(description="its parameters at the ordinary strength")
+    strength_sigma: float = Field(
+        description="length of its change at the root mean square of its prior, nuisances fitted"
+    )
+    named_from: float | None = Field(
+        description=f"least strength, by the ordinary one, that is named with P >= {CLAIM}; "
+        "null: none that occurs"
+    )
+    named_from_sigma: float | None = Field(description="the same in standard deviations")
+    class_from: float | None = Field(description="the same for its class")
+    share: float = Field(description="probability that a strength from its prior is named")
+    class_share: float = Field(description="that its class is")
+    confused_with: tuple[str, ...] = Field(description="effects that cannot be told from it")
+
+
+class Addition(_Part):
+    """What an addition buys."""
+
+    name: str
+    kind: str = Field(description="as in can_vary")
+    minutes: float = Field(description="set-up included, a guess")
+    share: float = Field(description="part of the effects that is named with it")
+    gain_per_minute: float = Field(description="by how much that rises, by the minute")
+    lifts: tuple[str, ...] = Field(
+        description="effects that are named at the root mean square of their prior, thanks to it"
+    )
+
+
+class Plan(_Part):
+    """What a rig could find out."""
+
+    schema_version: Literal[1] = SCHEMA
+    version: str = Field(description="of dolfingrip")
+    experiments: tuple[str, ...]
+    readings: int
+    minutes: float = Field(description="that the protocol takes, without setting up")
+    share: float = Field(description="part of the effects named, strengths from their priors")
+    class_share: float = Field(description="part of the effects whose class is named")
+    effects: tuple[Effect, ...] = Field(description="the strongest first")
+    additions: tuple[Addition, ...] = Field(description="the best per minute first")
+    warnings: tuple[str, ...] = ()
+
+    def write(self, file: Path) -> None:
+        """Write it as JSON."""
+        partial = file.with_suffix(".part")
+        partial.write_text(self.model_dump_json(indent=1) + "\n", encoding="utf-8")
+        partial.replace(file)
+
+    @classmethod
+    def read(cls, file: Path) -> Plan:
+        """What :meth:`write` wrote."""
+        return cls.model_validate_json(file.read_text(encoding="utf-8"))
+
+
+def outcome_of(found: planning.Plan) -> Plan:
+    """As data."""
+    return Plan(
+        version=__version__,
+        experiments=found.experiments,
+        readings=found.readings,
+        minutes=found.minutes,
+        share=found.share,
+        class_share=found.class_share,
+        effects=tuple(Effect(**vars(each)) for each in found.effects),
+        additions=tuple(Addition(**vars(each)) for each in found.additions),
+        warnings=tuple(found.warnings),
+    )
+
+
+def text(result: Plan) -> str:
+    """One page."""
+    rig = ", ".join(result.experiments)
+    lines = [
+        f"# {rig}: {100 * result.share:.0f} % of the effects of the catalogue would be named, "
+        f"{100 * result.class_share:.0f} % up to effects that change these readings alike",
+        "",
+        f"{result.readings} readings in {result.minutes:.1f} minutes of pressure. Strengths from "
+        f"their priors; named: probability at least {CLAIM}.",
+        "",
+        "| effect | ordinary strength | σ | from × ordinary | named | its class | not told from |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for each in result.effects:
+        least = "–" if each.named_from is None else f"{each.named_from:.2g}"
+        lines.append(
+            f"| {each.effect} | {each.ordinary} | {each.strength_sigma:.1f} | {least} | "
+            f"{each.share:.2f} | {each.class_share:.2f} | {_listed(each.confused_with)} |"
+        )
+    if result.additions:
+        lines += [
+            "", "## Additions", "",
+            "| addition | minutes | share named | gain per minute | newly named |",
+            "|---|---|---|---|---|",
+        ]  # fmt: skip
+        lines += [
+            f"| {each.name} | {each.minutes:.0f} | {each.share:.2f} | "
+            f"{100 * each.gain_per_minute:+.2f} % | {_listed(each.lifts)} |"
+            for each in result.additions
+        ]
+    if result.warnings:
+        lines += ["", "## Beware", "", *(f"- {each}" for each in result.warnings)]
+    return "\n".join(lines) + "\n"
+
+
+MOST: Final = 4
+"""Names in a cell."""
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
+    return ", ".join(names[:MOST]) + more or "–"

@@ -1,0 +1,144 @@
+"""A plan: what a rig could name, and which addition buys most per minute."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign.campaign import Standing
+from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
+from dolfingrip.diagnosis.data import rig
+from dolfingrip.diagnosis.plan.naming import Naming, namings, share, share_of_classes
+from dolfingrip.diagnosis.plan.readings import joined, simulated
+from dolfingrip.diagnosis.tried import tried
+from dolfingrip.diagnosis.workers import NotAtHand, staying
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a plan is made.
+
+    Attributes:
+        workers: processes that simulate.
+        store: folder of the simulations.
+        quick: judge those additions alone whose simulations are at hand.
+        effects: names of those that may be there; the whole catalogue where None.
+        say: told what is being done.
+        progress: called with each simulation that is done.
+    """
+
+    store: Path
+    workers: int = 2
+    quick: bool = False
+    effects: Sequence[str] | None = None
+    say: Callable[[str], None] = lambda text: None
+    progress: Callable[[Standing], None] = lambda standing: None
+
+
+@dataclass(frozen=True)
+class AdditionPlan:
+    """An addition, judged.
+
+    Attributes:
+        name, kind, minutes: of it.
+        share: part of the effects that is named with it.
+        gain_per_minute: by how much that rises, by the minute.
+        lifts: effects that are named at the root mean square of their strength with it, and not
+            without.
+    """
+
+    name: str
+    kind: str
+    minutes: float
+    share: float
+    gain_per_minute: float
+    lifts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What was found.
+
+    Attributes:
+        experiments, readings: of the rig, how many.
+        minutes: that the protocol takes, without setting up.
+        effects: what the rig says about each.
+        share: part of the effects that it names, strengths drawn from their priors.
+        class_share: part whose class it names: effects that these readings cannot tell apart.
+        additions: the best first.
+        warnings: what could not be judged, and why.
+    """
+
+    experiments: tuple[str, ...]
+    readings: int
+    minutes: float
+    effects: Sequence[Naming]
+    share: float
+    class_share: float
+    additions: Sequence[AdditionPlan]
+    warnings: Sequence[str] = field(default_factory=tuple)
+
+
+def plan(
+    file: Path | None,
+    config: Config,
+    settings: Settings,
+    changes: Sequence[str] = (),
+    noise: Mapping[str, float] | None = None,
+) -> Plan:
+    """What a rig could find out.
+
+    Args:
+        file: TOML of the rig, see :mod:`dolfingrip.diagnosis.data.rig`; the paper's where None.
+        config: the model.
+        settings: how it is made.
+        changes: ``KEY=VALUE`` of the rig's protocol.
+        noise: standard deviations by column, in place of the rig's.
+
+    Raises:
+        ConfigError: one line, for a rig that is none.
+        SchedulerGone: the workers are gone; what was computed is kept.
+    """
+    measurement, can_vary = rig.read(file, config, changes, noise)
+    names = tried(settings.effects)
+    with staying(settings.store, settings.workers, settings.progress) as workers:
+        settings.say("simulating the rig's protocol, and with each effect")
+        own = simulated(measurement, config, workers, names)
+        found = namings(own)
+        before = share(found)
+        additions, failed = [], []
+        possible = [each for each in proposals(measurement, config) if each.kind in can_vary]
+        for proposal in possible:
+            settings.say(f"addition: {proposal.name}")
+            hands = workers.at_hand() if settings.quick else workers
+            try:
+                more = simulated(proposal.measurement, config, hands, names)
+            except (NotAtHand, ConfigError) as failure:
+                failed.append(f"{proposal.name} could not be judged: {failure}")
+                continue
+            additions.append(_judged(proposal, found, before, namings(joined(own, more))))
+    lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
+    return Plan(
+        tuple(test.experiment for test in measurement.tests), len(measurement.listed()),
+        float(lasting), found, before, share_of_classes(found),
+        sorted(additions, key=lambda a: -a.gain_per_minute),
+        (*measurement.warnings, *failed),
+    )  # fmt: skip
+
+
+def _judged(
+    proposal: Proposal, before: Sequence[Naming], share_before: float, after: Sequence[Naming]
+) -> AdditionPlan:
+    named = {each.effect for each in before if _at_ordinary(each)}
+    lifts = [each.effect for each in after if _at_ordinary(each) and each.effect not in named]
+    whole = share(after)
+    return AdditionPlan(
+        proposal.name, proposal.kind, proposal.minutes, whole,
+        (whole - share_before) / proposal.minutes, tuple(lifts),
+    )  # fmt: skip
+
+
+def _at_ordinary(each: Naming) -> bool:
+    return each.named_from_sigma is not None and each.named_from_sigma <= each.strength_sigma

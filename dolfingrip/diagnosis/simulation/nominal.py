@@ -1,0 +1,100 @@
+"""Stops at round values on straight ramps: where the laboratory meant to stop, not where it read.
+
+A gauge's noise is no motion of the finger. Two measurements that were led alike then ask for the
+same simulations, so that the second finds them in the store; and a ramp at one rate takes half the
+iterations of one that changes its rate at every stop, as the load path's prediction goes on.
+Rows are read between the stops at the pressure that was read.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+Stop = tuple[float, float, int, str]
+"""Time, value, cycle, branch."""
+
+FINENESS: Final = 3.5
+"""Distance of stops by the unit that they are rounded to, at least: 25 kPa apart they are multiples
+of 5 kPa. Usual distances (5, 10, 12.5, 20, 25, 50) are far from where the unit changes."""
+
+CERTAIN: Final = 5.0
+"""Standard deviations of the gauge within which a turn or a wait is where it was meant."""
+
+STRAIGHT: Final = 0.1
+"""Part of a ramp's time by which its stops may be off one rate."""
+
+
+def unit_for(distance: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten up to a part of a distance."""
+    most = distance / FINENESS
+    power = 10.0 ** math.floor(math.log10(most) + 1e-9)
+    return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
+
+
+def rounded(value: float, unit: float) -> float:
+    """The nearest multiple of a unit."""
+    return float(f"{round(value / unit) * unit:.9g}")
+
+
+def end(value: float, distance: float, sigma: float) -> float:
+    """A turn, a wait: the round value if the gauge's noise allows, else as it was read."""
+    if not (sigma and distance > 0):
+        return value
+    meant = rounded(value, unit_for(distance))
+    return meant if abs(meant - value) <= CERTAIN * sigma else value
+
+
+def values(read: np.ndarray, sigma: float) -> np.ndarray:
+    """(m,) Round values for rising ``read`` (n,), the last by :func:`end`."""
+    if len(read) < 2 or not sigma:
+        return read
+    distance = float(read[-1] - read[0]) / (len(read) - 1)
+    unit, last = unit_for(distance), end(float(read[-1]), distance, sigma)
+    inner = dict.fromkeys(rounded(float(value), unit) for value in read[:-1])
+    return np.array([*(value for value in inner if value < last), last])
+
+
+def ramp(
+    found: Sequence[Stop], before: Stop | None, sigma: float, leads_to: float = math.nan
+) -> list[Stop]:
+    """The stops of a ramp at round values, at one rate where its rows allow.
+
+    Args:
+        found: its stops as read, the values rise or fall.
+        before: the stop that it starts from; None at the start of a test.
+        sigma: standard deviation of the gauge; nothing is changed where it is 0.
+        leads_to: value of the wait that follows, where the ramp ends exactly; NaN without one.
+    """
+    known = [*([before] if before else []), *found]
+    if not sigma or len(known) < 3:
+        return list(found)
+    time_s = np.array([stop[0] for stop in known])
+    read = np.array([stop[1] for stop in known])
+    distance = abs(float(read[-1] - read[0])) / (len(read) - 1)
+    if not distance:
+        return list(found)
+    meant = np.array([rounded(float(value), unit_for(distance)) for value in read])
+    meant[-1] = leads_to if not math.isnan(leads_to) else end(float(read[-1]), distance, sigma)
+    meant[0] = before[1] if before else end(float(read[0]), distance, sigma)
+    line_s = np.interp(meant, *_rising(meant[[0, -1]], time_s[[0, -1]]))
+    whole_s = float(time_s[-1] - time_s[0])
+    if np.abs(line_s - time_s).max() <= STRAIGHT * whole_s:
+        time_s = line_s
+    way = 1.0 if meant[-1] > meant[0] else -1.0
+    kept = [0]
+    for i in range(1, len(meant) - 1):
+        if way * (meant[i] - meant[kept[-1]]) > 0 and way * (meant[-1] - meant[i]) > 0:
+            kept.append(i)
+    kept.append(len(meant) - 1)
+    _, _, cycle, branch = found[0]
+    first = 1 if before else 0
+    return [(float(f"{time_s[i]:.9g}"), float(meant[i]), cycle, branch) for i in kept[first:]]
+
+
+def _rising(places: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    order = np.argsort(places)
+    return places[order], times[order]

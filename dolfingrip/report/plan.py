@@ -1,0 +1,80 @@
+"""Picture of a plan: strength of each effect and from which one on it is named; additions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme
+
+FAINTEST = 0.3
+"""Strengths (σ) below which a bar ends."""
+START = FAINTEST / 3
+"""Where bars begin, outside the picture."""
+ROW = 0.19
+"""Height of an effect's line, in inches."""
+
+
+def draw(plan: Mapping[str, Any], file: Path) -> Path:
+    """Draw a plan.
+
+    Args:
+        plan: ``effects`` with effect, strength_sigma, named_from_sigma, share, class_share;
+            ``additions`` with name, share, minutes, gain_per_minute; ``share``.
+        file: PNG.
+    """
+    effects, additions = plan["effects"], plan["additions"]
+    lines = max(len(effects), 2 * len(additions) + 4)
+    with figure_theme():
+        figure = Figure(figsize=(11.0, 1.1 + ROW * lines), layout="constrained")
+        FigureCanvasAgg(figure)
+        left, right = figure.subplots(1, 2, width_ratios=(1.25, 1.0))
+        _effects(left, effects)
+        _additions(right, additions, plan["share"])
+        file.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(file, dpi=130)
+    return file
+
+
+def _effects(ax: Axes, effects: list[dict[str, Any]]) -> None:
+    rows = list(reversed(effects))
+    colours = [
+        GREEN if each["share"] >= 0.5 else BLUE if each["class_share"] >= 0.5 else PALE
+        for each in rows
+    ]
+    names = [each["effect"].replace("_", " ") for each in rows]
+    ax.barh(names, [max(each["strength_sigma"], FAINTEST) - START for each in rows], left=START,
+            color=colours)  # fmt: skip
+    first = True
+    for place, each in enumerate(rows):
+        if each["named_from_sigma"] is not None:
+            ax.plot(each["named_from_sigma"], place, "|", color=INK, ms=9, mew=1.6,
+                    label="named alone from here on" if first else None)  # fmt: skip
+            first = False
+    for colour, label in ((GREEN, "named alone in half of cases or more"),
+                          (BLUE, "its class is"), (PALE, "neither")):  # fmt: skip
+        ax.barh([names[0]], [0], color=colour, label=label)
+    ax.set(xscale="log", xlim=(FAINTEST, None), ylim=(-0.7, len(rows) - 0.3),
+           xlabel="Change of the readings by an ordinary strength (σ)")  # fmt: skip
+    ax.tick_params(axis="y", labelsize=7)
+    ax.grid(axis="y", visible=False)
+    ax.legend(loc="lower right", fontsize=7)
+
+
+def _additions(ax: Axes, additions: list[dict[str, Any]], share: float) -> None:
+    rows = sorted(additions, key=lambda each: each["share"])
+    names = [f"{each['name']} ({each['minutes']:.0f} min)" for each in rows]
+    ax.barh(names, [100 * each["share"] for each in rows], color=ORANGE, height=0.6)
+    ax.axvline(100 * share, color=INK, lw=1.0, ls="--", label="the rig as it is")
+    for place, each in enumerate(rows):
+        ax.text(100 * each["share"] + 1, place, f"{100 * each['gain_per_minute']:+.2f} % a minute",
+                va="center", fontsize=7, color=GREY)  # fmt: skip
+    ax.set(xlabel="Effects that are named (%), strengths from their priors", xlim=(0, 100))
+    ax.tick_params(axis="y", labelsize=7)
+    ax.grid(axis="y", visible=False)
+    ax.legend(loc="lower right", fontsize=7)

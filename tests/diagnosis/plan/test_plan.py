@@ -1,0 +1,111 @@
+"""The command, on a rig of coupons, whose simulation is cheap."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from dolfingrip.cli import app as cli
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.data import rig
+from dolfingrip.diagnosis.plan.outcome import Plan
+from dolfingrip.diagnosis.simulation.reference import reference_measurement
+
+RIG = """experiment = "coupon"
+gauge_length_mm = 33.0
+area_mm2 = 9.0
+[noise]
+force_N = 0.05
+[protocol]
+can_vary = ["coupon"]
+"""
+
+
+def called(monkeypatch: pytest.MonkeyPatch, *options: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", "plan-experiment", *options])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    return int(ended.value.code or 0)
+
+
+def test_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Softening is seen on loading, relaxation only with another branch, a hold or another rate."""
+    (tmp_path / "rig.toml").write_text(RIG, encoding="utf-8")
+    out = tmp_path / "out"
+    options = [str(tmp_path / "rig.toml"), "--workers", "1", "--out", str(out),
+               "--effects", "mooney_rivlin,prony"]  # fmt: skip
+    assert called(monkeypatch, *options) == 0
+    said = capfd.readouterr().out
+    found = Plan.read(out / "plan.json")
+    effects = {each.effect: each for each in found.effects}
+    assert effects["mooney_rivlin"].strength_sigma > 2 * effects["prony"].strength_sigma
+    assert "mooney_rivlin" in effects["prony"].confused_with
+    additions = {each.name: each for each in found.additions}
+    assert additions["a coupon, loading and unloading"].share > found.share + 0.1
+    assert found.additions[0].gain_per_minute == max(a.gain_per_minute for a in found.additions)
+    assert "prony" in said
+    assert {"plan.json", "plan.md", "plan.png"} <= {each.name for each in out.iterdir()}
+    # all is at hand now: the same without a simulation
+    assert called(monkeypatch, *options, "--quick") == 0
+    assert Plan.read(out / "plan.json") == found
+
+
+def test_nothing_at_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "rig.toml").write_text(RIG, encoding="utf-8")
+    options = [str(tmp_path / "rig.toml"), "--workers", "1", "--out", str(tmp_path / "out"),
+               "--effects", "force_gain", "--quick", "--with", "coupon_readings=5"]  # fmt: skip
+    assert called(monkeypatch, *options) == 0
+    found = Plan.read(tmp_path / "out" / "plan.json")
+    assert found.additions == ()
+    assert "not at hand" in found.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--with", "cycles=0"], "cycles = 0: allowed: at least 1"),
+        (["--with", "tip=maybe"], "--with tip=maybe: allowed: KEY=VALUE"),
+        (["--with", 'can_vary=["luck"]'], "can_vary = luck: allowed: unloading, cycles"),
+        (["--with", "colour=1"], "colour: unknown key"),
+        (["--noise", "force_N=-1"], "--noise force_N=-1: allowed"),
+        (["--effects", "magic"], "--effects magic: allowed"),
+        (["nowhere.toml"], "nowhere.toml: no such file"),
+    ],
+)
+def test_bad_input_is_one_line(
+    options: list[str],
+    complaint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    assert called(monkeypatch, *options, "--out", str(tmp_path / "out")) == 2
+    errors = capfd.readouterr().err
+    assert complaint in errors
+    assert errors.count("\n") == 1
+
+
+def test_a_rig_asks_for_what_is_shipped() -> None:
+    """The paper's, its unloading and its cycles are led as the reference finger's simulations."""
+    for changes, count, unload in (((), 1, False), (("cycles=3",), 3, True)):
+        measurement, _ = rig.read(None, Config(), changes)
+        reference = reference_measurement(count, unload=unload)
+        led = ["time_s", "pressure_kPa", "cycle", "branch", "experiment"]
+        assert measurement.readings[led].equals(reference.readings[led])
+    paper, _ = rig.read(None, Config())
+    found = {each.kind: each for each in proposals(paper, Config())}
+    assert set(found) == set(rig.KINDS)
+    reference = reference_measurement(experiments=["bending"])
+    led = ["time_s", "pressure_kPa", "cycle", "branch"]
+    assert found["cycles"].measurement.readings[led].equals(reference.readings[led])
+
+
+def test_a_rig_that_is_none(tmp_path: Path) -> None:
+    (tmp_path / "rig.toml").write_text("protocol = 3\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="allowed: a table"):
+        rig.read(tmp_path / "rig.toml", Config())

@@ -1,0 +1,107 @@
+"""Results that come with the package are used where they hold, and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.simulation.here import Here
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.simulation import shipped, sources
+from dolfingrip.diagnosis.simulation.job import Job, JobResult, simulate
+from dolfingrip.diagnosis.simulation.shipped import Shipped
+
+UP_DOWN_mm = [0.0, 4.0, 8.0, 4.0, 0.0]
+
+
+def coupon(count: int, *overrides: str, gradients: tuple[str, ...] = ()) -> Job:
+    protocol = {
+        "time_s": [float(i) for i in range(count)], "displacement_mm": UP_DOWN_mm[:count],
+        "cycle": [1] * count, "branch": ["loading"] * min(count, 3) + ["unloading"] * (count - 3),
+    }  # fmt: skip
+    return Job("coupon", Config().overridden(overrides).changed(protocol=protocol), gradients)
+
+
+PRONY = ("extensions.prony.g=[0.2]",)
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("shipped")
+    jobs = [coupon(5, gradients=("material.mu_MPa",)), coupon(5, *PRONY)]
+    shipped.write(folder / "results.npz", jobs, Here(folder / "store").results(jobs))
+    return folder / "results.npz"
+
+
+def opened(file: Path) -> Shipped:
+    shipped.read.cache_clear()
+    found = shipped.read(file)
+    assert found is not None
+    return found
+
+
+def never(job: Job) -> JobResult:
+    raise AssertionError("nothing is to be computed")
+
+
+def test_a_beginning_is_served(file: Path) -> None:
+    asked = [coupon(3), coupon(4, *PRONY), coupon(3, gradients=("material.mu_MPa",))]
+    found = opened(file).answers(asked, never)
+    assert [job for job, _ in found] == asked
+    for job, answer in found:
+        assert answer.key == job.key
+        assert answer.status == "done"
+        own = simulate(job.design().config, (), 1)
+        assert own.curve is not None
+        assert answer.curve is not None
+        assert answer.curve.keys() == own.curve.keys()
+        for name, values in own.curve.items():
+            np.testing.assert_allclose(answer.curve[name], values, rtol=1e-5, atol=1e-5)
+
+
+def test_other_configurations_protocols_and_derivatives_are_not(file: Path) -> None:
+    asked = [
+        coupon(3, "material.mu_MPa=3.0"),
+        coupon(3, 'solver.element="P2"'),
+        coupon(3, "extensions.prony.g=[0.3]"),
+        coupon(3, *PRONY, gradients=("extensions.prony.g",)),
+        replace(coupon(3), config=coupon(3).config.changed(
+            protocol={"time_s": [0.0, 1.0, 2.0], "displacement_mm": [0.0, 4.0, 8.1]})),
+    ]  # fmt: skip
+    assert opened(file).answers(asked, never) == []
+
+
+def test_stale_results_are_not_used(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mechanics have changed: one simulation is computed, and decides."""
+    monkeypatch.setattr(sources, "core_digest", lambda: "changed")
+    asked = [coupon(3), coupon(3, *PRONY)]
+    again: list[str] = []
+
+    def as_before(job: Job, factor: float = 1.0) -> JobResult:
+        again.append(job.key)
+        curve = simulate(job.design().config, (), 1).curve or {}
+        return JobResult({name: factor * np.array(values) for name, values in curve.items()})
+
+    assert len(opened(file).answers(asked, as_before)) == 2
+    assert again == [coupon(3).key]
+    assert opened(file).answers(asked, lambda job: as_before(job, 1.1)) == []
+    # without a simulation to compare with nothing is believed
+    assert opened(file).answers([coupon(3, *PRONY)], never) == []
+
+
+def test_an_effect_whose_code_has_changed_is_left_out(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sources, "effect_digest", lambda name: "changed")
+    found = opened(file).answers([coupon(3), coupon(3, *PRONY)], never)
+    assert [job for job, _ in found] == [coupon(3)]
+
+
+def test_an_effects_digest_follows_its_energy() -> None:
+    assert sources.effect_digest("mooney_rivlin") != sources.effect_digest("yeoh")
+    assert "Constant" in sources._shape("x = 1")
+    same = [sources._shape(text) for text in ('def f():\n "a"\n return 1', "def f(): return 1 #")]
+    assert same[0] == same[1]

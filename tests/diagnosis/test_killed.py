@@ -1,0 +1,62 @@
+"""A diagnosis that is killed goes on where it was, and computes nothing twice."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from dolfingrip.config import ConfigError
+from dolfingrip.design.campaign.spool import Spool
+from dolfingrip.design.campaign.store import Store
+from dolfingrip.diagnosis.outcome import Diagnosis
+
+COUPONS = Path(__file__).parents[2] / "examples/coupons/ninjaflex_uniaxial.csv"
+KILLED_AFTER = 7
+"""Simulations: base and three shapes are five of them, so that a fit is going on, and all forms are
+compiled."""
+
+
+def finished(folder: Path) -> dict[str, str]:
+    """When each simulation whose result is on the disk was begun, by its key."""
+    try:
+        with Store(folder) as store:
+            rows = [row for row in store.rows() if row["status"] != "pending"]
+    except ConfigError:
+        return {}
+    found = {answer.key: str(answer.started_at) for answer in Spool(folder / "spool").answers()}
+    return found | {row["key"]: str(row["started_at"]) for row in rows}
+
+
+def call(out: Path) -> list[str]:
+    options = ["--effects", "prony", "--workers", "1", "--out", str(out)]
+    return [sys.executable, "-P", "-m", "dolfingrip", "diagnose", str(COUPONS), *options]
+
+
+def test_killed_in_the_middle(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        call(out), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+    while len(finished(out / "simulations")) < KILLED_AFTER:
+        assert process.poll() is None, process.stdout and process.stdout.read()
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert process.stdout is not None
+    process.stdout.read()  # its workers hold the other end
+    before = finished(out / "simulations")
+    assert not (out / "diagnosis.json").exists()
+    subprocess.run(call(out), check=True, capture_output=True)
+    after = finished(out / "simulations")
+    assert len(after) > len(before) >= KILLED_AFTER
+    assert {key: after[key] for key in before} == before
+    resumed = Diagnosis.read(out / "diagnosis.json")
+    # a third run computes nothing, and says the same
+    subprocess.run(call(out), check=True, capture_output=True)
+    assert finished(out / "simulations") == after
+    assert Diagnosis.read(out / "diagnosis.json") == resumed
