@@ -40,12 +40,11 @@ MESHES: Final[Mapping[str, tuple[str, ...]]] = {
 HEADROOM: Final = 1.5
 """Elastic curves go to so many times the highest pressure, for soft fingers."""
 
-STAGES: Final = ("pressure_gain", "pressure_offset", "line_lag")
+NEVER: Final = ("pressure_gain", "pressure_offset", "plate_gap", "wall_offset")
+"""Nuisances, which no diagnosis names."""
+STAGES: Final = ("line_lag",)
 """Effects between regulator and cavity, which need no simulation."""
-BY_SLOPE: Final[Mapping[str, str]] = {
-    "wall_offset": "finger.wall_mm",
-    "base_layer_offset": "finger.base_layer_mm",
-}
+BY_SLOPE: Final[Mapping[str, str]] = {"base_layer_offset": "finger.base_layer_mm"}
 """Effects that are taken from a derivative by a parameter: another wall would be another mesh."""
 DRIFT: Final = "temperature_drift"
 """A modulus that depends on time: from the base curve by scaling."""
@@ -109,8 +108,15 @@ class Cause:
         """Whether it needs simulations of its own."""
         return bool(self.forms[0].parts)
 
-    def values(self, form: int, strength: float) -> dict[str, Any]:
-        """Parameters of the effect at a strength."""
+    def values(self, form: int, strength: float, modulus: float = 1.0) -> dict[str, Any]:
+        """Parameters of the effect at a strength.
+
+        Args:
+            form: number of the form.
+            strength: by the ordinary one.
+            modulus: factor of all moduli, by which the effect's own moduli are larger, too, and
+                compliances smaller.
+        """
         priors = self.effect.priors()
         found: dict[str, Any] = dict(self.forms[form].held)
         for key in amplitudes(self.effect):
@@ -118,16 +124,16 @@ class Cause:
             found[key] = neutral + strength * step_of(self.effect, key, priors[key])
         for key, value in found.items():
             low, high = bounds_of(self.effect, key)
-            inside = float(np.clip(value, low, high))
+            inside = float(np.clip(value * _scaling(key, modulus), low, high))
             is_list = isinstance(self.effect.model_fields[key].default, tuple)
             found[key] = [inside] if is_list else inside
         return found
 
-    def overrides(self, form: int, strength: float) -> tuple[str, ...]:
+    def overrides(self, form: int, strength: float, modulus: float = 1.0) -> tuple[str, ...]:
         """The same as with ``--set``."""
         return tuple(
             f"extensions.{self.name}.{key}={value!r}"
-            for key, value in self.values(form, strength).items()
+            for key, value in self.values(form, strength, modulus).items()
         )
 
     def draw(self, rng: np.random.Generator) -> tuple[int, float]:
@@ -146,6 +152,13 @@ class Cause:
         """Strengths that are hidden: two spreads about the mean."""
         low, high = self.mean - 2 * self.spread, self.mean + 2 * self.spread
         return (max(low, FAINTEST) if self.mean else low), min(high, strongest(self.effect))
+
+
+def _scaling(key: str, modulus: float) -> float:
+    """Factor of a parameter that leaves everything alike where all moduli change."""
+    if key.endswith("_MPa"):
+        return modulus
+    return 1 / modulus if "_per_N" in key else 1.0
 
 
 def amplitudes(effect: type[Effect]) -> list[str]:
@@ -174,7 +187,8 @@ def step_of(effect: type[Effect], key: str, prior: Prior) -> float:
 
 def causes() -> dict[str, Cause]:
     """All causes that the generator hides, by name."""
-    found = [_cause(effect) for effect in EFFECTS if effect.kind != NUMERICAL]
+    hidden = [each for each in EFFECTS if each.kind != NUMERICAL and each.name() not in NEVER]
+    found = [_cause(effect) for effect in hidden]
     return {cause.name: cause for cause in found}
 
 

@@ -13,6 +13,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from benchmarks.blind.protocols import Protocol
+
 Rows = pd.DataFrame
 Columns = Mapping[str, np.ndarray]
 
@@ -130,11 +132,11 @@ OUTSIDERS: Final[Mapping[str, Outsider]] = {
 }
 
 
-def possible(name: str, experiments: frozenset[str], cycles: int, short: bool) -> bool:
-    """Whether an outsider can be felt in these experiments."""
+def possible(protocol: Protocol, name: str) -> bool:
+    """Whether an outsider can be felt in a protocol."""
     if name == "tear":
-        return cycles > 1
-    if "bending" not in experiments:
+        return any(course.rows["cycle"].max() > 1 for course in protocol.courses)
+    if all(course.experiment == "coupon" for course in protocol.courses):
         return False
     outsider = OUTSIDERS[name]
-    return not (short and (outsider.overrides is not None or name == "slip"))
+    return protocol.body == "reference" or (outsider.overrides is None and name != "slip")

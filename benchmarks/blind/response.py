@@ -9,7 +9,7 @@ with a simulation of their own (:mod:`full`).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
@@ -139,17 +139,17 @@ def _read(catalogue: Catalogue, course: Course, truth: Truth) -> pd.DataFrame:
             if change is not None:
                 value += _changed(change, name, hidden.strength, at, rows)
         found[name] = value * factor if name == "force_N" else value
-    shown = _displayed(catalogue, course, found, truth)
+    shown = displayed(catalogue.causes, course, found, truth)
     read = catalogue.protocol.columns[course.experiment]
     return rows.assign(**{name: shown[name] for name in read})
 
 
-def effects_on(catalogue: Catalogue, truth: Truth) -> list[Effect]:
+def effects_on(causes: Mapping[str, Cause], truth: Truth) -> list[Effect]:
     """The hidden effects of the catalogue, at their strengths."""
     found = []
     for hidden in truth.causes:
-        if hidden.name in catalogue.causes:
-            cause = catalogue.causes[hidden.name]
+        if hidden.name in causes:
+            cause = causes[hidden.name]
             found.append(cause.effect(**cause.values(hidden.form, hidden.strength)))
     return found
 
@@ -171,7 +171,7 @@ def _pressure(catalogue: Catalogue, course: Course, truth: Truth) -> np.ndarray:
     pressure = outsider_pressure(course, truth)
     pressure = truth.gain * pressure + truth.offset_kPa
     time_s = course.rows["time_s"].to_numpy(dtype=float)
-    stages = [each for each in effects_on(catalogue, truth) if each.name() in STAGES]
+    stages = [each for each in effects_on(catalogue.causes, truth) if each.name() in STAGES]
     for stage in sorted(stages, key=lambda each: each.place):
         pressure = _behind(stage, pressure, time_s)
     return pressure
@@ -192,11 +192,17 @@ def _modulus(catalogue: Catalogue, course: Course, truth: Truth) -> np.ndarray:
     """(rows,) factor of all moduli."""
     factor = np.full(len(course.rows), truth.modulus)
     time_s = course.rows["time_s"].to_numpy(dtype=float)
-    for effect in effects_on(catalogue, truth):
+    for effect in effects_on(catalogue.causes, truth):
         if effect.name() == DRIFT:
             values = effect.model_dump()
             warming = values["warming_degC"] * (1 - np.exp(-time_s / values["tau_s"]))
             factor = factor * (1 + values["modulus_per_degC"] * warming)
+    return factor * outsider_modulus(course, truth)
+
+
+def outsider_modulus(course: Course, truth: Truth) -> np.ndarray:
+    """(rows,) factor of all moduli by a cause outside the catalogue."""
+    factor = np.ones(len(course.rows))
     for hidden in truth.causes:
         outsider = OUTSIDERS.get(hidden.name)
         if outsider is not None and outsider.modulus is not None:
@@ -212,7 +218,7 @@ def _by_dimensions(
         "finger.wall_mm": WALL_SPREAD * truth.sigma("wall") * catalogue.config.finger.wall_mm,
         "plate.gap_mm": GAP_SPREAD_mm * truth.sigma("plate_gap"),
     }
-    for effect in effects_on(catalogue, truth):
+    for effect in effects_on(catalogue.causes, truth):
         key = BY_SLOPE.get(effect.name())
         if key is not None:
             moved[key] = moved.get(key, 0.0) + effect.model_dump()["offset_mm"]
@@ -250,30 +256,17 @@ def _along(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
     return np.asarray(spline(inside) + (at - inside) * spline(inside, 1))
 
 
-def _displayed(
-    catalogue: Catalogue, course: Course, true: Mapping[str, np.ndarray], truth: Truth
+def displayed(
+    causes: Mapping[str, Cause], course: Course, true: Mapping[str, np.ndarray], truth: Truth
 ) -> dict[str, np.ndarray]:
-    """What the instruments display."""
+    """What the instruments display of the true readings."""
     rows = course.rows
     shown = {**true, "time_s": rows["time_s"].to_numpy(dtype=float), course.led: rows[course.led]}
-    for effect in effects_on(catalogue, truth):
+    for effect in effects_on(causes, truth):
         if effect.has("reading"):
             shown.update(effect.reading(shown))  # type: ignore[arg-type]
-    return outsider_displayed(course, shown, truth)
-
-
-def outsider_displayed(
-    course: Course, shown: Mapping[str, np.ndarray], truth: Truth
-) -> dict[str, np.ndarray]:
-    """What instruments display that only the generator has."""
-    found = dict(shown)
     for hidden in truth.causes:
         outsider = OUTSIDERS.get(hidden.name)
         if outsider is not None and outsider.displayed is not None:
-            found.update(outsider.displayed(course.rows, found, hidden.strength))
-    return found
-
-
-def with_causes(truth: Truth, causes: Sequence[Hidden]) -> Truth:
-    """The same with other causes."""
-    return replace(truth, causes=tuple(causes))
+            shown.update(outsider.displayed(course.rows, shown, hidden.strength))
+    return shown
