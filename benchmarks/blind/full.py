@@ -15,8 +15,8 @@ from benchmarks.blind.generator import DRIFT, STAGES, Cause, causes, generating
 from benchmarks.blind.outsiders import OUTSIDERS
 from benchmarks.blind.protocols import PROTOCOLS, Course
 from benchmarks.blind.response import (
-    GAP_SPREAD_mm,
     WALL_SPREAD,
+    GAP_SPREAD_mm,
     Truth,
     displayed,
     flat,

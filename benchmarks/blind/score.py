@@ -82,6 +82,11 @@ def at_least(level: float) -> Callable[[float, float], bool]:
     return lambda value, bound: value >= level
 
 
+def at_most(level: float) -> Callable[[float, float], bool]:
+    """Likewise, of what should not happen."""
+    return lambda value, bound: value <= level
+
+
 def of_bound(part: float) -> Callable[[float, float], bool]:
     """A target by the bound."""
     return lambda value, bound: value >= part * bound
@@ -111,7 +116,7 @@ def figures(cases: Sequence[Judged]) -> list[Figure]:
               [c for c in rich if c.sigma >= STRONG_SIGMA], _named, at_least(0.95)),
         *_claims(cases),
         share("false alarms where there is no cause", "at most 0.05",
-              [c for c in cases if c.kind == "none"], _something, lambda value, bound: value <= 0.05),
+              [c for c in cases if c.kind == "none"], _something, at_most(0.05)),
         share("detection from 6 σ", "0.95",
               [c for c in cases if c.kind != "none" and c.sigma >= SEEN_SIGMA], _something,
               at_least(0.95)),
