@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.cli import (
+    diagnose_command,
     doe_commands,
     experiment_commands,
     extensions_command,
@@ -36,7 +37,7 @@ INTERRUPTED = 130
 ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
-    *("mesh", "morph", "config", "extensions", "fake"),
+    *("mesh", "morph", "config", "extensions", "fake", "diagnose"),
     *("doe", "train", "optimise", "study", "reproduce"),
 )
 """Subcommands in the order in which a new user needs them."""
@@ -61,6 +62,7 @@ app = typer.Typer(
 app.command("demo")(experiment_commands.demo)
 experiment_commands.register(app)
 app.command("fake")(experiment_commands.fake)
+app.command("diagnose")(diagnose_command.diagnose)
 app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
 app.command("extensions")(extensions_command.extensions)

@@ -55,6 +55,11 @@ NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
     "plate_gap_mm": (0.3, "of the force sensor's place, each time it is set"),
     "specimen_scale": (0.015, "relative, of one specimen's stiffness where there are several"),
     "coupon_area": (0.0, "relative, of the coupons' cross-section"),
+    "coupon_slack_mm": (0.1, "of the travel at which the force of each coupon begins"),
+    "material_law": (
+        0.01,
+        "relative, of a coupon's force: what no simple law of a material follows",
+    ),
 }
 """Standard deviations of what no diagnosis names as a cause, in the key's unit, and what of."""
 

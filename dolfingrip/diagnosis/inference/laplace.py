@@ -22,6 +22,11 @@ from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.evidence import INTERVAL
 from dolfingrip.extensions.effect import Prior
 
+MARGIN = 1e-3
+"""Distance of the start from bounds, in ζ."""
+XTOL, FTOL = 1e-5, 1e-6
+"""Where a fit stops: ζ is known to its standard deviation, the evidence to a tenth."""
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -145,6 +150,7 @@ def fit(
     jacobian: Callable[[Sequence[float]], Matrix] | None = None,
     step: float = 1e-3,
     most_evaluations: int | None = None,
+    bounds: Sequence[tuple[float, float]] | None = None,
 ) -> LaplaceFit:
     """Find the most probable parameters, and the evidence there.
 
@@ -156,6 +162,7 @@ def fit(
         jacobian: of the residual by the values, shape (n, p); by forward differences where None.
         step: of these differences, in ζ: large enough for the residual's own tolerance.
         most_evaluations: of the residual, those for differences left out; scipy's limit where None.
+        bounds: of the values, lowest and highest; none where None.
     """
     count = 0
 
@@ -182,11 +189,26 @@ def fit(
         if start is None
         else np.array([to_zeta(p, value) for p, value in zip(priors, start, strict=True)])
     )
+    low, high = _zeta_bounds(priors, bounds or [(-math.inf, math.inf)] * len(priors))
     found = least_squares(
         stacked,
-        first,
+        np.clip(first, low + MARGIN, high - MARGIN),
         jac=slopes if jacobian is not None else differences,
+        bounds=(low, high),
         max_nfev=most_evaluations,
+        xtol=XTOL,
+        ftol=FTOL,
     )
     n = len(found.fun) - len(priors)
     return laplace(found.fun[:n], found.jac[:n], found.x, priors, logdet, count)
+
+
+def _zeta_bounds(
+    priors: Sequence[Prior], bounds: Sequence[tuple[float, float]]
+) -> tuple[Vector, Vector]:
+    """Bounds of the values as bounds of ζ."""
+    low, high = [], []
+    for prior, (least, most) in zip(priors, bounds, strict=True):
+        low.append(-math.inf if prior.positive and least <= 0 else to_zeta(prior, least))
+        high.append(to_zeta(prior, most))
+    return np.array(low), np.array(high)

@@ -20,6 +20,10 @@ REFUTED = 0.01
 """Probability by the leading effect's below which an effect takes no part in its class: strength or
 sign of its prior, or the readings, speak against it."""
 
+SECOND = 3.0
+"""Odds of two classes together, against the leading one alone, above which a second one is named
+("positive evidence", Kass and Raftery 1995)."""
+
 
 @dataclass(frozen=True)
 class EffectClass:
@@ -94,7 +98,7 @@ def decide(
 
     No cause is the answer unless the log odds of anything exceed their threshold, an unknown cause
     where its log odds exceed theirs. A cause is two classes where the leading pair of classes is
-    more probable than the leading class alone.
+    :data:`SECOND` times as probable as the leading class alone.
 
     Args:
         posterior: probabilities of the hypotheses.
@@ -165,7 +169,7 @@ def _cause(
         for one, other in ((e, f), (f, e))
     ]
     together = posterior.with_both(*groups)
-    if together <= sum(leading.members):
+    if together <= SECOND * sum(leading.members):
         return single
     if set(groups[0]) & set(groups[1]):
         # what may be either is one class

@@ -63,7 +63,7 @@ class BaseSimulation:
 
     @property
     def by_led(self) -> np.ndarray:
-        """(n,) derivative by pressure (kPa) or travel (mm); 0 in waits."""
+        """(n,) change by an error of the gauge, for each kPa or mm; see ``Simulated``."""
         return self.simulated.by_led
 
     @property

@@ -1,8 +1,8 @@
 """A leg: successive stops of a simulation, and the measured rows that are read between them.
 
 Readings at rows are weighted sums of those at stops, y_rows = W y_stops, by a cubic spline through
-the leg's stops in what is led (in time where that rests). A row that is a stop has that stop's
-reading itself. Beyond the ends a straight line goes on. W does not depend on what is
+the leg's stops in what is led (in the logarithm of time where that rests). A row that is a stop has
+that stop's reading itself. Beyond the ends a straight line goes on. W does not depend on what is
 interpolated, so changes and derivatives are interpolated as the readings themselves are.
 """
 
@@ -29,7 +29,8 @@ class Leg:
 
     Attributes:
         stops: places of the stops in the simulation's list.
-        at: of each stop, what the leg is read by: pressure (kPa), travel (mm) or time (s).
+        at: of each stop, what the leg is read by: pressure (kPa), travel (mm), or in a wait a
+            logarithm of time.
         rows: places of the rows in ``Measurement.readings``.
         rows_at: of each row.
         core: how many of the stops rows are read from up to the last of them; the others are for

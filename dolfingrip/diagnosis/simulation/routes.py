@@ -3,13 +3,15 @@
 Branches of up to :data:`MOST` rows are simulated at their rows. Of more rows :data:`MOST` stops are
 made and the rows are interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has
 :data:`MOST_OF_A_WAIT` stops that grow ever sparser. What is led is taken as one-directional within
-a ramp and constant within a wait: the gauge's own noise is no motion of the finger.
+a ramp and constant within a wait, at the mean of what was read: the gauge's own noise is no motion
+of the finger.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
@@ -17,12 +19,11 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.diagnosis.simulation.legs import Leg, Route
-from dolfingrip.sections.protocol_file import waits
 
 MOST: Final = 25
 """Stops of a ramp."""
 
-MOST_OF_A_WAIT: Final = 6
+MOST_OF_A_WAIT: Final = 8
 """Stops of a wait."""
 
 HEADROOM: Final = 1.3
@@ -49,7 +50,9 @@ class Segment:
     Attributes:
         cycle, branch: of all rows.
         rows: places in ``Measurement.readings``.
-        time_s, value: of each row; time from the test's first row on where that is at rest.
+        time_s, value: of each row; time from the test's first row on where that is at rest. In a
+            wait all values are their mean.
+        leads_to: value of the wait that follows; NaN where none does.
         size: largest value of the whole test.
         sigma: standard deviation of the gauge that reads the values.
     """
@@ -61,13 +64,15 @@ class Segment:
     value: np.ndarray
     size: float
     sigma: float
+    leads_to: float = math.nan
 
     @property
     def end(self) -> float:
         """Where it leads to."""
-        if self.branch == "hold":
-            return float(self.value.mean())
-        return float(self.value.max() if self.branch == "loading" else self.value.min())
+        if not math.isnan(self.leads_to):
+            return self.leads_to
+        falls = self.branch == "unloading"
+        return float(self.value.min() if falls else self.value.max())
 
     @property
     def lasts_s(self) -> float:
@@ -107,10 +112,18 @@ def segments(rows: pd.DataFrame, led: str, sigma: float = 0.0) -> list[Segment]:
     cuts = np.flatnonzero(np.concatenate([[True], new]))
     ends = [*cuts[1:], len(rows)]
     places = rows.index.to_numpy()
-    return [
-        Segment(int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], value[a:b], size, sigma)
-        for a, b in zip(cuts, ends, strict=True)
-    ]
+    found: list[Segment] = []
+    for a, b in zip(cuts, ends, strict=True):
+        own = value[a:b]
+        if branch[a] == "hold":
+            # where the ramp before it led to was read once more, as its last row
+            before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
+            own = np.full(b - a, np.concatenate([before, own]).mean())
+            if before.size and found[-1].branch != "hold":
+                found[-1] = replace(found[-1], leads_to=float(own[0]))
+        part = Segment(int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma)
+        found.append(part)
+    return found
 
 
 def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
@@ -171,24 +184,31 @@ def in_time(tests: Sequence[Sequence[Segment]], led: str) -> Route:
             joined = before is not None and before[1] == stops[-1][1]
             by = 0
         else:
-            stops += _ramp(segment, same, before)
+            stops += _ramp(segment, before)
             joined, by = before is not None, 1
         numbers = np.arange(first - int(joined), len(stops))
         at = np.array([stops[k][by] for k in numbers])
         rows = np.concatenate([each.rows for each in same])
-        start_s = segment.time_s[0]
-        rows_at = np.concatenate(
-            [each.value if by else each.time_s - each.time_s[0] + start_s for each in same]
-        )
+        if by:
+            rows_at = np.concatenate([each.value for each in same])
+        else:
+            start_s = segment.time_s[0]
+            moments_s = [each.time_s - each.time_s[0] + start_s for each in same]
+            rows_at = _faded(np.concatenate(moments_s), at)
+            at = _faded(at, at)
         legs.append(Leg(numbers, at, rows, rows_at))
     time_s, value, cycle, branch = zip(*stops, strict=True)
     return Route(led, time_s, value, cycle, branch, tuple(legs))
 
 
+def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
+    """What a wait is read by: the logarithm of its time, in which its stops are evenly spread."""
+    first_s = float(stops_s[1] - stops_s[0]) if len(stops_s) > 1 else 1.0
+    return np.log1p(np.maximum(time_s - stops_s[0], 0.0) / first_s)
+
+
 def _ramp(
-    segment: Segment,
-    same: Sequence[Segment],
-    before: tuple[float, float, int, str] | None,
+    segment: Segment, before: tuple[float, float, int, str] | None
 ) -> list[tuple[float, float, int, str]]:
     """Stops of a ramp: time, value, cycle, branch."""
     way = 1.0 if segment.branch == "loading" else -1.0
@@ -198,10 +218,14 @@ def _ramp(
         parts = [slice(a, b) for a, b in pairwise(edges)]
         value = np.array([value[part].mean() for part in parts])
         time_s = np.array([time_s[part].mean() for part in parts])
-        value = np.append(value, way * max(way * each.end for each in same))
+        value = np.append(value, value[-1] + (value[-1] - value[-2]) / 2)
         time_s = np.append(time_s, segment.time_s[-1])
         if before is None:
             value, time_s = np.append(segment.value[0], value), np.append(segment.time_s[0], time_s)
+    if not math.isnan(segment.leads_to):
+        there = way * value < way * segment.leads_to - CLOSEST * segment.size
+        value = np.append(value[there], segment.leads_to)
+        time_s = np.append(time_s[there], segment.time_s[-1])
     found: list[tuple[float, float, int, str]] = []
     last_s, last = (before[0], before[1]) if before else (0.0, -np.inf * way)
     for moment, here in zip(time_s, value, strict=True):
@@ -222,12 +246,13 @@ def _wait(
         value = before[1]
     last_s = before[0] if before else 0.0
     start_s, end_s = float(segment.time_s[0]), float(segment.time_s[-1])
-    if len(segment.rows) <= MOST_OF_A_WAIT:
+    if len(segment.rows) <= MOST_OF_A_WAIT or end_s == start_s:
         moments = [float(moment) for moment in segment.time_s]
     else:
         since = last_s if before is not None and value == before[1] else start_s
-        moments = [since + after for after in waits(end_s - since, MOST_OF_A_WAIT)]
-        moments = [start_s, *(moment for moment in moments if moment > start_s)]
+        delays = segment.time_s - since
+        spread = np.geomspace(delays[delays > 0].min(), end_s - since, MOST_OF_A_WAIT)
+        moments = [*([start_s] if start_s == since else []), *(since + spread)]
     found: list[tuple[float, float, int, str]] = []
     for moment in moments:
         if (not found and before is None) or moment > last_s:

@@ -97,9 +97,11 @@ class Simulated:
     Attributes:
         case: what was simulated.
         readings: (n,) in the unit of each column; NaN where a simulation did not come so far.
-        by_led: (n,) derivative by what is led, for each kPa or mm; 0 in waits.
-        slopes: (n,) derivative by each parameter, for each unit of it; 0 in experiments that do
-            not feel it.
+        by_led: (n,) change of the reading by an error of what is led, for each kPa or mm of the
+            gauge's noise: the derivative, in a wait divided by the root of its number of rows,
+            whose mean is taken, and 0 in waits of models with memory.
+        slopes: (n,) derivative by each parameter that is felt, for each unit of it; entries of a
+            list are numbered, as in ``extensions.prony.g[0]``.
         failures: of simulations that left readings without a number.
         interpolation_error: by column, in its unit: see ``Leg.error``.
         runs: the simulations themselves.
@@ -114,8 +116,17 @@ class Simulated:
     runs: Sequence[SimulatedGroup] = ()
 
     def slope(self, key: str) -> np.ndarray:
-        """(n,) derivative by a parameter, for each unit of it; 0 where nothing feels it."""
-        return self.slopes.get(key, np.zeros_like(self.readings))
+        """(n,) derivative by a parameter, for each unit of it; 0 where nothing feels it.
+
+        Raises:
+            KeyError: it was not asked for, or it is a list, whose entries are meant.
+        """
+        if key in self.slopes:
+            return self.slopes[key]
+        entries = [name for name in self.slopes if name.startswith(f"{key}[")]
+        if entries or key not in self.case.gradients:
+            raise KeyError(f"{key}; there are {', '.join(entries or self.slopes)}")
+        return np.zeros_like(self.readings)
 
 
 def simulate(
@@ -183,7 +194,7 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
     place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
     readings = np.full(len(listed), np.nan)
     by_led = np.full(len(listed), np.nan)
-    slopes = {key: np.zeros(len(listed)) for key in case.gradients}
+    slopes: dict[str, np.ndarray] = {}
     failures: list[SimulationFailure] = []
     errors: dict[str, float] = {}
     for run in runs:
@@ -193,10 +204,10 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
             values = run.result.columns.get(str(name), np.empty(0))
             readings[at] = run.route.at_rows(values, count)[place[at]]
             by_led[at] = run.route.slopes(values, count)[place[at]]
-            for key in case.gradients:
-                slope = run.result.slopes.get((str(name), key))
-                if slope is not None:
-                    slopes[key][at] = run.route.at_rows(slope, count)[place[at]]
+            for (read, key), slope in run.result.slopes.items():
+                if read == name:
+                    own = slopes.setdefault(key, np.zeros(len(listed)))
+                    own[at] = run.route.at_rows(slope, count)[place[at]]
         for name, error in run.route.errors(run.result.columns).items():
             errors[name] = max(errors.get(name, 0.0), error)
         if run.result.failure_class is not None and np.isnan(readings[mine]).any():
@@ -208,4 +219,13 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
                     run.result.failure or "",
                 )
             )
+    by_led /= np.sqrt(_in_a_mean(measurement))[place]
     return Simulated(case, readings, by_led, slopes, failures, errors, runs)
+
+
+def _in_a_mean(measurement: Measurement) -> np.ndarray:
+    """Number of rows whose mean each row's pressure or travel is: in a wait all of them."""
+    rows = measurement.readings
+    waits = (rows["branch"] == "hold").to_numpy()
+    counts = rows.groupby(["test", "cycle", "branch"])["line"].transform("size").to_numpy()
+    return np.where(waits, counts, 1)

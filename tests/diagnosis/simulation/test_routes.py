@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.simulation import routes
 from dolfingrip.diagnosis.simulation.groups import groups, path_independent
+from dolfingrip.diagnosis.simulation.simulated import Case
 from dolfingrip.experiments.index import find
 
 SEED = 9
@@ -87,7 +89,15 @@ def test_rows_within_the_gauges_noise_are_averaged(tmp_path: Path) -> None:
     (group,) = groups(measured(tmp_path, lines, "[noise]\npressure_kPa = 0.5\n"), Config())
     assert len(group.in_time.legs) == 2
     assert group.in_time.branch.count("loading") <= 7
-    assert len(set(group.in_time.value[-6:])) == 1
+    held = {
+        v for v, b in zip(group.in_time.value, group.in_time.branch, strict=True) if b == "hold"
+    }
+    (value,) = held
+    assert value == pytest.approx(12.0, abs=3 * 0.5 / math.sqrt(21))
+    # the ramp leads there, and the elastic curve is read there, too
+    assert group.in_time.value[group.in_time.branch.index("hold") - 1] == value
+    assert group.curve.legs[0].rows_at[-1] == value
+    assert (np.diff(group.in_time.value) >= 0).all()
 
 
 def test_specimens_share_what_they_went_through_alike(tmp_path: Path) -> None:
@@ -119,3 +129,17 @@ def test_pulses_are_waits_apart(tmp_path: Path) -> None:
 )
 def test_memory_and_clock(override: str, independent: bool) -> None:
     assert path_independent(Config().overridden([override])) == independent
+
+
+def test_gravity_is_tilted_from_where_each_test_has_it(tmp_path: Path) -> None:
+    """Tip down, tip up, and without weight: by 90° towards the bellows for one that hangs."""
+    lines = [*cycle("down", 3, 1), *cycle("up", 3, 1), *cycle("none", 3, 1)]
+    more = "[specimen.down.gravity]\ndirection = [0, 0, 1]\n"
+    more += "[specimen.up.gravity]\ndirection = [0, 0, -1]\n"
+    found = {
+        each.tests: Case(tilt_deg=90.0).of(each).gravity
+        for each in groups(measured(tmp_path, lines, more), Config())
+    }
+    np.testing.assert_allclose(found[(0,)].direction, [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(found[(1,)].direction, [-1, 0, 0], atol=1e-12)
+    assert found[(2,)] == Config().gravity

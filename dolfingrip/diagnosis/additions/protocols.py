@@ -1,0 +1,241 @@
+"""Experiments that a laboratory could add, as measurements that are still to be made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.columns import NUMBERS
+from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+
+STOPS: Final = 8
+"""Readings of a ramp."""
+
+SLOWER: Final = 10.0
+"""By how much a slow ramp is slower."""
+
+HOLD_s: Final = 60.0
+HOLD_READINGS: Final = 5
+
+SETUP_MIN: Final[Mapping[str, float]] = {"ramp": 2.0, "coupon": 15.0, "camera": 10.0, "plate": 5.0}
+"""Minutes that setting up takes, an engineering guess: what is mounted already, a new coupon, a
+camera, the plate or the clamp."""
+
+OTHER_GAP_mm: Final = 2.0
+"""By how much the plate is moved away."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """An experiment that could be added.
+
+    Attributes:
+        name: in words.
+        minutes: that it takes, set-up included.
+        measurement: its readings to be, all 0.
+        known_mesh: whether it is simulated on the mesh of the fits, where its simulations are
+            there already; else on the ungraded one, which takes a third of the time.
+    """
+
+    name: str
+    minutes: float
+    measurement: Measurement
+    known_mesh: bool = False
+
+
+def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
+    """What is worth considering beside a measurement."""
+    found: list[Proposal] = []
+    finger = next((t for t in measurement.tests if t.experiment != "coupon"), None)
+    coupon = next((t for t in measurement.tests if t.experiment == "coupon"), None)
+    bending = next((t for t in measurement.tests if t.experiment == "bending"), finger)
+    if bending is not None and finger is not None:
+        found += _ramps(measurement, bending, config)
+        found += _readings(measurement, bending, config)
+    if coupon is not None or finger is not None:
+        found += _coupons(measurement, coupon, finger, config)
+    return found
+
+
+def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
+    """The same set-up led another way."""
+    rows = measurement.rows(test.number)
+    top, rate = float(rows[test.led].max()), _rate(rows, test, config)
+    reading = "force_N" if test.experiment == "blocked_force" else "angle_deg"
+    done = set(rows["branch"])
+    ways: list[tuple[str, list[tuple[str, int]], float]] = [
+        ("three cycles, loading and unloading", [(b, c) for c in (1, 2, 3) for b in UP_DOWN], rate),
+        ("a cycle at a tenth of the rate", [(b, 1) for b in UP_DOWN], rate / SLOWER),
+        ("a hold of 60 s at the highest pressure", [("loading", 1), ("hold", 1)], rate),
+    ]
+    if "unloading" not in done:
+        ways.insert(0, ("unloading after the loading", [(b, 1) for b in UP_DOWN], rate))
+    return [
+        _proposal(name, "ramp", test, test.setup, way, top, pace, (reading,))
+        for name, way, pace in ways
+    ]
+
+
+UP_DOWN = ("loading", "unloading")
+
+
+def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
+    """More readings, another gap, and the finger hung and stood."""
+    found = []
+    rows = measurement.rows(test.number)
+    top, rate = float(rows[test.led].max()), _rate(rows, test, config)
+    loading = [("loading", 1)]
+    if test.experiment == "bending" and rows["tip_x_mm"].isna().all():
+        found.append(_again(measurement, "the tip tracked (x and z)", "camera", test,
+                            ("tip_x_mm", "tip_z_mm")))  # fmt: skip
+    blocked = next((t for t in measurement.tests if t.experiment == "blocked_force"), None)
+    if blocked is not None:
+        own = measurement.rows(blocked.number)
+        if own["angle_deg"].isna().all():
+            found.append(_again(measurement, "the angle while blocked", "camera", blocked,
+                                ("angle_deg",)))  # fmt: skip
+        gap_mm = blocked.setup.applied(config).plate.gap_mm + OTHER_GAP_mm
+        away = _with(blocked.setup, "plate", {"gap_mm": gap_mm})
+        high = float(own["pressure_kPa"].max())
+        found.append(_proposal(f"the blocked force at a gap of {gap_mm:g} mm", "plate", blocked,
+                               away, loading, high, rate, ("force_N",)))  # fmt: skip
+    if test.experiment == "bending":
+        poses = [
+            _with(test.setup, "gravity", {"direction": [0.0, 0.0, z],
+                                          "acceleration_m_s2": STANDARD_GRAVITY_m_s2})
+            for z in (1.0, -1.0)
+        ]  # fmt: skip
+        tests = [replace(test, number=i, setup=pose) for i, pose in enumerate(poses)]
+        lines = [_lines(each, loading, top, rate, ("angle_deg",)) for each in tests]
+        minutes = SETUP_MIN["plate"] + 2 * top / rate / 60
+        found.append(Proposal("free bending with the tip up and with the tip down", minutes,
+                              Measurement(pd.concat(lines, ignore_index=True), tests)))  # fmt: skip
+    return found
+
+
+def _coupons(
+    measurement: Measurement, coupon: SpecimenTest | None, finger: SpecimenTest | None,
+    config: Config,
+) -> list[Proposal]:  # fmt: skip
+    """Uniaxial tension of the same material."""
+    test = coupon or replace(
+        _some(finger), experiment="coupon", setup=LabSetup(), specimen="coupon"
+    )
+    own = test.setup.applied(config).coupon
+    top = own.max_strain * own.gauge_length_mm
+    rate = (
+        own.rate_mm_per_s
+        if coupon is None
+        else _rate(measurement.rows(coupon.number), coupon, config)
+    )
+    ways: list[tuple[str, list[tuple[str, int]], float]] = [
+        ("a coupon at a tenth of the rate", [("loading", 1)], rate / SLOWER),
+        ("a coupon with a hold of 60 s at the largest strain", [("loading", 1), ("hold", 1)], rate),
+        ("a coupon, loading and unloading", [(b, 1) for b in UP_DOWN], rate),
+        ("a coupon, three cycles", [(b, c) for c in (1, 2, 3) for b in UP_DOWN], rate),
+    ]
+    if coupon is None:
+        ways.insert(0, ("a coupon in uniaxial tension", [("loading", 1)], rate))
+    return [
+        _proposal(name, "coupon", test, test.setup, way, top, pace, ("force_N",))
+        for name, way, pace in ways
+    ]
+
+
+def _some(test: SpecimenTest | None) -> SpecimenTest:
+    assert test is not None
+    return test
+
+
+def _with(setup: LabSetup, section: str, values: Mapping[str, Any]) -> LabSetup:
+    sections = {**setup.sections, section: {**setup.sections.get(section, {}), **values}}
+    return replace(setup, sections=sections)
+
+
+def _rate(rows: pd.DataFrame, test: SpecimenTest, config: Config) -> float:
+    """Median rate of the ramps, in the led quantity's unit per second."""
+    ramp = rows[rows["branch"] != "hold"]
+    steps, times = np.abs(np.diff(ramp[test.led])), np.diff(ramp["time_s"])
+    moving = (steps > 0) & (times > 0)
+    if moving.any():
+        return float(np.median(steps[moving] / times[moving]))
+    applied = test.setup.applied(config)
+    return (
+        applied.coupon.rate_mm_per_s
+        if test.experiment == "coupon"
+        else applied.experiment.rate_kPa_per_s
+    )
+
+
+def _proposal(
+    name: str,
+    mounting: str,
+    test: SpecimenTest,
+    setup: LabSetup,
+    way: Sequence[tuple[str, int]],
+    top: float,
+    rate: float,
+    columns: tuple[str, ...],
+) -> Proposal:
+    own = replace(test, number=0, setup=setup)
+    lines = _lines(own, way, top, rate, columns)
+    minutes = SETUP_MIN[mounting] + float(lines["time_s"].max()) / 60
+    return Proposal(name, minutes, Measurement(lines, [own]))
+
+
+def _again(
+    measurement: Measurement, name: str, mounting: str, test: SpecimenTest, columns: Sequence[str]
+) -> Proposal:
+    """What was measured once more, with other readings; simulated as it was."""
+    lines = measurement.readings.copy()
+    for column in READ:
+        lines[column] = np.nan
+    mine = lines["test"] == test.number
+    lines.loc[mine, list(columns)] = 0.0
+    lasting = float(np.ptp(measurement.rows(test.number)["time_s"])) / 60
+    found = Measurement(lines, measurement.tests)
+    return Proposal(name, SETUP_MIN[mounting] + lasting, found, known_mesh=True)
+
+
+READ = ("angle_deg", "chord_angle_deg", "force_N", "tip_x_mm", "tip_z_mm")
+
+
+def _lines(
+    test: SpecimenTest,
+    way: Sequence[tuple[str, int]],
+    top: float,
+    rate: float,
+    columns: Sequence[str],
+) -> pd.DataFrame:
+    """Rows of a protocol, readings 0."""
+    ramp = top * np.arange(1, STOPS + 1) / STOPS
+    found: list[dict[str, Any]] = []
+    time_s, here = 0.0, 0.0
+    for branch, cycle in way:
+        if branch == "hold":
+            waits = HOLD_s * (np.arange(1, HOLD_READINGS + 1) / HOLD_READINGS) ** 2
+            steps = [(top, time_s + wait) for wait in waits]
+        else:
+            values = ramp if branch == "loading" else np.append(ramp[-2::-1], 0.0)
+            steps = []
+            for value in values:
+                time_s += abs(value - here) / rate
+                here = float(value)
+                steps.append((here, time_s))
+        for value, moment in steps:
+            found.append(
+                {
+                    "line": 0, "test": test.number, "experiment": test.experiment,
+                    "specimen": test.specimen, "cycle": cycle, "branch": branch,
+                    **dict.fromkeys(NUMBERS, np.nan), "time_s": moment, test.led: value,
+                    **dict.fromkeys(columns, 0.0),
+                }
+            )  # fmt: skip
+        time_s = float(steps[-1][1])
+    return pd.DataFrame(found)

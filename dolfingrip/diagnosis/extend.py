@@ -1,0 +1,68 @@
+"""``extended.toml``: the configuration with the cause at its fitted parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.laplace import Estimate
+from dolfingrip.diagnosis.model import SCALE
+
+
+def extended(config: Config, fit: Hypothesis) -> Config:
+    """The configuration at a fit: modulus and the effects' parameters.
+
+    The laboratory's set-up (gap, weight, coupon) stays out: it is no property of the finger. The
+    contacts' stiffness, which a change of the modulus carries with it, is as configured.
+    """
+    factor = fit.by_key.get(SCALE, 1.0)
+    material = {"mu_MPa": config.material.mu_MPa * factor}
+    if config.material.bulk_MPa is not None:
+        material["bulk_MPa"] = config.material.bulk_MPa * factor
+    own = [text for text in fit.overrides if text.startswith("extensions.") or text in CHOICES]
+    return config.changed(material=material).overridden(own)
+
+
+CHOICES = ("contact.self_contact=true", 'solver.element="P2"')
+"""Overrides of a reversed choice of the model, which is no extension."""
+
+
+def parameters(
+    config: Config, fit: Hypothesis, estimates: Sequence[Estimate]
+) -> list[tuple[str, Estimate]]:
+    """Fitted numbers by key of the configuration, moduli at the fitted modulus."""
+    factor = fit.by_key.get(SCALE, 1.0)
+    found = []
+    for parameter, estimate in zip(fit.parameters, estimates, strict=True):
+        if parameter.key == SCALE:
+            found.append(("material.mu_MPa", _times(estimate, config.material.mu_MPa)))
+        else:
+            found.append((parameter.key, _times(estimate, factor if parameter.is_modulus else 1)))
+    return found
+
+
+def write(
+    file: Path,
+    config: Config,
+    fit: Hypothesis,
+    numbers: Sequence[tuple[str, Estimate]],
+    verdict: str,
+) -> None:
+    """Write the configuration, the verdict and the intervals as comments before it."""
+    lines = [f"# dolfingrip diagnose: {verdict}", "# fitted, with 90 % intervals:"]
+    for key, estimate in numbers:
+        lines.append(f"# {key} = {estimate.value:.4g} ({estimate.low:.4g} to {estimate.high:.4g})")
+    text = "\n".join(lines) + "\n" + configuration.dumps(extended(config, fit))
+    partial = file.with_suffix(".part")
+    partial.write_text(text, encoding="utf-8")
+    partial.replace(file)
+
+
+def _times(estimate: Estimate, factor: float) -> Estimate:
+    return Estimate(
+        estimate.value * factor, estimate.low * factor, estimate.high * factor,
+        estimate.std_by_prior,
+    )  # fmt: skip

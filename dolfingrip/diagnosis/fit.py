@@ -1,0 +1,243 @@
+"""Nonlinear fits: the modulus and the parameters of effects, with nuisances free."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from scipy.special import log_ndtr
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.laplace import fit as laplace_fit
+from dolfingrip.diagnosis.inference.laplace import slope
+from dolfingrip.diagnosis.inference.screen import Score
+from dolfingrip.diagnosis.model import (
+    EffectModel,
+    FitFailure,
+    FreeParameter,
+    can_be_fitted,
+    free_parameters,
+)
+from dolfingrip.diagnosis.problem import Problem
+from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.secants import Candidate
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.index import effect
+
+MOST_EVALUATIONS: Final = 8
+"""Simulations of the whole measurement in a fit; each is one step of the least squares."""
+
+WEAKEST, STRONGEST = 0.3, 3.0
+"""Range of the strength that a fit starts at, by the ordinary one."""
+
+BAD: Final = 3.0
+"""What stands for the readings where a simulation fails: these are off by so many times."""
+
+
+@dataclass
+class Fitter:
+    """Fits hypotheses to a problem.
+
+    Attributes:
+        problem: the readings.
+        workers: where simulations are computed and kept.
+        say: told what is being done.
+        failures: fits that were given up, a sentence each.
+    """
+
+    problem: Problem
+    workers: Workers
+    say: Callable[[str], None]
+    failures: list[str] = field(default_factory=list)
+
+    def none(self) -> Hypothesis:
+        """The base model, its modulus fitted."""
+        base = self.problem.base
+        model = EffectModel(
+            base.measurement, base.config, self.workers, self.problem.scale,
+            base=base.simulated, scales=base.scales,
+        )  # fmt: skip
+        return self._fitted((), model, None)
+
+    def effects(self, scores: Sequence[Score], none: Hypothesis) -> Hypothesis | None:
+        """One effect or several; None where no simulation of it succeeds.
+
+        Args:
+            scores: of the effects in the screen, which say where to start.
+            none: fit without an effect.
+        """
+        found = [self._candidate(score.name) for score in scores]
+        config = self._config()
+        simulated = [
+            (score, each)
+            for score, each in zip(scores, found, strict=True)
+            if can_be_fitted(each.name, each.overrides[score.shape], config)
+        ]
+        linear = [
+            (score, each)
+            for score, each in zip(scores, found, strict=True)
+            if (score, each) not in simulated
+        ]
+        names = tuple(score.name for score in scores)
+        if not simulated:
+            return self._linear(names, none, linear)
+        parameters: list[FreeParameter] = []
+        held: list[str] = []
+        start: list[float] = []
+        for score, each in simulated:
+            own = free_parameters(each.name, each.overrides[score.shape], config)
+            values = _numbers(each.overrides[score.shape])
+            parameters += own
+            held += [
+                text for text in each.overrides[score.shape]
+                if text.partition("=")[0] not in {p.key for p in own}
+            ]  # fmt: skip
+            strength = min(max(abs(score.amplitude.mean), WEAKEST), STRONGEST)
+            start += [_started(each.name, p, values.get(p.key), strength) for p in own]
+        base = self.problem.base
+        model = EffectModel(
+            base.measurement, base.config, self.workers, self.problem.scale, parameters, held
+        )
+        first = [*none.values[: int(self.problem.scale is not None)], *start]
+        self.say(f"fitting {' with '.join(names)}")
+        try:
+            hypothesis = self._fitted(names, model, first)
+        except FitFailure as failure:
+            self.failures.append(f"{' with '.join(names)} could not be fitted: {failure}")
+            return None
+        return self._linear(names, hypothesis, linear) if linear else hypothesis
+
+    def _config(self) -> Config:
+        tests = self.problem.measurement.tests
+        return tests[0].setup.applied(self.problem.base.config)
+
+    def _candidate(self, name: str) -> Candidate:
+        return next(each for each in self.problem.base.candidates if each.name == name)
+
+    def _fitted(
+        self, names: tuple[str, ...], model: EffectModel, start: Sequence[float] | None
+    ) -> Hypothesis:
+        problem, parameters = self.problem, model.parameters
+        covariance = problem.covariance
+        broken: list[FitFailure] = []
+
+        def residual(values: Sequence[float]) -> Vector:
+            try:
+                return covariance.whiten(problem.value - problem.take(model.evaluate(values)[0]))
+            except FitFailure as failure:
+                broken.append(failure)
+                return BAD * covariance.whiten(problem.value)
+
+        def jacobian(values: Sequence[float]) -> Matrix:
+            return -covariance.whiten(self._rows(model.evaluate(values)[1]))
+
+        if not parameters:
+            readings, _ = model.evaluate([])
+            nothing = np.zeros((len(problem.value), 0))
+            return Hypothesis(names, (), np.zeros(0), problem.take(readings), nothing, 1, model,
+                              model.overrides([]))  # fmt: skip
+        bounds = [(each.low, each.high) for each in parameters]
+        found = laplace_fit(
+            residual, [each.prior for each in parameters], covariance.logdet, start, jacobian,
+            most_evaluations=MOST_EVALUATIONS, bounds=bounds,
+        )  # fmt: skip
+        values = [estimate.value for estimate in found.estimates]
+        readings, slopes = model.evaluate(values)
+        by_zeta = np.array(
+            [slope(each.prior, float(z)) for each, z in zip(parameters, found.zeta, strict=True)]
+        )
+        return Hypothesis(
+            names, tuple(parameters), found.zeta, problem.take(readings),
+            self._rows(slopes) * by_zeta, model.count, model, model.overrides(values),
+        )  # fmt: skip
+
+    def _rows(self, matrix: Matrix) -> Matrix:
+        return np.asarray(matrix[self.problem.kept])
+
+    def _linear(
+        self,
+        names: tuple[str, ...],
+        beside: Hypothesis,
+        linear: Sequence[tuple[Score, Candidate]],
+    ) -> Hypothesis:
+        """``beside`` with effects that change the readings in proportion to their strength."""
+        problem = self.problem
+        columns, parameters, overrides = [], list(beside.parameters), list(beside.overrides)
+        for score, each in linear:
+            columns.append(problem.take(each.shapes[score.shape]) * each.spread)
+            low = 0.0 if each.one_sided else -math.inf
+            prior = Prior(0.0, each.spread, "by the ordinary strength")
+            parameters.append(FreeParameter(f"{STRENGTH}{each.name}", prior, low, math.inf))
+        jacobian = np.column_stack([beside.jacobian, *columns])
+        white = problem.covariance.whiten(
+            np.column_stack([beside.residual(problem.value), jacobian])
+        )
+        information = np.eye(jacobian.shape[1]) + white[:, 1:].T @ white[:, 1:]
+        zeta = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])
+        std = np.sqrt(np.diag(np.linalg.inv(information)))
+        correction = 0.0
+        first = len(beside.parameters)
+        for number, (score, each) in enumerate(linear, first):
+            if each.one_sided:
+                correction += float(log_ndtr(zeta[number] / std[number])) + math.log(2)
+                zeta[number] = max(zeta[number], 0.0)
+            strength = float(zeta[number]) * each.spread
+            overrides += _scaled(each.name, each.overrides[score.shape], strength)
+        readings = beside.readings + jacobian @ (
+            zeta - np.append(beside.zeta, np.zeros(len(linear)))
+        )
+        return Hypothesis(
+            names, tuple(parameters), np.asarray(zeta, dtype=float), readings, jacobian, beside.evaluations, None,
+            tuple(overrides), correction,
+        )  # fmt: skip
+
+
+STRENGTH: Final = "strength of "
+"""Begins the key of a strength by the ordinary one."""
+
+
+def _numbers(overrides: Sequence[str]) -> Mapping[str, float]:
+    """Numbers by key, of a list its first."""
+    found = {}
+    for text in overrides:
+        key, _, number = text.partition("=")
+        value = tomllib.loads(f"value = {number}")["value"]
+        value = value[0] if isinstance(value, list) else value
+        if not isinstance(value, bool | str):
+            found[key] = float(value)
+    return found
+
+
+def _started(name: str, parameter: FreeParameter, ordinary: float | None, strength: float) -> float:
+    """Where a fit starts: at the screen's strength, within the bounds."""
+    value = parameter.prior.mean if ordinary is None else ordinary
+    neutral = effect(name).neutral.get(parameter.key.rpartition(".")[2])
+    if neutral is not None and ordinary is not None:
+        rest = float(neutral[0] if isinstance(neutral, list | tuple) else neutral)
+        value = rest + strength * (ordinary - rest)
+    return min(max(value, parameter.low), parameter.high)
+
+
+def _scaled(name: str, overrides: Sequence[str], strength: float) -> list[str]:
+    """Overrides with the amplitudes at a strength by the ordinary one."""
+    found = []
+    for text in overrides:
+        key, _, number = text.partition("=")
+        value = tomllib.loads(f"value = {number}")["value"]
+        neutral = effect(name).neutral.get(key.rpartition(".")[2])
+        if neutral is None or isinstance(value, bool | str):
+            found.append(text)
+        elif isinstance(value, list):
+            rest = [float(entry) for entry in neutral]
+            found.append(
+                f"{key}={[a + strength * (b - a) for a, b in zip(rest, value, strict=True)]}"
+            )
+        else:
+            found.append(f"{key}={neutral + strength * (value - neutral)!r}")
+    return found

@@ -1,0 +1,1 @@
+"""What naming the cause is worth: errors on readings that were not used."""

@@ -1,0 +1,111 @@
+"""A hypothesis at its fit: readings and their derivatives; the rest is closed form from there.
+
+At a fit ζ* the readings are about y* + J (ζ − ζ*), so that with standard normal ζ
+
+    ln Z = ln N(y − y* + J ζ*; 0, C + J Jᵀ),
+
+which is Laplace's evidence there. Other noise, or a part of the readings, need no new simulation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.covariance import Covariance
+from dolfingrip.diagnosis.inference.evidence import INTERVAL
+from dolfingrip.diagnosis.inference.laplace import Estimate, to_value
+from dolfingrip.diagnosis.model import EffectModel, FreeParameter
+from dolfingrip.diagnosis.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """No effect, one or several, at the parameters that fit best.
+
+    Attributes:
+        effects: their names; none for the base model with its nuisances.
+        parameters: that were free.
+        zeta: their standard normal numbers at the fit, shape (p,).
+        readings: y*, shape (n,).
+        jacobian: J, of the readings by ζ, shape (n, p).
+        evaluations: simulations of the whole measurement that it took.
+        model: gives readings at other parameters; None where the effect is linear.
+        overrides: the configuration at the fit, as with ``--set``.
+        correction: to ln Z, where a strength has one sign.
+    """
+
+    effects: tuple[str, ...]
+    parameters: tuple[FreeParameter, ...]
+    zeta: Vector
+    readings: Vector
+    jacobian: Matrix
+    evaluations: int = 0
+    model: EffectModel | None = field(default=None, repr=False)
+    overrides: tuple[str, ...] = ()
+    correction: float = 0.0
+
+    @property
+    def values(self) -> list[float]:
+        """Of the parameters, at the fit."""
+        return [
+            to_value(each.prior, float(zeta))
+            for each, zeta in zip(self.parameters, self.zeta, strict=True)
+        ]
+
+    @property
+    def by_key(self) -> Mapping[str, float]:
+        """The same by key."""
+        return dict(zip((each.key for each in self.parameters), self.values, strict=True))
+
+    def residual(self, value: Vector) -> Vector:
+        """Measured less what is expected with ζ = 0 along the tangent, shape (n,)."""
+        return np.asarray(value - self.readings + self.jacobian @ self.zeta)
+
+    def covariance(self, problem: Problem) -> Covariance:
+        """C + J Jᵀ."""
+        return problem.covariance.widened(self.jacobian)
+
+    def log_evidence(self, problem: Problem) -> float:
+        """ln Z."""
+        own = self.covariance(problem).log_density(self.residual(problem.value))
+        return own + self.correction
+
+    def estimates(self, problem: Problem) -> list[Estimate]:
+        """Parameters with 90 % intervals."""
+        white = problem.covariance.whiten(self.jacobian)
+        std = np.sqrt(np.diag(np.linalg.inv(np.eye(white.shape[1]) + white.T @ white)))
+        return [
+            Estimate(
+                to_value(p.prior, z),
+                max(to_value(p.prior, z - INTERVAL * s), p.low),
+                min(to_value(p.prior, z + INTERVAL * s), p.high),
+                float(s),
+            )
+            for p, z, s in zip(self.parameters, self.zeta, std, strict=True)
+        ]
+
+    def predicted(
+        self, problem: Problem, known: np.ndarray, others: Sequence[Matrix] = ()
+    ) -> Vector:
+        """Expected readings, shape (n,), where only those ``known`` (n,) have been measured.
+
+        Parameters and nuisances are fitted to these; what mesh and laws get wrong is left.
+
+        Args:
+            problem: with noise and nuisances.
+            known: which readings are used.
+            others: further columns of one standard deviation, shape (n, k) each.
+        """
+        columns = np.hstack([self.jacobian, problem.nuisances, *others])
+        residual = self.residual(problem.value)
+        block = np.ix_(known, known)
+        noise = problem.error_covariance.matrix[block]
+        seen = columns[known]
+        covariance = Covariance.of(noise + seen @ seen.T)
+        back = covariance.whiten(np.column_stack([residual[known], seen]))
+        strength = back[:, 1:].T @ back[:, 0]
+        return np.asarray(self.readings - self.jacobian @ self.zeta + columns @ strength)

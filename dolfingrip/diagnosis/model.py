@@ -1,0 +1,235 @@
+"""The readings as a function of parameters: modulus and those of effects, by simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.laplace import to_value
+from dolfingrip.diagnosis.simulation import modulus
+from dolfingrip.diagnosis.simulation.closed_forms import has_closed_form
+from dolfingrip.diagnosis.simulation.nuisances import MODULUS
+from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure, simulate
+from dolfingrip.diagnosis.simulation.strengths import HELD
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.index import effect
+from dolfingrip.parameter import Entry, find
+
+SCALE: Final = "modulus"
+"""Name of the factor of all moduli among the parameters."""
+
+MARGIN: Final = 1e-3
+"""Distance of values from their bounds, as part of the prior's spread."""
+
+
+class FitFailure(Exception):
+    """A simulation at some values did not come to its end; the text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class FreeParameter:
+    """A number that a fit finds.
+
+    Attributes:
+        key: ``extensions.effect.name`` or :data:`SCALE`.
+        prior: of it.
+        low, high: bounds.
+        listed: whether the key is a list of one entry.
+    """
+
+    key: str
+    prior: Prior
+    low: float
+    high: float
+    listed: bool = False
+
+    @property
+    def gradient_key(self) -> str:
+        """Key of the derivative."""
+        return f"{self.key}[0]" if self.listed else self.key
+
+    def override(self, value: float) -> str:
+        """As with ``--set``."""
+        return f"{self.key}=[{value!r}]" if self.listed else f"{self.key}={value!r}"
+
+    @property
+    def is_modulus(self) -> bool:
+        """Whether it is in proportion to the material's modulus."""
+        return self.key.endswith("_MPa")
+
+
+def modulus_parameter(measurement: Measurement, config: Config) -> FreeParameter | None:
+    """The factor of all moduli; None where tests are of different materials, or it is known."""
+    materials = {test.setup.applied(config).material.mu_MPa for test in measurement.tests}
+    spread = max(test.setup.nuisances["modulus"] for test in measurement.tests)
+    if len(materials) > 1 or spread == 0:
+        return None
+    prior = Prior(1.0, spread, "the material's modulus", positive=True)
+    return FreeParameter(SCALE, prior, 0.1, 10.0)
+
+
+def can_be_fitted(name: str, overrides: Sequence[str], config: Config) -> bool:
+    """Whether an effect has parameters that simulations can be derived by."""
+    if has_closed_form(name) or not overrides or effect(name).kind == "numerical":
+        return False
+    return bool(free_parameters(name, overrides, config))
+
+
+def free_parameters(name: str, overrides: Sequence[str], config: Config) -> list[FreeParameter]:
+    """What a fit of an effect finds: the parameters with a prior, but those that are held."""
+    on = config.overridden(overrides)
+    found = []
+    for key, prior in effect(name).priors().items():
+        if key in HELD.get(name, ()):
+            continue
+        path = f"extensions.{name}.{key}"
+        for parameter in find(on, [path]):
+            if parameter.entry is Entry.CHOICE:
+                continue
+            margin = MARGIN * prior.spread
+            found.append(
+                FreeParameter(
+                    path, prior, parameter.low + margin, parameter.high - margin,
+                    parameter.key != path,
+                )
+            )  # fmt: skip
+    return found
+
+
+@dataclass
+class EffectModel:
+    """The readings of a measurement with effects whose parameters are free.
+
+    Attributes:
+        measurement, config, workers: as for
+            :func:`~dolfingrip.diagnosis.simulation.simulated.simulate`.
+        scale: the factor of all moduli, first among the parameters, where it is free.
+        effects: parameters of the effects, after it.
+        held: overrides of the effects' other parameters.
+        base: without effects; serves where there are none.
+        count: of evaluations by simulation.
+    """
+
+    measurement: Measurement
+    config: Config
+    workers: Workers
+    scale: FreeParameter | None
+    effects: Sequence[FreeParameter] = ()
+    held: Sequence[str] = ()
+    base: Simulated | None = None
+    scales: bool = False
+    count: int = 0
+    _known: dict[tuple[float, ...], tuple[Vector, Matrix]] = field(default_factory=dict)
+
+    @property
+    def parameters(self) -> list[FreeParameter]:
+        """All that is free."""
+        return [*([self.scale] if self.scale else []), *self.effects]
+
+    @property
+    def coupons_alone(self) -> bool:
+        """Whether all readings are in proportion to the modulus."""
+        return all(test.experiment == "coupon" for test in self.measurement.tests)
+
+    def start(self) -> list[float]:
+        """Medians of the priors."""
+        return [to_value(each.prior, 0.0) for each in self.parameters]
+
+    def overrides(self, values: Sequence[float]) -> tuple[str, ...]:
+        """The configuration at these values, as with ``--set``."""
+        factor, own = self._split(values)
+        return (*self._material(factor), *self._extensions(factor, own))
+
+    def evaluate(self, values: Sequence[float]) -> tuple[Vector, Matrix]:
+        """Readings, shape (n,), and their derivatives by the parameters, shape (n, p).
+
+        Raises:
+            FitFailure: where a simulation fails.
+        """
+        key = tuple(float(f"{value:.10g}") for value in values)
+        if key not in self._known:
+            self._known[key] = self._evaluate(key)
+        return self._known[key]
+
+    def _split(self, values: Sequence[float]) -> tuple[float, Sequence[float]]:
+        return (values[0], values[1:]) if self.scale else (1.0, values)
+
+    def _material(self, factor: float) -> tuple[str, ...]:
+        if factor == 1.0:
+            return ()
+        return modulus.overrides(self.measurement.tests[0].setup.applied(self.config), factor)
+
+    def _extensions(self, factor: float, own: Sequence[float]) -> tuple[str, ...]:
+        values = [v * factor if p.is_modulus else v for p, v in zip(self.effects, own, strict=True)]
+        return (*self.held, *(p.override(v) for p, v in zip(self.effects, values, strict=True)))
+
+    def _evaluate(self, values: tuple[float, ...]) -> tuple[Vector, Matrix]:
+        factor, own = self._split(values)
+        if not self.effects and not self.held and self.base is not None:
+            return self._without_effect(factor)
+        simulated_factor = 1.0 if self.coupons_alone else factor
+        stages = () if self.base is None else self.base.case.overrides
+        keys = tuple(p.gradient_key for p in self.effects)
+        with_scale = (MODULUS,) if self.scale and not self.coupons_alone else ()
+        case = Case(
+            (*stages, *self._material(simulated_factor), *self._extensions(simulated_factor, own)),
+            (*keys, *with_scale),
+        )
+        try:
+            (found,) = simulate(self.measurement, self.config, [case], self.workers)
+        except ConfigError as error:
+            raise FitFailure(str(error)) from None
+        self.count += 1
+        if np.isnan(found.readings).any():
+            raise FitFailure(sentence(found.failures))
+        columns = [
+            found.slope(p.gradient_key) * (simulated_factor if p.is_modulus else 1.0)
+            for p in self.effects
+        ]
+        if not self.coupons_alone:
+            return found.readings, self._with_scale(found, factor, own, columns)
+        readings = factor * found.readings
+        columns = [factor * column for column in columns]
+        first = [found.readings] if self.scale else []
+        return readings, np.column_stack([*first, *columns])
+
+    def _with_scale(
+        self, found: Simulated, factor: float, own: Sequence[float], columns: list[Vector]
+    ) -> Matrix:
+        if not self.scale:
+            return np.column_stack(columns)
+        mu_MPa = self.measurement.tests[0].setup.applied(self.config).material.mu_MPa
+        by_factor = found.slope(MODULUS) * mu_MPa
+        for parameter, value in zip(self.effects, own, strict=True):
+            if parameter.is_modulus:
+                by_factor = by_factor + found.slope(parameter.gradient_key) * value
+        return np.column_stack([by_factor, *columns])
+
+    def _without_effect(self, factor: float) -> tuple[Vector, Matrix]:
+        """From the base simulation: by exact scaling, else linear in the factor."""
+        assert self.base is not None
+        base = self.base
+        if not self.scale:
+            return base.readings, np.zeros((len(base.readings), 0))
+        if self.scales:
+            step = 1e-3
+            here, more, less = (
+                modulus.scaled(self.measurement, base, factor * by)
+                for by in (1.0, 1 + step, 1 - step)
+            )
+            return here, ((more - less) / (2 * step * factor))[:, None]
+        mu_MPa = self.measurement.tests[0].setup.applied(self.config).material.mu_MPa
+        slope = base.slope(MODULUS) * mu_MPa
+        return base.readings + (factor - 1) * slope, slope[:, None]
+
+
+def sentence(failures: Sequence[SimulationFailure]) -> str:
+    """Why simulations failed, in one line."""
+    return "; ".join(dict.fromkeys(each.sentence for each in failures)) or "no reading"

@@ -1,0 +1,146 @@
+"""``diagnosis.json``: all that a diagnosis found, as a documented and versioned schema."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+SCHEMA: Final = 1
+"""Version; raised where a key changes its meaning or goes."""
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", populate_by_name=True)
+
+
+class Verdict(_Part):
+    """The answer."""
+
+    answer: Literal["cause", "none", "unknown"] = Field(description="what is wrong with the model")
+    effects: tuple[str, ...] = Field(
+        alias="class", description="effects of the leading class: the data cannot tell them apart"
+    )
+    second: tuple[str, ...] = Field((), description="effects of a second cause beside it")
+    probability: float = Field(description="that the answer is right")
+    sentence: str = Field(description="the answer in words")
+
+
+class EffectClass(_Part):
+    """Effects that the readings cannot tell apart."""
+
+    effects: tuple[str, ...] = Field(description="the most probable first")
+    probability: float = Field(description="that one of them takes part, alone or in a pair")
+    members: tuple[float, ...] = Field(description="probability of each alone")
+    strength_sigma: float = Field(description="length of the fitted change, standard deviations")
+
+
+class Parameter(_Part):
+    """A fitted number."""
+
+    key: str = Field(description="of the configuration; modulus: factor of all moduli; strength "
+                     "of …: by the effect's ordinary strength")  # fmt: skip
+    value: float
+    low: float = Field(description="lower end of the central 90 %")
+    high: float = Field(description="upper end")
+
+
+class Fit(_Part):
+    """A hypothesis that was fitted on the graded mesh with nuisances free."""
+
+    effects: tuple[str, ...] = Field(description="none: base model and nuisances")
+    log_evidence: float = Field(description="natural logarithm, relative to no effect")
+    parameters: tuple[Parameter, ...]
+    simulations: int = Field(description="evaluations of the whole measurement")
+
+
+class Difference(_Part):
+    """Mean difference of a group of readings, nuisances fitted."""
+
+    channel: str
+    by: str = Field(description="what the group is by")
+    low_kPa: float | None
+    high_kPa: float | None
+    branch: str | None
+    cycle: int | None
+    rate_kPa_per_s: float | None
+    specimen: str | None
+    count: int
+    simulated_minus_measured: float = Field(description="in the channel's unit")
+    std_error: float
+    p_corrected: float = Field(description="by chance, corrected for all looks (Holm)")
+    percent: float | None = Field(description="of the measured mean")
+
+
+class Noise(_Part):
+    """The noise that was taken."""
+
+    std: dict[str, float] = Field(description="independent part, by column of a test")
+    correlated_std: dict[str, float] = Field(description="part that drifts along a run")
+    models: dict[str, float] = Field(description="probability of each model of the noise")
+    verdicts: dict[str, str] = Field(description="the verdict under each alone")
+    sentences: tuple[str, ...]
+
+
+class Gain(_Part):
+    """Error on readings that were not used in the fit."""
+
+    left_out: str = Field(description="what was left out in turn")
+    channel: str
+    folds: int
+    before: float = Field(description="as configured, root mean square, in the channel's unit")
+    nuisances: float = Field(description="nuisances refitted")
+    process: float = Field(description="a Gaussian process without cause")
+    cause: float = Field(description="the extended model")
+    cause_low: float = Field(description="lower end of its 90 % interval (bootstrap over folds)")
+    cause_high: float = Field(description="upper end")
+    by_nuisances_low: float = Field(description="cause by nuisances, lower end")
+    by_nuisances_high: float = Field(description="upper end")
+
+
+class NextExperiment(_Part):
+    """What an addition would tell."""
+
+    name: str
+    minutes: float
+    gain: float = Field(description="expected increase of the log Bayes factor between the tied")
+    gain_per_minute: float
+    splits: bool = Field(description="whether it is expected to tell all of them apart")
+
+
+class Diagnosis(_Part):
+    """A diagnosis."""
+
+    schema_version: Literal[1] = SCHEMA
+    version: str = Field(description="of dolfingrip")
+    data: tuple[str, ...] = Field(description="files")
+    quick: bool = Field(description="whether it stopped after the screen")
+    readings: int
+    verdict: Verdict
+    classes: tuple[EffectClass, ...] = Field(description="the most probable first")
+    none: float = Field(description="probability of no cause that can be seen")
+    unknown: float = Field(description="probability of a cause that is not in the catalogue")
+    screen: dict[str, float] = Field(description="log evidence of each effect alone, linear")
+    fits: tuple[Fit, ...]
+    differences: tuple[Difference, ...]
+    sentences: tuple[str, ...] = Field(description="where the simulation is off, in words")
+    noise: Noise
+    nuisances: dict[str, float] = Field(description="fitted, by their standard deviations")
+    gain: tuple[Gain, ...] = ()
+    gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
+    next_experiments: tuple[NextExperiment, ...] = ()
+    warnings: tuple[str, ...] = ()
+    extended: Annotated[dict[str, Any], Field(description="what extended.toml changes")] = {}
+    processor_s: float = Field(description="of this run's simulations, those from the store too")
+
+    def write(self, file: Path) -> None:
+        """Write it as JSON."""
+        partial = file.with_suffix(".part")
+        partial.write_text(self.model_dump_json(indent=1, by_alias=True) + "\n", encoding="utf-8")
+        partial.replace(file)
+
+    @classmethod
+    def read(cls, file: Path) -> Diagnosis:
+        """What :meth:`write` wrote."""
+        return cls.model_validate_json(file.read_text(encoding="utf-8"))

@@ -1,0 +1,72 @@
+"""The files of a diagnosis: diagnosis.json, extended.toml, summary.md, and data for pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis import extend, summary
+from dolfingrip.diagnosis.diagnose import Diagnosis
+
+
+@dataclass(frozen=True)
+class Written:
+    """What was written.
+
+    Attributes:
+        text: of the summary.
+        pictures: plain data for the report.
+    """
+
+    text: str
+    pictures: dict[str, Any]
+
+
+def write(found: Diagnosis, config: Config, data: Sequence[Path], out: Path) -> Written:
+    """Write all files but the pictures into ``out``."""
+    out.mkdir(parents=True, exist_ok=True)
+    fit = found.best
+    numbers = extend.parameters(config, fit, fit.estimates(found.problem))
+    try:
+        extend.write(out / "extended.toml", config, fit, numbers, found.verdict.sentence())
+    except ConfigError as error:
+        found.warnings.append(f"extended.toml is not written: {error}")
+    result = summary.outcome_of(found, config, [str(file) for file in data])
+    result.write(out / "diagnosis.json")
+    text = summary.text(result)
+    (out / "summary.md").write_text(text, encoding="utf-8")
+    return Written(text, _pictures(found))
+
+
+def _pictures(found: Diagnosis) -> dict[str, Any]:
+    problem = found.problem
+    everything = np.ones(len(problem.value), dtype=bool)
+    verdict = found.verdict
+    return {
+        "readings": problem.index.assign(
+            value=problem.value,
+            noise=problem.noise_std,
+            configured=problem.simulated,
+            before=found.none.predicted(problem, everything),
+            after=found.best.predicted(problem, everything),
+        ),
+        "cause": " with ".join(found.best.effects),
+        "probabilities": {
+            **{" or ".join(each.names): each.probability for each in verdict.table},
+            "none": verdict.none,
+            "unknown": verdict.unknown,
+        },
+        "gain": [
+            {
+                "left_out": row.left_out, "channel": row.channel, "before": row.before,
+                "nuisances": row.nuisances, "process": row.process, "cause": row.cause,
+                "interval": row.cause_interval,
+            }
+            for row in found.gain
+        ],
+    }  # fmt: skip
