@@ -5,13 +5,16 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from rich.console import Console
 
-from benchmarks.blind import library
+from benchmarks.blind import cases, diagnoses, full, library, report
+from benchmarks.blind.cases import Case
+from benchmarks.blind.diagnoses import How
+from benchmarks.blind.judging import Folders, Half
 from benchmarks.blind.protocols import FINGERS, PROTOCOLS
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import console
@@ -21,7 +24,6 @@ from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.simulation.runner import Workers
 
 OUT: Final = Path("out/blind")
-HALVES: Final = ("development", "final")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,7 @@ class Asked:
         half: of the cases.
         only: names of protocols.
         workers: number of processes.
+        quick: diagnose by closed forms alone.
         retry_failed: simulate again what failed.
         screen: where progress is shown.
     """
@@ -41,17 +44,23 @@ class Asked:
     half: str
     only: tuple[str, ...]
     workers: int
+    quick: bool
     retry_failed: bool
     screen: Console
 
     @property
-    def stores(self) -> Path:
-        """Folder of the library's stores."""
-        return self.out / "library"
+    def folders(self) -> Folders:
+        """Where things are kept."""
+        return Folders(self.out)
+
+    @property
+    def how(self) -> How:
+        """How cases are diagnosed."""
+        return How(self.folders.analyser, self.workers, self.quick)
 
     def at_work(self, show: Callable[..., None]) -> Workers:
         """Workers that show their progress."""
-        return Workers(self.stores, Where(workers=self.workers), show, self.retry_failed)
+        return Workers(self.folders.library, Where(workers=self.workers), show, self.retry_failed)
 
 
 def run_library(asked: Asked) -> None:
@@ -63,11 +72,65 @@ def run_library(asked: Asked) -> None:
         if history in wanted:
             asked.screen.print(f"library of {history}", soft_wrap=True)
             with progress.designs(asked.screen) as show:
-                library.compute(history, asked.stores, asked.at_work(show))
+                library.compute(history, asked.folders.library, asked.at_work(show))
+
+
+def planned(asked: Asked) -> list[Case]:
+    """The cases of the half that follow the protocols asked for."""
+    if set(asked.only) <= set(FINGERS):
+        return [case for case in cases.plan(asked.half) if case.protocol in asked.only]
+    often = dict.fromkeys(asked.only, 1.0)
+    return cases.plan(asked.half, often=often, full={})
+
+
+def run_full(asked: Asked) -> None:
+    """Simulate the cases that have a simulation of their own."""
+    own = [case for case in planned(asked) if case.full]
+    with progress.designs(asked.screen) as show:
+        full.compute(own, replace(asked.at_work(show), store=asked.folders.full))
+
+
+def run_cases(asked: Asked) -> None:
+    """Write the cases that the library allows so far: measured.csv, measured.toml, truth.json."""
+    half = Half(planned(asked), asked.folders)
+    made = sum(1 for _ in half.made())
+    folder = asked.out / "cases"
+    cases.table_of(half.cases).to_csv(folder / f"{asked.half}.csv", index=False)
+    missing = len(half.cases) - made
+    asked.screen.print(f"{made} cases in {folder}; {missing} wait for simulations", soft_wrap=True)
+
+
+def run_diagnose(asked: Asked) -> None:
+    """Diagnose them; with --quick by closed forms alone."""
+    half = Half(planned(asked), asked.folders)
+    how = asked.how
+    every = [case for case, _ in half.made()]
+    with progress.shown(asked.screen, "cases", at_once=True, few=progress.FEW) as show:
+        for number, case in enumerate(every):
+            show(number, len(every), case.name)
+            diagnoses.diagnose(case, asked.folders.case(case), how)
+        show(len(every), len(every))
+
+
+def run_score(asked: Asked) -> None:
+    """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv, confusion.png."""
+    half = Half(planned(asked), asked.folders)
+    how = asked.how
+    with progress.shown(asked.screen, "cases", at_once=True) as show:
+        judged = half.judged(how, show)
+    own = "" if set(asked.only) <= set(FINGERS) else "-".join(asked.only) + "-"
+    folder = asked.out / "score" / f"{own}{asked.half}-{how.mode}"
+    title = f"Blind benchmark, {asked.half} half, {how.mode}"
+    asked.screen.print(report.write(judged, title, folder), markup=False)
+    asked.screen.print(f"wrote {folder}", soft_wrap=True)
 
 
 STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
     "library": run_library,
+    "full": run_full,
+    "cases": run_cases,
+    "diagnose": run_diagnose,
+    "score": run_score,
 }
 
 
@@ -78,16 +141,20 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
     )
     parser = argparse.ArgumentParser(
         prog="scripts/blind-benchmark",
-        description=f"Hidden causes, their diagnosis, and what exact evidence allows. Stages: {told}",
+        description="Hidden causes, their diagnosis, and what exact evidence allows. A call goes "
+        f"on where the one before it was stopped. Stages: {told}",
     )
     parser.add_argument("stages", nargs="*", metavar="STAGE", help="default: all, in order")
-    parser.add_argument("--half", choices=HALVES, default=HALVES[0], help="of the cases")
+    parser.add_argument(
+        "--half", choices=cases.HALVES, default=cases.HALVES[0], help="of the cases"
+    )
     parser.add_argument(
         "--only", default=",".join(FINGERS), metavar="PROTOCOL,…",
         help=f"of {', '.join(PROTOCOLS)}; default: all of the reference finger",
     )  # fmt: skip
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="default: 1")
     parser.add_argument("--out", type=Path, default=OUT, metavar="FOLDER", help=f"default: {OUT}")
+    parser.add_argument("--quick", action="store_true", help="diagnose by closed forms alone")
     parser.add_argument("--retry-failed", action="store_true", help="simulate again what failed")
     asked = parser.parse_args(arguments)
     for stage in asked.stages:
@@ -99,7 +166,9 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
             parser.error(f"--only {name}: allowed: {', '.join(PROTOCOLS)}")
     if asked.workers < 1:
         parser.error(f"--workers {asked.workers}: allowed: 1 or more")
-    wanted = Asked(asked.out, asked.half, only, asked.workers, asked.retry_failed, console())
+    wanted = Asked(
+        asked.out, asked.half, only, asked.workers, asked.quick, asked.retry_failed, console()
+    )
     return tuple(asked.stages) or tuple(STAGES), wanted
 
 

@@ -18,7 +18,9 @@ from benchmarks.blind import noise
 from benchmarks.blind.cases import Case, Readings
 from benchmarks.blind.generator import Cause
 from benchmarks.blind.noise import Instruments
+from benchmarks.blind.opinions import Interval
 from benchmarks.blind.response import NUISANCES, Catalogue, Hidden, Truth
+from dolfingrip.diagnosis.gain.folds import folds
 from dolfingrip.diagnosis.inference.analysis import Analysis
 from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -41,11 +43,15 @@ class Attained:
 
     Attributes:
         verdict: by exact evidence.
+        intervals: of the strength of the hidden cause where there is one.
+        cut: by how much the true model cuts the error on readings that are left out.
         strengths_sigma: of each hidden cause after nuisances.
         unexplained_sigma: of what the best single cause of the catalogue leaves of all causes.
     """
 
     verdict: Verdict
+    intervals: tuple[Interval, ...]
+    cut: float
     strengths_sigma: tuple[float, ...]
     unexplained_sigma: float
 
@@ -143,7 +149,48 @@ class Bound:
             for each in case.truth.causes
         ]
         white = analysis.covariance.whiten(change[kept])
-        return Attained(analysis.verdict(residual), tuple(strengths), unexplained(analysis, white))
+        verdict = analysis.verdict(residual)
+        return Attained(
+            verdict,
+            self._intervals(case, verdict),
+            self._cut(kept, change[kept], residual),
+            tuple(strengths),
+            unexplained(analysis, white),
+        )
+
+    def _intervals(self, case: Case, verdict: Verdict) -> tuple[Interval, ...]:
+        if case.kind != "one" or case.hidden[0] not in verdict.names:
+            return ()
+        (hidden,) = case.truth.causes
+        found = next(score.amplitude for score in verdict.scores if score.name == hidden.name)
+        return (Interval(hidden.name, found.low, found.high, hidden.strength),)
+
+    def _cut(self, kept: np.ndarray, change: np.ndarray, residual: np.ndarray) -> float:
+        """Mean over what is left out, as the analyser leaves it out; 0 where nothing can be."""
+        index = self.index[kept].reset_index(drop=True).assign(rate_kPa_per_s=np.nan)
+        found = []
+        for parts in folds(index).values():
+            left = [
+                (
+                    part,
+                    *(self._left(kept, part, values) for values in (residual, residual - change)),
+                )
+                for part in parts
+            ]
+            for channel in dict.fromkeys(index["channel"]):
+                mine = (index["channel"] == channel).to_numpy()
+                before = np.concatenate([errors[mine[part]] for part, errors, _ in left])
+                after = np.concatenate([errors[mine[part]] for part, _, errors in left])
+                found.append(1 - np.sqrt(np.mean(after**2) / np.mean(before**2)))
+        return float(np.mean(found)) if found else 0.0
+
+    def _left(self, kept: np.ndarray, part: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Errors on the readings ``part``, nuisances fitted to the others."""
+        columns = self.nuisances[kept]
+        seen = columns[~part]
+        covariance = self._noise[np.ix_(kept, kept)][np.ix_(~part, ~part)] + seen @ seen.T
+        fitted = seen.T @ np.linalg.solve(covariance, values[~part])
+        return np.asarray(values[part] - columns[part] @ fitted)
 
 
 def unexplained(analysis: Analysis, white: np.ndarray) -> float:

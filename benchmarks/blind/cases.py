@@ -67,7 +67,7 @@ class Case:
     @property
     def name(self) -> str:
         """Name of its folder."""
-        return f"{self.half}-{self.number:03d}"
+        return f"{self.half}-{self.number:03d}-{self.protocol}"
 
     @property
     def hidden(self) -> tuple[str, ...]:

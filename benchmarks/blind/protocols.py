@@ -28,7 +28,8 @@ WAIT_S: Final = (2.0, 6.0, 20.0, 40.0, 60.0)
 COUPON_mm: Final = 16.5
 COUPON_mm_per_s: Final = 0.55
 COUPON: Final = {"gauge_length_mm": 33.0, "area_mm2": 9.0}
-SPECIMEN: Final = "A"
+SHARP: Final = {"coupon_slack_mm": 0.0, "material_law": 0.0}
+"""What the generator's coupons do not have, which the laboratory tells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,7 @@ class Protocol:
         told: dict[str, Any] = {"experiment": names}
         if "coupon" in names:
             told |= COUPON
+            told["nuisance"] = dict(SHARP)
         if "blocked_force" in names:
             told["plate"] = {"gap_mm": self.gap_mm}
         return told
