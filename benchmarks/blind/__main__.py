@@ -34,6 +34,7 @@ class Asked:
         out: folder of all that is kept.
         half: of the cases.
         only: names of protocols.
+        number: of cases of a half, those of other protocols included.
         workers: number of processes.
         quick: diagnose by closed forms alone.
         retry_failed: simulate again what failed.
@@ -43,6 +44,7 @@ class Asked:
     out: Path
     half: str
     only: tuple[str, ...]
+    number: int
     workers: int
     quick: bool
     retry_failed: bool
@@ -78,9 +80,10 @@ def run_library(asked: Asked) -> None:
 def planned(asked: Asked) -> list[Case]:
     """The cases of the half that follow the protocols asked for."""
     if set(asked.only) <= set(FINGERS):
-        return [case for case in cases.plan(asked.half) if case.protocol in asked.only]
+        every = cases.plan(asked.half, asked.number)
+        return [case for case in every if case.protocol in asked.only]
     often = dict.fromkeys(asked.only, 1.0)
-    return cases.plan(asked.half, often=often, full={})
+    return cases.plan(asked.half, asked.number, often, full={})
 
 
 def run_full(asked: Asked) -> None:
@@ -152,6 +155,10 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
         "--only", default=",".join(FINGERS), metavar="PROTOCOL,…",
         help=f"of {', '.join(PROTOCOLS)}; default: all of the reference finger",
     )  # fmt: skip
+    parser.add_argument(
+        "--number", type=int, default=cases.NUMBER, metavar="N",
+        help=f"of cases of a half; default: {cases.NUMBER}",
+    )  # fmt: skip
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="default: 1")
     parser.add_argument("--out", type=Path, default=OUT, metavar="FOLDER", help=f"default: {OUT}")
     parser.add_argument("--quick", action="store_true", help="diagnose by closed forms alone")
@@ -164,11 +171,13 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
     for name in only:
         if name not in PROTOCOLS:
             parser.error(f"--only {name}: allowed: {', '.join(PROTOCOLS)}")
-    if asked.workers < 1:
-        parser.error(f"--workers {asked.workers}: allowed: 1 or more")
+    for name in ("workers", "number"):
+        if getattr(asked, name) < 1:
+            parser.error(f"--{name} {getattr(asked, name)}: allowed: 1 or more")
     wanted = Asked(
-        asked.out, asked.half, only, asked.workers, asked.quick, asked.retry_failed, console()
-    )
+        asked.out, asked.half, only, asked.number, asked.workers, asked.quick, asked.retry_failed,
+        console(),
+    )  # fmt: skip
     return tuple(asked.stages) or tuple(STAGES), wanted
 
 
