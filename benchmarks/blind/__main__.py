@@ -11,7 +11,7 @@ from typing import Final
 
 from rich.console import Console
 
-from benchmarks.blind import cases, diagnoses, full, library, report
+from benchmarks.blind import cases, controls, diagnoses, full, library, report
 from benchmarks.blind.cases import Case
 from benchmarks.blind.diagnoses import How
 from benchmarks.blind.judging import Folders, Half
@@ -59,6 +59,12 @@ class Asked:
     def how(self) -> How:
         """How cases are diagnosed."""
         return How(self.folders.analyser, self.workers, self.quick)
+
+    @property
+    def scores(self) -> Path:
+        """Folder of the figures."""
+        own = "" if set(self.only) <= set(FINGERS) else "-".join(self.only) + "-"
+        return self.out / "score" / f"{own}{self.half}-{self.how.mode}"
 
     def at_work(self, show: Callable[..., None]) -> Workers:
         """Workers that show their progress."""
@@ -115,17 +121,30 @@ def run_diagnose(asked: Asked) -> None:
         show(len(every), len(every))
 
 
+def run_controls(asked: Asked) -> None:
+    """The same cases with other noise, or with noise that is not as told: controls.csv."""
+    wanted = controls.variants(planned(asked))
+    half = Half([case for own in wanted.values() for case in own], asked.folders)
+    every = [case for case, _ in half.made()]
+    with progress.shown(asked.screen, "cases", at_once=True, few=progress.FEW) as show:
+        for number, case in enumerate(every):
+            show(number, len(every), case.name)
+            diagnoses.diagnose(case, asked.folders.case(case), asked.how)
+    table = controls.table(wanted, asked.folders.case, asked.how)
+    asked.scores.mkdir(parents=True, exist_ok=True)
+    table.to_csv(asked.scores / "controls.csv", index=False)
+    asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
+
+
 def run_score(asked: Asked) -> None:
     """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv, confusion.png."""
     half = Half(planned(asked), asked.folders)
     how = asked.how
     with progress.shown(asked.screen, "cases", at_once=True) as show:
         judged = half.judged(how, show)
-    own = "" if set(asked.only) <= set(FINGERS) else "-".join(asked.only) + "-"
-    folder = asked.out / "score" / f"{own}{asked.half}-{how.mode}"
     title = f"Blind benchmark, {asked.half} half, {how.mode}"
-    asked.screen.print(report.write(judged, title, folder), markup=False)
-    asked.screen.print(f"wrote {folder}", soft_wrap=True)
+    asked.screen.print(report.write(judged, title, asked.scores), soft_wrap=True, markup=False)
+    asked.screen.print(f"wrote {asked.scores}", soft_wrap=True)
 
 
 STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
@@ -134,6 +153,7 @@ STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
     "cases": run_cases,
     "diagnose": run_diagnose,
     "score": run_score,
+    "controls": run_controls,
 }
 
 

@@ -53,6 +53,7 @@ class Case:
         truth: what is hidden.
         seed: of noise and missing readings.
         instruments: how they scatter, and what the laboratory tells.
+        variant: name of a control, of which these are other than usual.
     """
 
     half: str
@@ -63,11 +64,13 @@ class Case:
     truth: Truth
     seed: tuple[int, ...]
     instruments: Instruments = field(default_factory=Instruments)
+    variant: str = ""
 
     @property
     def name(self) -> str:
         """Name of its folder."""
-        return f"{self.half}-{self.number:03d}-{self.protocol}"
+        parts = (self.half, f"{self.number:03d}", self.protocol, self.variant)
+        return "-".join(part for part in parts if part)
 
     @property
     def hidden(self) -> tuple[str, ...]:
@@ -233,9 +236,9 @@ def make(case: Case, catalogue: Catalogue, folder: Path) -> Readings | None:
     return readings
 
 
-def control(case: Case, instruments: Instruments) -> Case:
-    """The same with other instruments, or another tale of them."""
-    return replace(case, instruments=instruments)
+def control(case: Case, variant: str, instruments: Instruments) -> Case:
+    """The same case and the same draws, with other instruments or another tale of them."""
+    return replace(case, variant=variant, instruments=instruments)
 
 
 def table_of(cases: Sequence[Case]) -> pd.DataFrame:

@@ -21,6 +21,7 @@ from benchmarks.blind.opinions import Interval
 from benchmarks.blind.protocols import PROTOCOLS
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import diagnose as analyser
+from dolfingrip.diagnosis.inference.alternatives import BELIEVED
 from dolfingrip.diagnosis.results import write
 
 RESULT: Final = "diagnosis.json"
@@ -103,5 +104,6 @@ def cut(content: dict[str, Any]) -> float | None:
 
 def doubts_noise(content: dict[str, Any]) -> bool:
     """Whether it says that the noise is not what was told."""
-    said = [*content["warnings"], *content["noise"]["sentences"]]
-    return any("noise" in sentence for sentence in said)
+    models = content["noise"]["models"]
+    other = max(models, key=lambda name: models[name]) != BELIEVED
+    return other or any("noise" in sentence for sentence in content["warnings"])

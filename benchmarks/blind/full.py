@@ -129,7 +129,7 @@ def vector(case: Case, results: Mapping[str, JobResult]) -> np.ndarray | None:
             for name, values in result.columns.items()
             if name in READING_COLUMNS
         }
-        if run.course.experiment != "coupon" and "force_N" in true:
+        if "force_N" in true:
             true["force_N"] = true["force_N"] * outsider_modulus(run.course, case.truth)
         shown = displayed(known, run.course, true, case.truth)
         names = [name for name in READING_COLUMNS if name in shown]

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement
 
 TOE: Final = 0.02
@@ -22,6 +23,7 @@ MOST: Final = 1200
 def selected(measurement: Measurement, config: Config) -> tuple[Measurement, list[str]]:
     """The measurement without the rows that are not compared, and why, a sentence each."""
     keep = np.ones(len(measurement.readings), dtype=bool)
+    readings = measurement.readings.copy()
     notes: list[str] = []
     for test in measurement.tests:
         if test.experiment != "coupon":
@@ -35,16 +37,17 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
             (strain >= TOE, f"below a strain of {TOE:g} (grips settle there)"),
         ):  # fmt: skip
             if not inside.all() and inside.sum() >= FEWEST:
-                keep[rows.index[~inside]] = False
+                # the row stays, as what comes later depends on the way
+                readings.loc[rows.index[~inside], list(READING_COLUMNS)] = np.nan
                 notes.append(f"coupons: readings {why} are left out")
-    every = -(-int(keep.sum()) // MOST)
+    every = -(-len(readings) // MOST)
     if every > 1:
         number = measurement.readings.groupby(["test", "cycle", "branch"]).cumcount().to_numpy()
         keep &= number % every == 0
         notes.append(f"of dense readings one in {every} is compared")
-    if keep.all():
+    if not notes:
         return measurement, []
-    readings = measurement.readings[keep].reset_index(drop=True)
+    readings = readings[keep].reset_index(drop=True)
     return Measurement(readings, measurement.tests, measurement.warnings), list(
         dict.fromkeys(notes)
     )
