@@ -16,7 +16,7 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import conclude as conclusions
-from dolfingrip.diagnosis import selection
+from dolfingrip.diagnosis import extend, selection
 from dolfingrip.diagnosis.additions import worth
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.conclude import NONE, Conclusion
@@ -27,8 +27,10 @@ from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.gain.gain import GainRow, claimed, gains
 from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.laplace import Estimate
+from dolfingrip.diagnosis.inference.posterior import Posterior
 from dolfingrip.diagnosis.inference.verdict import Verdict
-from dolfingrip.diagnosis.model import modulus_parameter
+from dolfingrip.diagnosis.model import area_spread, coupons_alone, modulus_parameter
 from dolfingrip.diagnosis.noise_model import NoiseModel, noise_model
 from dolfingrip.diagnosis.problem import Problem, index_of
 from dolfingrip.diagnosis.search import search
@@ -39,9 +41,6 @@ from dolfingrip.extensions.index import EFFECTS
 
 NUISANCES: Final = ("pressure_gain", "pressure_offset", "plate_gap", "wall_offset")
 """Effects that are nuisances already, with the same change of the readings: never a cause."""
-
-CERTAIN: Final = 0.9
-"""Probability of the leading effect above which no further experiment is proposed."""
 
 RIVAL: Final = 0.05
 """Probability by the leading effect's from which on an effect is worth being told apart."""
@@ -80,11 +79,12 @@ class Diagnosis:
         verdict: averaged over these models.
         under: the verdict under each alone.
         models: probability of each.
+        posterior: probabilities of all hypotheses, averaged over these models.
         gain: errors on what was left out.
         next: additions, the best first.
         warnings: what to beware of, a sentence each.
         quick: whether it stopped after the screen.
-        processor_s: of the simulations, those from the store included.
+        simulated_s: time of all simulations on a worker each, those from the store included.
     """
 
     problem: Problem
@@ -94,11 +94,12 @@ class Diagnosis:
     verdict: Verdict
     under: Mapping[str, Verdict]
     models: Mapping[str, float]
+    posterior: Posterior
     gain: list[GainRow] = field(default_factory=list)
     next: list[worth.AdditionWorth] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     quick: bool = False
-    processor_s: float = 0.0
+    simulated_s: float = 0.0
 
     @property
     def none(self) -> Hypothesis:
@@ -115,6 +116,21 @@ class Diagnosis:
             if key in self.fits:
                 return self.fits[key]
         return self.none
+
+    def numbers(self, fit: Hypothesis) -> list[tuple[str, Estimate]]:
+        """Fitted numbers by key of the configuration, with 90 % intervals."""
+        measurement = self.problem.measurement
+        area = area_spread(measurement) if coupons_alone(measurement) else 0.0
+        config = self.problem.base.config
+        return extend.parameters(config, fit, fit.estimates(self.problem), area)
+
+    @property
+    def takes_part(self) -> float:
+        """Probability that one of the leading class takes part, beside whatever else."""
+        names = [score.name for score in self.conclusion.scores]
+        own = [names.index(name) for each in self.verdict.named[:1] for name in each.names]
+        found = self.posterior
+        return found.with_either(own) + float(found.beside[own].sum()) if own else 0.0
 
     @property
     def gain_claimed(self) -> bool | None:
@@ -140,21 +156,32 @@ def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Setting
     measurement, notes = selection.selected(measured.read(files, config), config)
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress) as workers:
-        settings.say("simulating the measurement as configured, and with each effect")
-        base = simulate_base(measurement, config, workers, effects=_tried(settings.effects))
-        found = _name(measurement, base, workers, settings)
-        doubts = [each.sentence() for each in suspicions(measurement, base.readings)]
-        found.warnings = [*measurement.warnings, *notes, *doubts, *_failures(base), *found.warnings]
-        if not settings.quick and found.verdict.answer == "cause":
-            if found.best.effects:
-                settings.say("measuring the gain on readings that are left out")
-                found.gain = gains(found.problem, found.none, found.best)
-                if not found.gain_claimed:
-                    found.warnings.append(
-                        "the cause does not predict readings that were left out better than "
-                        "refitted nuisances or a process without cause: take it as a suspicion"
-                    )
-            _propose(found, config, workers, settings)
+        found = diagnose_measurement(measurement, config, workers, settings)
+        found.simulated_s = sum(workers.spent_s.values())
+    found.warnings = [*notes, *found.warnings]
+    return found
+
+
+def diagnose_measurement(
+    measurement: Measurement, config: Config, workers: Workers, settings: Settings
+) -> Diagnosis:
+    """The same for readings that are there, with workers of the caller's."""
+    settings.say("simulating the measurement as configured, and with each effect")
+    base = simulate_base(measurement, config, workers, effects=_tried(settings.effects))
+    found = _name(measurement, base, workers, settings)
+    doubts = [each.sentence() for each in suspicions(measurement, base.readings)]
+    found.warnings = [*measurement.warnings, *doubts, *_failures(base), *found.warnings]
+    if settings.quick or found.verdict.answer != "cause":
+        return found
+    if found.best.effects:
+        settings.say("measuring the gain on readings that are left out")
+        found.gain = gains(found.problem, found.none, found.best)
+        if not found.gain_claimed:
+            found.warnings.append(
+                "the cause does not predict readings that were left out better than refitted "
+                "nuisances or a process without cause: take it as a suspicion"
+            )
+    _propose(found, config, workers, settings)
     return found
 
 
@@ -214,11 +241,22 @@ def _name(
     thresholds = found[best].analysis.thresholds
     verdict = found[best].verdict(thresholds, posterior)
     under_each = {name: each.verdict(thresholds) for name, each in found.items()}
-    warnings = [*fitter.failures, *verdict.notes, *_noise_notes(verdict, under_each, models)]
+    warnings = [
+        *fitter.failures,
+        *_verdict_notes(verdict),
+        *_noise_notes(verdict, under_each, models),
+    ]
     return Diagnosis(
-        found[best].problem, noise, fits, found[best], verdict, under_each, models,
+        found[best].problem, noise, fits, found[best], verdict, under_each, models, posterior,
         warnings=warnings, quick=settings.quick,
     )  # fmt: skip
+
+
+def _verdict_notes(verdict: Verdict) -> list[str]:
+    """The verdict's notes, those of all effects that cannot be seen in one."""
+    hidden = [score.name for score in verdict.scores if not score.visible]
+    notes = [n for n in verdict.notes if not n.endswith("cannot be seen in these readings")]
+    return [*notes, *([f"not to be seen in these readings: {', '.join(hidden)}"] if hidden else [])]
 
 
 def _noise_notes(
@@ -237,7 +275,7 @@ def _propose(found: Diagnosis, config: Config, workers: Workers, settings: Setti
     scores = {score.name: score for score in found.conclusion.scores}
     leading = found.verdict.named[0]
     names = [score.name for score in found.conclusion.scores]
-    alone = found.conclusion.posterior.singles
+    alone = found.posterior.singles
     best = max(alone.max(), 1e-300)
     tied = [
         (found.fits[frozenset([name])], max(float(alone[names.index(name)]), 1e-6))

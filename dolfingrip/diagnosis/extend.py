@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.evidence import INTERVAL
 from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.model import SCALE
 
@@ -31,14 +33,23 @@ CHOICES = ("contact.self_contact=true", 'solver.element="P2"')
 
 
 def parameters(
-    config: Config, fit: Hypothesis, estimates: Sequence[Estimate]
+    config: Config, fit: Hypothesis, estimates: Sequence[Estimate], area_spread: float = 0.0
 ) -> list[tuple[str, Estimate]]:
-    """Fitted numbers by key of the configuration, moduli at the fitted modulus."""
+    """Fitted numbers by key of the configuration, moduli at the fitted modulus.
+
+    Args:
+        config: that was diagnosed.
+        fit: whose numbers these are.
+        estimates: of its parameters.
+        area_spread: relative standard deviation of the cross-section where coupons alone tell the
+            modulus; it widens that one's interval.
+    """
     factor = fit.by_key.get(SCALE, 1.0)
     found = []
     for parameter, estimate in zip(fit.parameters, estimates, strict=True):
         if parameter.key == SCALE:
-            found.append(("material.mu_MPa", _times(estimate, config.material.mu_MPa)))
+            wider = _widened(estimate, area_spread)
+            found.append(("material.mu_MPa", _times(wider, config.material.mu_MPa)))
         else:
             found.append((parameter.key, _times(estimate, factor if parameter.is_modulus else 1)))
     return found
@@ -66,3 +77,16 @@ def _times(estimate: Estimate, factor: float) -> Estimate:
         estimate.value * factor, estimate.low * factor, estimate.high * factor,
         estimate.std_by_prior,
     )  # fmt: skip
+
+
+def _widened(estimate: Estimate, spread: float) -> Estimate:
+    """With a factor of this relative standard deviation that the readings do not tell."""
+    if not spread:
+        return estimate
+    low, high = (
+        math.exp(way * math.hypot(math.log(end / estimate.value), INTERVAL * spread))
+        for way, end in ((-1, estimate.low), (1, estimate.high))
+    )
+    return Estimate(
+        estimate.value, estimate.value * low, estimate.value * high, estimate.std_by_prior
+    )

@@ -193,7 +193,8 @@ class Fitter:
             zeta - np.append(beside.zeta, np.zeros(len(linear)))
         )
         return Hypothesis(
-            names, tuple(parameters), np.asarray(zeta, dtype=float), readings, jacobian, beside.evaluations, None,
+            names, tuple(parameters), np.asarray(zeta, dtype=float), readings, jacobian,
+            beside.evaluations, None,
             tuple(overrides), correction,
         )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -66,13 +67,28 @@ class FreeParameter:
 
 
 def modulus_parameter(measurement: Measurement, config: Config) -> FreeParameter | None:
-    """The factor of all moduli; None where tests are of different materials, or it is known."""
+    """The factor of all moduli; None where tests are of different materials, or it is known.
+
+    Of coupons alone, forces are in proportion to the cross-section, too, so the factor is of both.
+    """
     materials = {test.setup.applied(config).material.mu_MPa for test in measurement.tests}
     spread = max(test.setup.nuisances["modulus"] for test in measurement.tests)
+    if coupons_alone(measurement):
+        spread = math.hypot(spread, area_spread(measurement))
     if len(materials) > 1 or spread == 0:
         return None
     prior = Prior(1.0, spread, "the material's modulus", positive=True)
     return FreeParameter(SCALE, prior, 0.1, 10.0)
+
+
+def coupons_alone(measurement: Measurement) -> bool:
+    """Whether all readings are in proportion to the modulus."""
+    return all(test.experiment == "coupon" for test in measurement.tests)
+
+
+def area_spread(measurement: Measurement) -> float:
+    """Relative standard deviation of the coupons' cross-section."""
+    return max(test.setup.nuisances["coupon_area"] for test in measurement.tests)
 
 
 def can_be_fitted(name: str, overrides: Sequence[str], config: Config) -> bool:
@@ -136,7 +152,7 @@ class EffectModel:
     @property
     def coupons_alone(self) -> bool:
         """Whether all readings are in proportion to the modulus."""
-        return all(test.experiment == "coupon" for test in self.measurement.tests)
+        return coupons_alone(self.measurement)
 
     def start(self) -> list[float]:
         """Medians of the priors."""

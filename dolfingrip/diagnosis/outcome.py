@@ -24,6 +24,9 @@ class Verdict(_Part):
     )
     second: tuple[str, ...] = Field((), description="effects of a second cause beside it")
     probability: float = Field(description="that the answer is right")
+    takes_part: float = Field(
+        description="that one of the class takes part, be it beside another or an unknown cause"
+    )
     sentence: str = Field(description="the answer in words")
 
 
@@ -58,10 +61,11 @@ class Fit(_Part):
 class Difference(_Part):
     """Mean difference of a group of readings, nuisances fitted."""
 
+    experiment: str
     channel: str
     by: str = Field(description="what the group is by")
-    low_kPa: float | None
-    high_kPa: float | None
+    low: float | None = Field(description="of a band of pressure (kPa) or travel (mm)")
+    high: float | None
     branch: str | None
     cycle: int | None
     rate_kPa_per_s: float | None
@@ -132,7 +136,9 @@ class Diagnosis(_Part):
     next_experiments: tuple[NextExperiment, ...] = ()
     warnings: tuple[str, ...] = ()
     extended: Annotated[dict[str, Any], Field(description="what extended.toml changes")] = {}
-    processor_s: float = Field(description="of this run's simulations, those from the store too")
+    simulated_s: float = Field(
+        description="time of all simulations on a worker each, those from the store included"
+    )
 
     def write(self, file: Path) -> None:
         """Write it as JSON."""

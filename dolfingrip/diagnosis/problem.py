@@ -16,13 +16,16 @@ from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import ChannelNoise, noise_matrix
 from dolfingrip.diagnosis.inference.readings import load
-from dolfingrip.diagnosis.model import FreeParameter
+from dolfingrip.diagnosis.model import FreeParameter, coupons_alone
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.diagnosis.simulation.secants import Candidate
 
 MODULUS: Final = "modulus"
 """The nuisance that fits treat beside the effect's parameters, as it may be far off."""
+
+AREA: Final = "coupon_area"
+"""Of coupons alone, what cannot be told from the modulus."""
 
 LAW_LENGTH: Final = 0.3
 """Length of the error of a material's law, as part of the largest travel: exp(−distance), so of any
@@ -117,10 +120,13 @@ class Problem:
 
     def linear_nuisances(self) -> list[Nuisance]:
         """Nuisances whose change is taken as linear, at the size that the readings have."""
+        in_scale: set[str] = set()
+        if self.scale is not None:
+            in_scale = {MODULUS, AREA} if coupons_alone(self.measurement) else {MODULUS}
         found = [
             Nuisance(each.name, self.take(each.change) * self.ratio)
             for each in self.base.nuisance_list
-            if self.scale is None or each.name != MODULUS
+            if each.name not in in_scale
         ]
         return [*found, *self._slack()]
 

@@ -31,9 +31,10 @@ def write(found: Diagnosis, config: Config, data: Sequence[Path], out: Path) -> 
     """Write all files but the pictures into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
     fit = found.best
-    numbers = extend.parameters(config, fit, fit.estimates(found.problem))
     try:
-        extend.write(out / "extended.toml", config, fit, numbers, found.verdict.sentence())
+        extend.write(
+            out / "extended.toml", config, fit, found.numbers(fit), found.verdict.sentence()
+        )
     except ConfigError as error:
         found.warnings.append(f"extended.toml is not written: {error}")
     result = summary.outcome_of(found, config, [str(file) for file in data])
@@ -57,7 +58,7 @@ def _pictures(found: Diagnosis) -> dict[str, Any]:
         ),
         "cause": " with ".join(found.best.effects),
         "probabilities": {
-            **{" or ".join(each.names): each.probability for each in verdict.table},
+            **{_in_words(each.names): each.probability for each in verdict.table},
             "none": verdict.none,
             "unknown": verdict.unknown,
         },
@@ -70,3 +71,7 @@ def _pictures(found: Diagnosis) -> dict[str, Any]:
             for row in found.gain
         ],
     }  # fmt: skip
+
+
+def _in_words(names: Sequence[str]) -> str:
+    return " or ".join(names).replace("_", " ")

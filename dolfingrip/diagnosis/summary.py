@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -13,21 +13,58 @@ from dolfingrip import __version__
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import extend, outcome
 from dolfingrip.diagnosis.diagnose import Diagnosis
+from dolfingrip.diagnosis.inference.covariance import Covariance
+from dolfingrip.diagnosis.inference.multiple import holm
 from dolfingrip.diagnosis.inference.sentences import sentences
 from dolfingrip.diagnosis.inference.significance import significance_table
 
-LEVEL = 0.05
+BANDS: Final = 5
+STEPS: Final = (1.0, 2.0, 2.5, 5.0, 10.0)
+"""Widths of a band, times a power of ten."""
+
+CERTAIN: Final = 0.9
+
+IN_WORDS: Final = {"bending": "free bending", "blocked_force": "blocked", "coupon": "coupons"}
 
 
-def differences(found: Diagnosis) -> pd.DataFrame:
-    """Where the base model is off after its nuisances are fitted, by groups."""
+def differences(found: Diagnosis) -> tuple[pd.DataFrame, list[str]]:
+    """Where the base model is off after its nuisances are fitted, by groups and in words.
+
+    Experiments are apart, as a force on the plate is none on a coupon; p-values are corrected for
+    all looks together.
+    """
     problem = found.problem
-    everything = np.ones(len(problem.value), dtype=bool)
-    fitted = found.none.predicted(problem, everything)
-    return significance_table(
-        problem.index, problem.value, problem.value - fitted,
-        problem.noise_covariance, problem.error_covariance,
-    )  # fmt: skip
+    fitted = found.none.predicted(problem, np.ones(len(problem.value), dtype=bool))
+    tables, units = [], {}
+    for experiment in dict.fromkeys(problem.index["experiment"]):
+        at = np.flatnonzero(problem.index["experiment"] == experiment)
+        index = problem.index.iloc[at]
+        units[experiment] = "mm of travel" if experiment == "coupon" else "kPa"
+        if experiment == "coupon":
+            index = index.assign(pressure_kPa=index["displacement_mm"])
+        block = np.ix_(at, at)
+        table = significance_table(
+            index, problem.value[at], (problem.value - fitted)[at],
+            problem.noise_covariance[block], Covariance.of(problem.error_covariance.matrix[block]),
+            _edges(float(index["pressure_kPa"].max())),
+        )  # fmt: skip
+        tables.append(table.assign(experiment=experiment))
+    whole = pd.concat(tables, ignore_index=True)
+    whole["p_corrected"] = holm(whole["p"].to_numpy())
+    told = []
+    for experiment, unit in units.items():
+        own = sentences(whole[whole["experiment"] == experiment], band_unit=unit)
+        where = f"{IN_WORDS.get(experiment, experiment)}: " if len(units) > 1 else ""
+        told += [where + each for each in own]
+    return whole, told
+
+
+def _edges(top: float) -> list[float]:
+    """About five bands from 0 on with round ends."""
+    wide = max(top, 1e-9) / BANDS
+    power = 10.0 ** math.floor(math.log10(wide))
+    step = next(power * each for each in STEPS if power * each >= wide * (1 - 1e-9))
+    return [step * number for number in range(math.ceil(top / step - 1e-9) + 1)]
 
 
 def fitted_nuisances(found: Diagnosis) -> dict[str, float]:
@@ -43,7 +80,7 @@ def fitted_nuisances(found: Diagnosis) -> dict[str, float]:
 
 def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome.Diagnosis:
     """All that was found, by the schema."""
-    table = differences(found)
+    table, told = differences(found)
     verdict = found.verdict
     reference = found.none.log_evidence(found.problem)
     return outcome.Diagnosis(
@@ -68,14 +105,14 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
                 log_evidence=fit.log_evidence(found.problem) - reference,
                 parameters=tuple(
                     outcome.Parameter(key=key, value=e.value, low=e.low, high=e.high)
-                    for key, e in extend.parameters(config, fit, fit.estimates(found.problem))
+                    for key, e in found.numbers(fit)
                 ),
                 simulations=fit.evaluations,
             )
             for fit in found.fits.values()
         ),
         differences=tuple(_difference(row) for _, row in table.iterrows()),
-        sentences=tuple(sentences(table)),
+        sentences=tuple(told),
         noise=outcome.Noise(
             std={k: n.std for k, n in found.problem.noise.items()},
             correlated_std={k: n.correlated_std for k, n in found.problem.noise.items()},
@@ -103,7 +140,7 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
         ),
         warnings=tuple(found.warnings),
         extended=_changes(config, found),
-        processor_s=found.processor_s,
+        simulated_s=found.simulated_s,
     )  # fmt: skip
 
 
@@ -115,6 +152,7 @@ def _verdict(found: Diagnosis) -> outcome.Verdict:
         effects=named[0] if named else (),
         second=named[1] if len(named) > 1 else (),
         probability=min(max(verdict.probability, 0.0), 1.0),
+        takes_part=min(found.takes_part, 1.0),
         sentence=verdict.sentence(),
     )
 
@@ -127,8 +165,8 @@ def _difference(row: pd.Series) -> outcome.Difference:
         return value
 
     return outcome.Difference(
-        channel=row["channel"], by=row["by"], low_kPa=number("low_kPa"),
-        high_kPa=number("high_kPa"), branch=number("branch"),
+        experiment=row["experiment"], channel=row["channel"], by=row["by"],
+        low=number("low_kPa"), high=number("high_kPa"), branch=number("branch"),
         cycle=None if number("cycle") is None else int(number("cycle")),
         rate_kPa_per_s=number("rate_kPa_per_s"), specimen=number("specimen"),
         count=int(row["count"]), simulated_minus_measured=row["simulated_minus_measured"],
@@ -197,7 +235,12 @@ def text(result: outcome.Diagnosis) -> str:
 
 def _head(result: outcome.Diagnosis) -> list[str]:
     """Verdict, how much it explains, and what to do next."""
-    first = f"# {result.verdict.sentence[0].upper()}{result.verdict.sentence[1:]}."
+    verdict = result.verdict
+    first = f"# {verdict.sentence[0].upper()}{verdict.sentence[1:]}."
+    if verdict.takes_part > max(CERTAIN, verdict.probability):
+        chance = _chance(verdict.takes_part)
+        who = "one of them" if len(verdict.effects) > 1 else "it"
+        first += f" That {who} takes part, perhaps beside something else: {chance}."
     best = next((f for f in result.fits if f.effects and set(f.effects) <= {
         *result.verdict.effects, *result.verdict.second}), None)  # fmt: skip
     if result.quick:

@@ -22,10 +22,12 @@ class StayingWorkers(Workers):
     Attributes:
         stack: what ends with them.
         addresses: of the scheduler, once there is one.
+        spent_s: time that each simulation took, by its key.
     """
 
     stack: ExitStack = field(default_factory=ExitStack)
     addresses: list[str] = field(default_factory=list)
+    spent_s: dict[str, float] = field(default_factory=dict)
 
     def results(self, jobs: Sequence[Job]) -> list[JobResult]:
         """As :meth:`Workers.results`."""
@@ -33,7 +35,10 @@ class StayingWorkers(Workers):
             client = self.stack.enter_context(connected(self.where))
             self.addresses.append(client.scheduler.address)
         where = Where(scheduler=self.addresses[0]) if self.addresses else self.where
-        return Workers(self.store, where, self.progress, self.retry_failed).results(jobs)
+        found = Workers(self.store, where, self.progress, self.retry_failed).results(jobs)
+        for job, result in zip(jobs, found, strict=True):
+            self.spent_s[job.key] = result.wall_s or 0.0
+        return found
 
     def _missing(self, jobs: Sequence[Job]) -> bool:
         try:

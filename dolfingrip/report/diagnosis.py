@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ LABELS = {
 }
 FEWEST_SHOWN = 0.002
 """Probability below which a class has no bar."""
+WIDEST = 40
+"""Characters of a line that names a class."""
 BANDS = 2.0
 """Half width of the noise band, in standard deviations."""
 MARKS = {"loading": "o", "unloading": "s", "hold": "^"}
@@ -130,10 +133,12 @@ def _probabilities(data: Mapping[str, Any], path: Path) -> Path:
     shown = {k: v for k, v in data["probabilities"].items()
              if v >= FEWEST_SHOWN or k in ("none", "unknown")}  # fmt: skip
     names = sorted(shown, key=lambda name: shown[name])
-    with _figure(path, 1, 1, (5.6, 0.8 + 0.34 * len(names))) as axes:
+    texts = [fill(name, WIDEST) for name in names]
+    lines = sum(1 + text.count("\n") for text in texts)
+    with _figure(path, 1, 1, (6.4, 0.9 + 0.14 * lines + 0.2 * len(names))) as axes:
         ax = axes[0][0]
         colours = [GREY if name in ("none", "unknown") else GREEN for name in names]
-        ax.barh([name.replace("_", " ") for name in names], [shown[n] for n in names],
+        ax.barh(texts, [shown[n] for n in names],
                 color=colours)  # fmt: skip
         for number, name in enumerate(names):
             ax.text(shown[name] + 0.01, number, f"{shown[name]:.2f}", va="center", fontsize=8)

@@ -22,7 +22,7 @@ from dolfingrip.diagnosis.inference.laplace import slope
 from dolfingrip.diagnosis.inference.next_experiment import ENOUGH
 from dolfingrip.diagnosis.inference.noise import DEFAULTS
 from dolfingrip.diagnosis.model import FitFailure
-from dolfingrip.diagnosis.problem import MODULUS, Problem
+from dolfingrip.diagnosis.problem import AREA, MODULUS, Problem
 from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.nuisances import KEYS, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -143,7 +143,7 @@ def _nuisances(problem: Problem, proposal: Proposal, config: Config, workers: Wo
     new = {
         each.name: np.nan_to_num(each.change)
         for each in nuisances(proposal.measurement, base)
-        if problem.scale is None or each.name != MODULUS
+        if problem.scale is None or each.name not in (MODULUS, AREA)
     }
     old = {each.name: each.change for each in problem.linear_nuisances()}
     n, m = len(problem.value), len(base.readings)

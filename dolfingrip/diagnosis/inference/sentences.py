@@ -41,12 +41,13 @@ def name_of(channel: str) -> str:
     return NAMES.get(channel, channel)
 
 
-def sentences(table: pd.DataFrame, level: float = LEVEL) -> list[str]:
+def sentences(table: pd.DataFrame, level: float = LEVEL, band_unit: str = "kPa") -> list[str]:
     """What is high, low or right, channel by channel.
 
     Args:
         table: as :func:`~dolfingrip.diagnosis.inference.significance.significance_table` gives it.
         level: corrected p below which something is said to be off.
+        band_unit: of the bands, "mm of travel" where these are of a coupon's.
 
     Returns:
         Sentences by pressure and branch, then those by cycle, rate and specimen where these differ.
@@ -54,7 +55,7 @@ def sentences(table: pd.DataFrame, level: float = LEVEL) -> list[str]:
     found: list[str] = []
     for channel in dict.fromkeys(table["channel"]):
         rows = table[table["channel"] == channel]
-        found += _by_pressure(channel, rows, level)
+        found += _by_pressure(channel, rows, level, band_unit)
         for by, words in (
             ("cycle", "in cycle {:g}"),
             ("rate_kPa_per_s", "at {:g} kPa/s"),
@@ -64,7 +65,7 @@ def sentences(table: pd.DataFrame, level: float = LEVEL) -> list[str]:
     return found
 
 
-def _by_pressure(channel: str, rows: pd.DataFrame, level: float) -> list[str]:
+def _by_pressure(channel: str, rows: pd.DataFrame, level: float, band_unit: str) -> list[str]:
     """One sentence for each stretch of pressure over which the picture is the same."""
     bands = rows[rows["by"] == "pressure and branch"]
     if bands.empty:
@@ -81,7 +82,7 @@ def _by_pressure(channel: str, rows: pd.DataFrame, level: float) -> list[str]:
     if len(stretches) == 1:
         return [f"the simulated {name_of(channel)} is {_across(stretches[0][2], channel)}"]
     return [
-        f"{_stretch(low, high, stretches)} the simulated {name_of(channel)} is "
+        f"{_stretch(low, high, stretches, band_unit)} the simulated {name_of(channel)} is "
         f"{_across(state, channel)}"
         for low, high, state in stretches
     ]
@@ -152,13 +153,16 @@ def _words(state: Deviation, channel: str) -> str:
 
 
 def _stretch(
-    low: float, high: float, stretches: Sequence[tuple[float, float, dict[str, Deviation]]]
+    low: float,
+    high: float,
+    stretches: Sequence[tuple[float, float, dict[str, Deviation]]],
+    band_unit: str,
 ) -> str:
     if low == stretches[0][0]:
-        return f"up to {high:g} kPa"
+        return f"up to {high:g} {band_unit}"
     if high == stretches[-1][1]:
-        return f"above {low:g} kPa"
-    return f"from {low:g} to {high:g} kPa"
+        return f"above {low:g} {band_unit}"
+    return f"from {low:g} to {high:g} {band_unit}"
 
 
 def _joined(parts: Sequence[str]) -> str:

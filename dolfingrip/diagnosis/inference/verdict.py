@@ -16,9 +16,10 @@ from dolfingrip.diagnosis.inference.thresholds import Thresholds
 
 Answer = Literal["cause", "none", "unknown"]
 
-REFUTED = 0.01
-"""Probability by the leading effect's below which an effect takes no part in its class: strength or
-sign of its prior, or the readings, speak against it."""
+REFUTED = 0.001
+"""Probability by the leading effect's below which an effect has no part in its class: the readings
+speak against it, or strength and sign by its prior. So little, as many priors are guesses: a
+strength at three of their standard deviations alone refutes nothing."""
 
 SECOND = 3.0
 """Odds of two classes together, against the leading one alone, above which a second one is named

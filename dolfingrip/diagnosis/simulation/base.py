@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -24,16 +23,13 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import meshes, modulus, secants
 from dolfingrip.diagnosis.simulation.nuisances import KEYS, Nuisance, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.secants import Candidate
+from dolfingrip.diagnosis.simulation.secants import ROUNDING, Candidate
 from dolfingrip.diagnosis.simulation.simulated import (
     Case,
     Simulated,
     SimulationFailure,
     simulate,
 )
-
-ROUNDING: Final = 1e-6
-"""A difference that is none, in a reading's unit: a coupon's mesh has no grading."""
 
 
 @dataclass(frozen=True, slots=True)

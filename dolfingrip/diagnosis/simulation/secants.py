@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from dolfingrip.diagnosis.simulation import closed_forms
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure
 from dolfingrip.diagnosis.simulation.strengths import Ordinary, Shape, ordinary
 from dolfingrip.extensions.index import effect
+
+ROUNDING: Final = 1e-6
+"""A change that is none, in a reading's unit."""
 
 MeshName = Literal["graded", "ungraded"]
 
@@ -56,7 +59,7 @@ class Candidate:
     @property
     def felt(self) -> bool:
         """Whether any reading changes."""
-        return bool(self.shapes.any())
+        return bool(np.abs(self.shapes).max(initial=0.0) > ROUNDING)
 
 
 def felt_in(name: str, config: Config) -> frozenset[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ from diagnosis.simulation.here import Here
 from dolfingrip.config import Config, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.experiments import run, synthetic
 
@@ -156,3 +159,37 @@ def test_derivatives_through_memory(measurement: Measurement, store: Path) -> No
     assert not base.slope("finger.wall_mm").any()
     with pytest.raises(KeyError, match=r"there are extensions\.prony\.g\[0\]"):
         base.slope("extensions.prony.g")
+
+
+class Failing(Here):
+    """Its simulations end at the tenth stop."""
+
+    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
+        return [
+            replace(
+                whole,
+                columns={name: values[:10] for name, values in whole.columns.items()},
+                failure_class="limit point",
+                failure="stopped at 6 mm (limit point)",
+            )
+            for whole in Here.results(self, jobs)
+        ]
+
+
+def test_a_simulation_that_fails_is_told_and_leaves_no_numbers(
+    measurement: Measurement, store: Path
+) -> None:
+    """Up to where it came its readings are good."""
+    whole, part = (
+        simulate(measurement, Config(), [Case()], workers(store))[0] for workers in (Here, Failing)
+    )
+    assert not whole.failures
+    (failure,) = part.failures
+    assert [test.specimen for test in failure.tests] == ["A", "B"]
+    assert (failure.failure_class, failure.overrides) == ("limit point", ())
+    led = measurement.listed()["led"].to_numpy()
+    reached = part.runs[0].result.columns["displacement_mm"][-1]
+    good = ~np.isnan(part.readings)
+    assert good[led <= reached].all()
+    assert not good[led > 1.1 * reached].any()
+    np.testing.assert_allclose(part.readings[good], whole.readings[good], atol=0.01)
