@@ -326,15 +326,6 @@ def test_a_verdict_that_is_worse() -> None:
     assert not before.worse_than(replace(before, right=False))
 
 
-def test_every_kind_of_answer_is_among_the_committed_ones() -> None:
-    committed = ci.expected()
-    assert [each.case for each in committed] == [each.name for each in ci.cases()]
-    assert len(committed) >= 12
-    assert {each.answer for each in committed} == {"cause", "none", "unknown"}
-    assert any(" + " in each.named for each in committed)
-    assert any(" or " in each.named for each in committed)
-
-
 def test_from_the_simulation_of_coupons_to_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
