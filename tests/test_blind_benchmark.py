@@ -284,6 +284,10 @@ def test_figures_of_verdicts_by_hand() -> None:
     assert (visible.count, visible.value, visible.bound) == (3, pytest.approx(2 / 3), 1.0)
     assert visible.met is False
     assert found["class named first, invisible ones"].value == 1.0  # the class leads, unclaimed
+    # a class that leads counts as first even where the answer is none or unknown
+    assert found["answered with the hidden cause's class, visible single effects"].value == (
+        pytest.approx(2 / 3)
+    )
     strong = found["class named first on P7+, from 12 σ"]
     assert (strong.count, strong.met) == (3, False)
     assert found["class named first on P7+, 6 to 12 σ"].met is None
@@ -299,6 +303,14 @@ def test_figures_of_verdicts_by_hand() -> None:
     assert found["90 % intervals that hold the truth"].value == 0.5
     cut = found["error on readings left out is cut by"]
     assert (cut.count, cut.value, cut.bound, cut.met) == (1, 0.6, 0.7, True)
+
+
+def test_a_leading_class_that_is_not_answered_is_no_answer() -> None:
+    shy = Opinion("unknown", 1.0, ("prony",), ())
+    found = of([judged(0, "one", ("prony",), shy)])
+    assert found["class named first, visible single effects"].value == 1.0
+    answered = found["answered with the hidden cause's class, visible single effects"]
+    assert (answered.value, answered.bound, answered.met) == (0.0, 1.0, False)
 
 
 def test_intervals_of_shares() -> None:

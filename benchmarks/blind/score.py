@@ -108,6 +108,8 @@ def figures(cases: Sequence[Judged]) -> list[Figure]:
     found = [
         share("class named first, visible single effects", "0.95 of the bound", visible, _named,
               of_bound(0.95)),
+        share("answered with the hidden cause's class, visible single effects", "0.95 of the bound",
+              visible, lambda case, opinion: opinion.right(case.hidden), of_bound(0.95)),
         share("class named first, invisible ones", "", [c for c in ones if c not in visible],
               _named, lambda value, bound: True),
         share(f"class named first on {RICHEST}, 6 to 12 σ", "0.85",
