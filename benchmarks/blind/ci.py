@@ -38,7 +38,7 @@ EFFECTS: Final[Mapping[str, tuple[str, ...]]] = {
     ),
 }  # fmt: skip
 """That are tried: fewer than the catalogue, as each is compiled and simulated."""
-SHARP: Final = {"coupon": 1.0, "short": 0.1}
+SHARP: Final = {"coupon": 1.0, "short": 0.5}
 """Factor of the noise: a short finger bends little."""
 
 HIDDEN: Final[Sequence[tuple[str, tuple[tuple[str, int, float], ...]]]] = (

@@ -32,7 +32,7 @@ SETTINGS: Final = (
 """Other than the analyser's."""
 
 MESHES: Final[Mapping[str, tuple[str, ...]]] = {
-    "reference": ("mesh.size_mm=4", "mesh.edge_size_mm=0.8"),
+    "reference": ("mesh.size_mm=4", "mesh.edge_size_mm=1.5"),
     "short": ("mesh.size_mm=5", "mesh.edge_size_mm=3"),
 }
 """Tetrahedra of the reference finger and of the short one."""

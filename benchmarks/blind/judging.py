@@ -170,7 +170,7 @@ def judge(case: Case, content: Mapping[str, Any], best: Mapping[str, Any]) -> Ju
         bound_cut=best["cut"],
         beats_rivals=content["gain_claimed"],
         doubts_noise=diagnoses.doubts_noise(dict(content)),
-        seconds=float(content["processor_s"]),
+        seconds=float(content["simulated_s"]),
     )  # fmt: skip
 
 
