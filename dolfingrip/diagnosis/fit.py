@@ -31,8 +31,9 @@ from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
 
-MOST_EVALUATIONS: Final = 8
-"""Simulations of the whole measurement in a fit; each is one step of the least squares."""
+MOST_EVALUATIONS: Final = 20
+"""Simulations of the whole measurement in a fit; each is one step of the least squares. Most fits
+take four to eight; what ends earlier than that would be said to explain less than it does."""
 
 WEAKEST, STRONGEST = 0.3, 3.0
 """Range of the strength that a fit starts at, by the ordinary one."""

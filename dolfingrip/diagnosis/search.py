@@ -11,6 +11,7 @@ from dolfingrip.diagnosis.conclude import NONE, Conclusion, conclude
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.analysis import Analysis
+from dolfingrip.diagnosis.inference.posterior import LogPriors
 
 SINGLES: Final = 3
 """Leading effects that are fitted."""
@@ -61,7 +62,7 @@ def search(
             break
         attempt(frozenset([best]))
     for _ in range(PAIRS):
-        pair = _best_pair(conclude(problem, analysis, fits), names)
+        pair = _best_pair(conclude(problem, analysis, fits), analysis.priors, names)
         if pair is None or pair in tried:
             break
         attempt(pair)
@@ -96,9 +97,19 @@ def _best_single(conclusion: Conclusion, names: Sequence[str]) -> str | None:
     return names[int(singles.argmax())]
 
 
-def _best_pair(conclusion: Conclusion, names: Sequence[str]) -> frozenset[str] | None:
-    pairs = conclusion.posterior.pairs
-    if not pairs.size or pairs.max() < max(WORTH, float(conclusion.posterior.singles.max())):
+def _best_pair(
+    conclusion: Conclusion, priors: LogPriors, names: Sequence[str]
+) -> frozenset[str] | None:
+    """The most probable pair, where it is more so than any effect alone.
+
+    An unknown cause does not count here. Beside one fitted effect, a strong second one is judged
+    by its secant, which an unknown cause outdoes by far; only the fit tells.
+    """
+    logs = conclusion.pairs.log_evidence
+    if not len(logs):
         return None
-    e, f = np.unravel_index(int(pairs.argmax()), pairs.shape)
-    return frozenset([names[int(e)], names[int(f)]])
+    alone = priors.of_singles(np.array([score.log_evidence for score in conclusion.scores])).max()
+    best = int(logs.argmax())
+    if priors.pair + logs[best] < max(alone, priors.none + np.log(WORTH)):
+        return None
+    return frozenset(names[int(i)] for i in conclusion.pairs.members[best])

@@ -24,8 +24,8 @@ from dolfingrip.extensions.effect import Prior
 
 MARGIN = 1e-3
 """Distance of the start from bounds, in ζ."""
-XTOL, FTOL = 1e-5, 1e-6
-"""Where a fit stops: ζ is known to its standard deviation, the evidence to a tenth."""
+XTOL, FTOL = 1e-5, 1e-4
+"""Where a fit stops: the evidence is known to a hundredth where the fit is good."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,221 @@
+"""Command line of the blind benchmark; ``scripts/blind-benchmark`` calls it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from rich.console import Console
+
+from benchmarks.blind import cases, controls, diagnoses, full, library, report
+from benchmarks.blind.cases import Case
+from benchmarks.blind.diagnoses import How
+from benchmarks.blind.judging import Folders, Half
+from benchmarks.blind.protocols import FINGERS, PROTOCOLS
+from dolfingrip.cli import progress
+from dolfingrip.cli.options import console
+from dolfingrip.config import ConfigError
+from dolfingrip.design.campaign.campaign import SchedulerGone
+from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.diagnosis.simulation.runner import Workers
+
+OUT: Final = Path("out/blind")
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What was asked for.
+
+    Attributes:
+        out: folder of all that is kept.
+        half: of the cases.
+        only: names of protocols.
+        number: of cases of a half, those of other protocols included.
+        workers: number of processes.
+        quick: diagnose by closed forms alone.
+        retry_failed: simulate again what failed.
+        screen: where progress is shown.
+    """
+
+    out: Path
+    half: str
+    only: tuple[str, ...]
+    number: int
+    workers: int
+    quick: bool
+    retry_failed: bool
+    screen: Console
+
+    @property
+    def folders(self) -> Folders:
+        """Where things are kept."""
+        return Folders(self.out)
+
+    @property
+    def how(self) -> How:
+        """How cases are diagnosed."""
+        return How(self.folders.analyser, self.workers, self.quick)
+
+    @property
+    def scores(self) -> Path:
+        """Folder of the figures."""
+        own = "" if set(self.only) <= set(FINGERS) else "-".join(self.only) + "-"
+        return self.out / "score" / f"{own}{self.half}-{self.how.mode}"
+
+    def at_work(self, show: Callable[..., None]) -> Workers:
+        """Workers that show their progress."""
+        return Workers(self.folders.library, Where(workers=self.workers), show, self.retry_failed)
+
+
+def run_library(asked: Asked) -> None:
+    """Simulate the generator's responses: curves first, then histories, the shortest first."""
+    wanted = {PROTOCOLS[name].history for name in asked.only}
+    if "P7+" in asked.only:
+        wanted.add("pull")
+    for history in library.HISTORIES:
+        if history in wanted:
+            asked.screen.print(f"library of {history}", soft_wrap=True)
+            with progress.designs(asked.screen) as show:
+                library.compute(history, asked.folders.library, asked.at_work(show))
+
+
+def planned(asked: Asked) -> list[Case]:
+    """The cases of the half that follow the protocols asked for."""
+    if set(asked.only) <= set(FINGERS):
+        every = cases.plan(asked.half, asked.number)
+        return [case for case in every if case.protocol in asked.only]
+    often = dict.fromkeys(asked.only, 1.0)
+    return cases.plan(asked.half, asked.number, often, full={})
+
+
+def run_full(asked: Asked) -> None:
+    """Simulate the cases that have a simulation of their own."""
+    own = [case for case in planned(asked) if case.full]
+    with progress.designs(asked.screen) as show:
+        full.compute(own, replace(asked.at_work(show), store=asked.folders.full))
+
+
+def run_cases(asked: Asked) -> None:
+    """Write the cases that the library allows so far: measured.csv, measured.toml, truth.json."""
+    half = Half(planned(asked), asked.folders)
+    made = sum(1 for _ in half.made())
+    folder = asked.out / "cases"
+    cases.table_of(half.cases).to_csv(folder / f"{asked.half}.csv", index=False)
+    missing = len(half.cases) - made
+    asked.screen.print(f"{made} cases in {folder}; {missing} wait for simulations", soft_wrap=True)
+
+
+def run_diagnose(asked: Asked) -> None:
+    """Diagnose them; with --quick by closed forms alone."""
+    half = Half(planned(asked), asked.folders)
+    how = asked.how
+    every = [case for case, _ in half.made()]
+    with progress.shown(asked.screen, "cases", at_once=True, few=progress.FEW) as show:
+        for number, case in enumerate(every):
+            show(number, len(every), case.name)
+            diagnoses.diagnose(case, asked.folders.case(case), how)
+        show(len(every), len(every))
+
+
+def run_controls(asked: Asked) -> None:
+    """The same cases with other noise, or with noise that is not as told: controls.csv."""
+    wanted = controls.variants(planned(asked))
+    half = Half([case for own in wanted.values() for case in own], asked.folders)
+    every = [case for case, _ in half.made()]
+    with progress.shown(asked.screen, "cases", at_once=True, few=progress.FEW) as show:
+        for number, case in enumerate(every):
+            show(number, len(every), case.name)
+            diagnoses.diagnose(case, asked.folders.case(case), asked.how)
+    table = controls.table(wanted, asked.folders.case, asked.how)
+    asked.scores.mkdir(parents=True, exist_ok=True)
+    table.to_csv(asked.scores / "controls.csv", index=False)
+    asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
+
+
+def run_score(asked: Asked) -> None:
+    """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv, confusion.png."""
+    half = Half(planned(asked), asked.folders)
+    how = asked.how
+    with progress.shown(asked.screen, "cases", at_once=True) as show:
+        judged = half.judged(how, show)
+    title = f"Blind benchmark, {asked.half} half, {how.mode}"
+    asked.screen.print(report.write(judged, title, asked.scores), soft_wrap=True, markup=False)
+    asked.screen.print(f"wrote {asked.scores}", soft_wrap=True)
+
+
+STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
+    "library": run_library,
+    "full": run_full,
+    "cases": run_cases,
+    "diagnose": run_diagnose,
+    "score": run_score,
+    "controls": run_controls,
+}
+
+
+def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
+    """Stages, and what was asked for."""
+    told = "; ".join(
+        f"{name}: {(stage.__doc__ or '').splitlines()[0]}" for name, stage in STAGES.items()
+    )
+    parser = argparse.ArgumentParser(
+        prog="scripts/blind-benchmark",
+        description="Hidden causes, their diagnosis, and what exact evidence allows. A call goes "
+        f"on where the one before it was stopped. Stages: {told}",
+    )
+    parser.add_argument("stages", nargs="*", metavar="STAGE", help="default: all, in order")
+    parser.add_argument(
+        "--half", choices=cases.HALVES, default=cases.HALVES[0], help="of the cases"
+    )
+    parser.add_argument(
+        "--only", default=",".join(FINGERS), metavar="PROTOCOL,…",
+        help=f"of {', '.join(PROTOCOLS)}; default: all of the reference finger",
+    )  # fmt: skip
+    parser.add_argument(
+        "--number", type=int, default=cases.NUMBER, metavar="N",
+        help=f"of cases of a half; default: {cases.NUMBER}",
+    )  # fmt: skip
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="default: 1")
+    parser.add_argument("--out", type=Path, default=OUT, metavar="FOLDER", help=f"default: {OUT}")
+    parser.add_argument("--quick", action="store_true", help="diagnose by closed forms alone")
+    parser.add_argument("--retry-failed", action="store_true", help="simulate again what failed")
+    asked = parser.parse_args(arguments)
+    for stage in asked.stages:
+        if stage not in STAGES:
+            parser.error(f"{stage}: allowed: {', '.join(STAGES)}")
+    only = tuple(asked.only.split(","))
+    for name in only:
+        if name not in PROTOCOLS:
+            parser.error(f"--only {name}: allowed: {', '.join(PROTOCOLS)}")
+    for name in ("workers", "number"):
+        if getattr(asked, name) < 1:
+            parser.error(f"--{name} {getattr(asked, name)}: allowed: 1 or more")
+    wanted = Asked(
+        asked.out, asked.half, only, asked.number, asked.workers, asked.quick, asked.retry_failed,
+        console(),
+    )  # fmt: skip
+    return tuple(asked.stages) or tuple(STAGES), wanted
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the stages that were asked for."""
+    stages, asked = parsed(arguments)
+    try:
+        for name in STAGES:
+            if name in stages:
+                STAGES[name](asked)
+    except ConfigError as error:
+        asked.screen.print(f"blind-benchmark: {error}", soft_wrap=True, markup=False)
+        return 2
+    except SchedulerGone as gone:
+        asked.screen.print(f"blind-benchmark: {gone}", soft_wrap=True)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

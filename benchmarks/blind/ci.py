@@ -1,0 +1,174 @@
+"""Twelve whole cases on a coupon and a short finger, from their own simulations to a verdict.
+
+    scripts/run python -m benchmarks.blind.ci [--out FOLDER] [--workers N] [--publish]
+
+Continuous integration compares the verdicts with those of ``ci.csv`` and fails where one is worse:
+another answer, a class without the hidden cause that had it, or a wider class. ``--publish`` writes
+that file anew, for when they are better.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Final
+
+from benchmarks.blind import full
+from benchmarks.blind.cases import Case, Kind, read, write
+from benchmarks.blind.diagnoses import How, diagnose
+from benchmarks.blind.noise import Instruments
+from benchmarks.blind.opinions import Opinion
+from benchmarks.blind.outsiders import OUTSIDERS
+from benchmarks.blind.response import NUISANCES, Hidden, Truth
+from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.diagnosis.simulation.runner import Workers
+
+EXPECTED: Final = Path(__file__).with_name("ci.csv")
+EFFECTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "coupon": (
+        "mooney_rivlin", "ogden", "gent", "mullins", "prony", "permanent_set", "force_drift",
+        "force_gain",
+    ),
+    "short": (
+        "mooney_rivlin", "print_anisotropy", "permanent_set", "angle_gain", "force_gain",
+        "force_offset", "plate_compliance",
+    ),
+}  # fmt: skip
+"""That are tried: fewer than the catalogue, as each is compiled and simulated."""
+SHARP: Final = {"coupon": 1.0, "short": 0.5}
+"""Factor of the noise: a short finger bends little."""
+
+HIDDEN: Final[Sequence[tuple[str, tuple[tuple[str, int, float], ...]]]] = (
+    ("coupon", ()),
+    ("coupon", (("mooney_rivlin", 0, 1.2),)),
+    ("coupon", (("prony", 0, 1.1),)),
+    ("coupon", (("mullins", 1, 1.0),)),
+    ("coupon", (("gent", 0, 0.3),)),
+    ("coupon", (("mooney_rivlin", 0, 1.0), ("prony", 1, 0.8))),
+    ("coupon", (("tear", 0, 1.0),)),
+    ("short", ()),
+    ("short", (("angle_gain", 0, 2.0),)),
+    ("short", (("permanent_set", 0, 1.0),)),
+    ("short", (("mooney_rivlin", 0, 1.2),)),
+    ("short", (("soft_foam", 0, 1.0),)),
+)
+"""Protocol and causes of each case: with form and strength."""
+
+
+def cases() -> list[Case]:
+    """All of them, with nuisances of their own."""
+    found = []
+    for number, (protocol, causes) in enumerate(HIDDEN):
+        kind: Kind = "none"
+        if causes:
+            kind = "one" if len(causes) == 1 else "two"
+            kind = "outsider" if causes[0][0] in OUTSIDERS else kind
+        sizes = {
+            name: round(1.2 * ((7 * number + 3 * i) % 11 - 5) / 5, 2)
+            for i, name in enumerate(NUISANCES)
+        }
+        truth = Truth(tuple(Hidden(*each) for each in causes), sizes)
+        scatter = Instruments(factor=SHARP[protocol])
+        seed = (12, number)
+        found.append(Case("ci", number, protocol, kind, True, truth, seed, scatter))
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """What was said of a case.
+
+    Attributes:
+        case: name.
+        hidden: causes.
+        answer: ``cause``, ``none`` or ``unknown``.
+        named: effects of the classes that are named.
+        right: whether the answer is, and each class holds a hidden cause.
+    """
+
+    case: str
+    hidden: str
+    answer: str
+    named: str
+    right: bool
+
+    def worse_than(self, other: Answered) -> str:
+        """In what it is worse; nothing where it is not."""
+        if other.right and not self.right:
+            return (
+                f"{self.case}: {self.answer} {self.named}, where {self.hidden or 'none'} is right"
+            )
+        wider = len(self.named.split(" or ")) > len(other.named.split(" or "))
+        if other.right and wider:
+            return f"{self.case}: {self.named}, where {other.named} was told apart"
+        return ""
+
+
+def answered(case: Case, opinion: Opinion) -> Answered:
+    """The answer as a row."""
+    right = {
+        "none": opinion.answer == "none",
+        "outsider": opinion.answer == "unknown",
+        "one": len(opinion.named) == 1 and opinion.right(case.hidden),
+        "two": len(opinion.named) == 2 and opinion.right(case.hidden),
+    }[case.kind]
+    named = " + ".join(" or ".join(sorted(names)) for names in opinion.named)
+    return Answered(case.name, " + ".join(case.hidden), opinion.answer, named, right)
+
+
+def run(out: Path, workers: int, only: Sequence[Case] | None = None) -> list[Answered]:
+    """Simulate, write, diagnose."""
+    wanted = list(only) if only is not None else cases()
+    store = out / full.STORE
+    full.compute(wanted, Workers(store, Where(workers=workers)))
+    results = full.known_results(store)
+    found = []
+    for case in wanted:
+        true = full.vector(case, results)
+        if true is None:
+            raise ValueError(f"{case.name}: its simulation ended early")
+        folder = out / "cases" / case.name
+        write(case, read(case, true), folder)
+        how = How(out / "analyser", workers, effects=EFFECTS[case.protocol])
+        found.append(answered(case, Opinion.of_file(diagnose(case, folder, how))))
+        print(f"{found[-1]}", flush=True)
+    return found
+
+
+def expected() -> list[Answered]:
+    """What is committed."""
+    with EXPECTED.open(encoding="utf-8", newline="") as file:
+        return [
+            Answered(**{**row, "right": row["right"] == "True"}) for row in csv.DictReader(file)
+        ]
+
+
+def publish(found: Sequence[Answered]) -> None:
+    """Write ``ci.csv``."""
+    with EXPECTED.open("w", encoding="utf-8", newline="") as file:
+        names = [each.name for each in fields(Answered)]
+        table = csv.DictWriter(file, names, lineterminator="\n")
+        table.writeheader()
+        table.writerows({name: getattr(each, name) for name in names} for each in found)
+
+
+def main() -> None:
+    """Run all and compare."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.blind.ci")
+    parser.add_argument("--out", type=Path, default=Path("out/blind-ci"))
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--publish", action="store_true", help="write ci.csv anew")
+    asked = parser.parse_args()
+    found = run(asked.out, asked.workers)
+    if asked.publish:
+        publish(found)
+        return
+    for mine, before in zip(found, expected(), strict=True):
+        print(mine.worse_than(before) or f"{mine.case}: as expected")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,109 @@
+"""Controls that must behave: the same cases with other noise, or with noise that is not as told.
+
+- doubled: twice the noise, which the laboratory tells: intervals widen and fewer claims are made;
+- too_small: the laboratory believes it 1.5 times smaller than it is: that is noticed and said;
+- independent: a part drifts along each run, and the laboratory does not tell: likewise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from benchmarks.blind import diagnoses
+from benchmarks.blind.cases import Case, control
+from benchmarks.blind.diagnoses import How
+from benchmarks.blind.noise import Instruments
+from benchmarks.blind.opinions import Opinion
+from benchmarks.blind.score import CLAIM
+
+USUAL: Final = "as usual"
+VARIANTS: Final[Mapping[str, Instruments]] = {
+    "doubled": Instruments(factor=2.0),
+    "too_small": Instruments(told_factor=1 / 1.5),
+    "independent": Instruments(told_correlated=False),
+}
+NUMBER: Final = 24
+"""Cases that each control is made of: single causes and none."""
+NOTICED: Final = 0.8
+"""Share of cases in which wrong noise has to be noticed."""
+RARELY: Final = 0.1
+"""Share in which right noise may be doubted."""
+
+
+def chosen(cases: Sequence[Case]) -> list[Case]:
+    """The cases that controls are made of."""
+    own = [case for case in cases if case.kind in ("one", "none") and not case.full]
+    return own[:NUMBER]
+
+
+def variants(cases: Sequence[Case]) -> dict[str, list[Case]]:
+    """The cases of each control, and those as usual."""
+    own = chosen(cases)
+    found = {USUAL: own}
+    for name, instruments in VARIANTS.items():
+        found[name] = [control(case, name, instruments) for case in own]
+    return found
+
+
+def table(
+    wanted: Mapping[str, Sequence[Case]], folder: Callable[[Case], Path], how: How
+) -> pd.DataFrame:
+    """A row for each control that has been diagnosed.
+
+    Args:
+        wanted: of :func:`variants`.
+        folder: of a case.
+        how: cases were diagnosed.
+    """
+    rows = []
+    for name, cases in wanted.items():
+        contents = {
+            case: diagnoses.diagnose(case, folder(case), how)
+            for case in cases
+            if (folder(case) / how.mode / diagnoses.RESULT).is_file()
+        }
+        if contents:
+            rows.append({"control": name, "cases": len(contents), **_numbers(contents)})
+    found = pd.DataFrame(rows)
+    return found.assign(behaves=_behaves(found)) if rows else found
+
+
+def _numbers(contents: Mapping[Case, dict[str, Any]]) -> dict[str, float]:
+    opinions = {case: Opinion.of_file(content) for case, content in contents.items()}
+    claims = [opinion.claims(CLAIM) for opinion in opinions.values()]
+    alarms = [opinion.answer != "none" for case, opinion in opinions.items() if case.kind == "none"]
+    spread = [
+        each.high - each.low
+        for case, content in contents.items()
+        for each in diagnoses.intervals(case, content)
+        if each.key.startswith(("extensions", "strength"))
+    ]
+    return {
+        "claims": float(np.mean(claims)),
+        "false_alarms": float(np.mean(alarms)) if alarms else float("nan"),
+        "median_interval": float(np.median(spread)) if spread else float("nan"),
+        "noise_doubted": float(np.mean([diagnoses.doubts_noise(c) for c in contents.values()])),
+    }
+
+
+def _behaves(found: pd.DataFrame) -> list[bool]:
+    """Whether each control does what it has to."""
+    usual = found[found["control"] == USUAL]
+    if usual.empty:
+        return [False] * len(found)
+    before = usual.iloc[0]
+    behaviour = []
+    for _, row in found.iterrows():
+        if row["control"] == USUAL:
+            behaviour.append(bool(row["noise_doubted"] <= RARELY))
+        elif row["control"] == "doubled":
+            wider = not row["median_interval"] <= before["median_interval"]
+            behaviour.append(bool(row["claims"] <= before["claims"] and wider))
+        else:
+            behaviour.append(bool(row["noise_doubted"] >= NOTICED))
+    return behaviour

@@ -1,0 +1,109 @@
+"""What the analyser says of a case: the same functions as ``dolfingrip diagnose`` calls.
+
+All cases share one store of simulations. A protocol's base and its effects are simulated once, as
+missing readings leave its rows alone; what a further case costs are the fits. ``quick`` leaves
+these out, too.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from benchmarks.blind import generator
+from benchmarks.blind.cases import Case
+from benchmarks.blind.opinions import Interval
+from benchmarks.blind.protocols import PROTOCOLS
+from dolfingrip.design.campaign.campaign import Standing
+from dolfingrip.diagnosis import diagnose as analyser
+from dolfingrip.diagnosis.inference.alternatives import BELIEVED
+from dolfingrip.diagnosis.results import write
+
+RESULT: Final = "diagnosis.json"
+MODES: Final = ("quick", "whole")
+
+
+@dataclass(frozen=True, slots=True)
+class How:
+    """How cases are diagnosed.
+
+    Attributes:
+        store: folder of the analyser's simulations.
+        workers: number of processes.
+        quick: by closed forms alone.
+        effects: names of those that are tried; all where None.
+        progress: called with each simulation.
+    """
+
+    store: Path
+    workers: int = 1
+    quick: bool = False
+    effects: Sequence[str] | None = None
+    progress: Callable[[Standing], None] = lambda standing: None
+
+    @property
+    def mode(self) -> str:
+        """Name of the folder of the results."""
+        return MODES[0] if self.quick else MODES[1]
+
+
+def diagnose(case: Case, folder: Path, how: How) -> dict[str, Any]:
+    """The content of a case's ``diagnosis.json``, computed where it is not there.
+
+    Args:
+        case: which.
+        folder: with ``measured.csv``.
+        how: it is diagnosed.
+    """
+    out = folder / how.mode
+    if not (out / RESULT).is_file():
+        config = generator.analysed(PROTOCOLS[case.protocol])
+        settings = analyser.Settings(
+            how.workers, how.store, how.quick, how.effects, progress=how.progress
+        )
+        files = [folder / "measured.csv"]
+        write(analyser.diagnose(files, config, out, settings), config, files, out)
+    content: dict[str, Any] = json.loads((out / RESULT).read_text(encoding="utf-8"))
+    return content
+
+
+def intervals(case: Case, content: dict[str, Any]) -> tuple[Interval, ...]:
+    """Intervals of the hidden effect's numbers where it was fitted alone, the modulus left out."""
+    if case.kind != "one" or case.hidden[0] not in content["verdict"]["class"]:
+        return ()
+    (hidden,) = case.truth.causes
+    cause = generator.causes()[hidden.name]
+    values = cause.values(hidden.form, hidden.strength, case.truth.modulus)
+    true = {
+        f"extensions.{hidden.name}.{key}": float(np.ravel(value)[0])
+        for key, value in values.items()
+    }
+    true[f"strength of {hidden.name}"] = hidden.strength
+    for fit in content["fits"]:
+        if fit["effects"] == [hidden.name]:
+            return tuple(
+                Interval(each["key"], each["low"], each["high"], true[each["key"]])
+                for each in fit["parameters"]
+                if each["key"] in true
+            )
+    return ()
+
+
+def cut(content: dict[str, Any]) -> float | None:
+    """By how much the cause cuts the error with nuisances alone; the mean over what is left out."""
+    rows = content["gain"]
+    if not rows:
+        return None
+    return float(np.mean([1 - row["cause"] / row["nuisances"] for row in rows]))
+
+
+def doubts_noise(content: dict[str, Any]) -> bool:
+    """Whether it says that the noise is not what was told."""
+    models = content["noise"]["models"]
+    other = max(models, key=lambda name: models[name]) != BELIEVED
+    return other or any("noise" in sentence for sentence in content["warnings"])

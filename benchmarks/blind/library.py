@@ -1,0 +1,300 @@
+"""The generator's responses, simulated once and kept: all that cases are made of.
+
+What has no memory is one elastic curve; what has, one run through the longest protocol of its
+history, of which shorter protocols are the beginning. Simulations are kept by content, so that a
+library that is stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from benchmarks.blind import generator
+from benchmarks.blind.generator import Cause
+from benchmarks.blind.outsiders import OUTSIDERS, PARTS
+from benchmarks.blind.protocols import PROTOCOLS, PULL, Course, Protocol
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign.store import NAME, Store
+from dolfingrip.diagnosis.simulation.job import Job, JobResult, result_of
+from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.secants import felt_in
+
+Way = Literal["curve", "history"]
+
+BASE: Final = "base"
+SLOPES: Final = ("finger.wall_mm", "finger.base_layer_mm", "plate.gap_mm")
+"""Parameters that the base curve is derived by."""
+HISTORIES: Final = ("P2", PULL, "P4", "short", "coupon")
+"""Longest protocols; others begin like one of them."""
+SHORTER: Final = 1.2
+"""An effect's curve goes to so many times the highest pressure; the base's to the headroom."""
+STOPS: Final = 20
+"""Of the base's curve, from rest to the highest pressure."""
+CHANGE_STOPS: Final = 10
+"""Of an effect's, among them; changes are smoother."""
+LONGEST_kPa: Final[Mapping[str, float]] = {"P4": 50.0}
+"""Load steps of a history, where they are not :data:`generator.SETTINGS`'; those of a curve do not
+matter, as its end does not depend on the way."""
+CURVE_STEP_kPa: Final = 25.0
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One simulation of the library.
+
+    Attributes:
+        name: of the base, a cause or an outsider.
+        form, part: of the cause; its strength.
+        experiment: that is simulated.
+        way: along one curve, or through a history.
+        store: name of the store that keeps it.
+        job: the simulation.
+    """
+
+    name: str
+    form: int
+    part: float
+    experiment: str
+    way: Way
+    store: str
+    job: Job
+
+
+def curve_protocol(course: Course, headroom: float, stops: int = STOPS) -> dict[str, list[Any]]:
+    """A first loading to so many times the highest value of ``course``."""
+    step = float(course.rows[course.led].max()) / stops
+    at = [float(x) for x in step * np.arange(round(stops * headroom) + 1)]
+    return {
+        "time_s": [float(i) for i in range(len(at))],
+        course.led: at,
+        "cycle": [1] * len(at),
+        "branch": ["loading"] * len(at),
+    }
+
+
+def entries(history: str) -> list[Entry]:
+    """All simulations that protocols of a history are made of, those without memory first."""
+    protocol = PROTOCOLS[history]
+    found = [entry for course in protocol.courses for entry in _entries(protocol, course)]
+    return sorted(found, key=lambda entry: (entry.way == "history", entry.name != BASE))
+
+
+def _entries(protocol: Protocol, course: Course) -> Iterator[Entry]:
+    """Those of one test: the base, causes, and outsiders that are another geometry."""
+    config = generator.generating(protocol)
+    experiment, coupon = course.experiment, course.experiment == "coupon"
+    curves = "coupon-curves" if coupon else f"{protocol.body}-curves"
+    base = curve_protocol(course, 1.0 if coupon else generator.HEADROOM)
+    along = curve_protocol(course, *((1.0,) if coupon else (SHORTER, CHANGE_STOPS)))
+
+    def entry(
+        name: str, form: int, part: float, changes: tuple[str, ...], told: Mapping[str, Any],
+        slopes: tuple[str, ...] = (),
+    ) -> Entry:  # fmt: skip
+        past = told is not base and told is not along
+        step_kPa = LONGEST_kPa.get(protocol.name) if past else CURVE_STEP_kPa
+        steps = {"max_step_kPa": step_kPa} if step_kPa else {}
+        other = config.overridden(changes).changed(protocol=told, solver=steps)
+        job = Job(experiment, other, slopes)
+        way: Way = "history" if past else "curve"
+        return Entry(name, form, part, experiment, way, protocol.name if past else curves, job)
+
+    felt_here = [key for key in SLOPES if experiment == "blocked_force" or "plate" not in key]
+    yield entry(BASE, 0, 0.0, (), base, () if coupon else tuple(felt_here))
+    for cause in generator.causes().values():
+        if experiment in felt(cause):
+            told = course.protocol() if cause.remembers else along
+            for form, each in enumerate(cause.forms):
+                for part in each.parts:
+                    yield entry(cause.name, form, part, cause.overrides(form, part), told)
+    for outsider in OUTSIDERS.values():
+        if outsider.overrides is not None and protocol.body == "reference" and not coupon:
+            for part in PARTS:
+                yield entry(outsider.name, 0, part, outsider.overrides(part), along)
+
+
+def felt(cause: Cause) -> frozenset[str]:
+    """Experiments that feel a cause."""
+    if cause.name == "gravity_pitch":
+        return frozenset({"bending", "blocked_force"})
+    return felt_in(cause.name, Config())
+
+
+def compute(history: str, folder: Path, workers: Workers) -> None:
+    """Simulate what is missing, store by store; elastic curves first.
+
+    Args:
+        history: whose entries are wanted.
+        folder: of the stores.
+        workers: where it is computed.
+    """
+    wanted = entries(history)
+    for store in dict.fromkeys(entry.store for entry in wanted):
+        jobs = [entry.job for entry in wanted if entry.store == store]
+        replace(workers, store=folder / store).results(jobs)
+
+
+def known(wanted: Sequence[Entry], folder: Path) -> dict[str, JobResult]:
+    """Results by key, of the entries that have been computed; others may be on their way."""
+    found: dict[str, JobResult] = {}
+    for name in {entry.store for entry in wanted}:
+        if (folder / name / NAME).is_file():
+            with Store(folder / name) as store:
+                rows = [row for row in store.rows() if row["status"] != "pending"]
+            found |= {row["key"]: result_of(row) for row in rows}
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Readings along a curve or a history.
+
+    Attributes:
+        at: (stops,) pressure (kPa) or travel (mm).
+        columns: (stops,) each.
+        slopes: by column and parameter.
+    """
+
+    at: np.ndarray
+    columns: Mapping[str, np.ndarray]
+    slopes: Mapping[tuple[str, str], np.ndarray]
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """How a cause changes the readings of one experiment.
+
+    Attributes:
+        way: along a curve, or through a history.
+        at: (stops,) pressure (kPa) or travel (mm).
+        parts: strengths; the first may be the only one.
+        columns: (parts, stops) changes, by column.
+    """
+
+    way: Way
+    at: np.ndarray
+    parts: tuple[float, ...]
+    columns: Mapping[str, np.ndarray]
+
+    def column(self, name: str, strength: float) -> np.ndarray:
+        """(stops,) at a strength: through 0 and the simulated ones."""
+        known = self.columns[name]
+        x = np.array(self.parts)
+        powers = np.arange(1, len(x) + 1)
+        weights = np.linalg.solve((x[None, :] ** powers[:, None]), strength**powers)
+        return np.asarray(weights @ known)
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """The responses of a history's protocols.
+
+    Attributes:
+        base: by experiment.
+        changes: by cause or outsider, form and experiment; what is not felt is absent.
+        failures: a sentence for each simulation that ended early.
+    """
+
+    base: Mapping[str, Curve]
+    changes: Mapping[tuple[str, int, str], Change]
+    failures: tuple[str, ...] = ()
+
+    def knows(self, name: str) -> bool:
+        """Whether a cause or outsider was simulated without failure."""
+        return any(key[0] == name for key in self.changes)
+
+
+def load(history: str, folder: Path) -> Library:
+    """The library of a history, as far as it has been computed.
+
+    Raises:
+        ConfigError: one line, where not even the base has been.
+    """
+    wanted = entries(history)
+    found = known(wanted, folder)
+    base: dict[str, Curve] = {}
+    failures, missing = [], []
+    kept: dict[tuple[str, int, str], list[tuple[Entry, JobResult]]] = {}
+    for entry in wanted:
+        result = found.get(entry.job.key)
+        if result is None:
+            missing.append(entry.name)
+        elif entry.name == BASE:
+            reached = len(next(iter(result.columns.values())))
+            base[entry.experiment] = Curve(_at(entry)[:reached], result.columns, result.slopes)
+        elif result.failure_class is not None:
+            failures.append(f"{entry.name} in {entry.experiment}: {result.failure}")
+            missing.append(entry.name)
+        else:
+            kept.setdefault((entry.name, entry.form, entry.experiment), []).append((entry, result))
+    if BASE in missing:
+        raise ConfigError(f"{folder}: no library of {history} yet; run the stage library first")
+    changes = {
+        key: _change(parts, base[key[2]]) for key, parts in kept.items() if key[0] not in missing
+    }
+    return Library(base, changes, tuple(failures))
+
+
+def _at(entry: Entry) -> np.ndarray:
+    led = "displacement_mm" if entry.experiment == "coupon" else "pressure_kPa"
+    return np.array(getattr(entry.job.config.protocol, led), dtype=float)
+
+
+def _change(parts: Sequence[tuple[Entry, JobResult]], base: Curve) -> Change:
+    entry = parts[0][0]
+    at = _at(entry)
+    place = np.array([int(np.argmin(np.abs(base.at - x))) for x in at])
+    if not np.allclose(base.at[place], at, atol=1e-6):
+        raise ValueError(f"{entry.name}: stops that the base curve does not have")
+    columns = {
+        name: np.array([result.columns[name] - base.columns[name][place] for _, result in parts])
+        for name in parts[0][1].columns
+        if name in base.columns and name not in ("time_s", "pressure_kPa", "displacement_mm")
+    }
+    return Change(entry.way, at, tuple(entry.part for entry, _ in parts), columns)
+
+
+def limited(library: Library, count: Callable[[str], int]) -> Library:
+    """The library of a shorter protocol: histories end after ``count(experiment)`` rows."""
+    changes = {
+        key: change
+        if change.way == "curve"
+        else replace(
+            change,
+            at=change.at[: count(key[2])],
+            columns={
+                name: values[:, : count(key[2])] for name, values in change.columns.items()
+            },
+        )
+        for key, change in library.changes.items()
+    }  # fmt: skip
+    return replace(library, changes=changes)
+
+
+def of_protocol(protocol: Protocol, folder: Path) -> Library:
+    """The library that a protocol's cases are made of."""
+    library = load(protocol.history, folder)
+    own = {course.experiment: len(course.rows) for course in protocol.courses}
+    if "coupon" in own and "bending" in own:
+        pull = load(PULL, folder)
+        both = [name for name in {key[0] for key in pull.changes} if library.knows(name)]
+        library = Library(
+            {**library.base, **pull.base},
+            {
+                **{key: each for key, each in library.changes.items() if _whole(key[0], pull)},
+                **{key: each for key, each in pull.changes.items() if key[0] in both},
+            },
+            (*library.failures, *pull.failures),
+        )
+    return limited(library, lambda experiment: own.get(experiment, 0))
+
+
+def _whole(name: str, pull: Library) -> bool:
+    """Whether the coupon's part of a cause is there, where a coupon feels it."""
+    cause = generator.causes().get(name)
+    return cause is None or "coupon" not in felt(cause) or pull.knows(name)
