@@ -22,6 +22,7 @@ from dolfingrip.cli import (
     mesh_command,
     morph_command,
     optimise_command,
+    predict_command,
     reproduce_command,
     study_command,
     train_command,
@@ -37,7 +38,7 @@ INTERRUPTED = 130
 ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
-    *("mesh", "morph", "config", "extensions", "synthetic", "diagnose"),
+    *("mesh", "morph", "config", "extensions", "synthetic", "diagnose", "predict"),
     *("doe", "train", "optimise", "study", "reproduce"),
 )
 """Subcommands in the order in which a new user needs them."""
@@ -63,6 +64,7 @@ app.command("demo")(experiment_commands.demo)
 experiment_commands.register(app)
 app.command("synthetic")(experiment_commands.synthetic_measurement)
 app.command("diagnose")(diagnose_command.diagnose)
+app.command("predict")(predict_command.predict)
 app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
 app.command("extensions")(extensions_command.extensions)
