@@ -24,6 +24,7 @@ from dolfingrip.cli import (
     optimise_command,
     pickup_commands,
     plan_command,
+    predict_command,
     reproduce_command,
     study_command,
     train_command,
@@ -40,7 +41,7 @@ ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
     *("pickup", "friction", "mesh", "morph", "config", "extensions"),
-    *("synthetic", "diagnose", "plan-experiment"),
+    *("synthetic", "diagnose", "plan-experiment", "predict"),
     *("doe", "train", "optimise", "study", "reproduce"),
 )
 """Subcommands in the order in which a new user needs them."""
@@ -69,6 +70,7 @@ for _name, _command in pickup_commands.COMMANDS.items():
 app.command("synthetic")(experiment_commands.synthetic_measurement)
 app.command("diagnose")(diagnose_command.diagnose)
 app.command("plan-experiment")(plan_command.plan_experiment)
+app.command("predict")(predict_command.predict)
 app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
 app.command("extensions")(extensions_command.extensions)

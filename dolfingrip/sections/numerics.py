@@ -18,10 +18,11 @@ class Solver(Section):
         "near 0.5, S2 on hexahedra (20 nodes, 8 integration points); default: S2, or P2 on "
         "tetrahedra of a file or by number",
     )
-    integration: Literal["reduced", "full"] | None = Field(
+    integration: Literal["reduced", "full", "selective"] | None = Field(
         None,
-        description="of hexahedra: 8 points, or 27, which pressures near the shear modulus need; "
-        "default: reduced for bellows and mesh files, full for other kinds of geometry",
+        description="of hexahedra: 8 points; 27, which pressures near the shear modulus need; or "
+        "27, and 8 for the change of volume, which locks at 27 where nu is near 0.5; default: "
+        "reduced for bellows and mesh files, selective for other kinds of geometry",
     )
     rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")

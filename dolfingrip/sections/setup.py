@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 
 from pydantic import model_validator
 
@@ -175,11 +175,12 @@ class Setup(Section):
         return self.solver.element == "S2"
 
     @property
-    def full_integration(self) -> bool:
-        """Whether hexahedra are integrated with the full rule."""
-        if self.solver.integration is None:
-            return self.finger.kind != "bellows" and self.mesh.file is None
-        return self.solver.integration == "full"
+    def integration(self) -> Literal["reduced", "full", "selective"]:
+        """How hexahedra are integrated."""
+        if self.solver.integration is not None:
+            return self.solver.integration
+        made = self.finger.kind != "bellows" and self.mesh.file is None
+        return "selective" if made else "reduced"
 
     @property
     def size_mm(self) -> float:

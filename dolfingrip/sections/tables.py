@@ -12,6 +12,9 @@ from pydantic import BaseModel
 
 from dolfingrip.sections.complaint import ConfigError
 
+POSTERIOR = "posterior"
+"""Table beside the sections with what a fit to measurements left open."""
+
 
 def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
     """Key and value of one ``section.key=value``; the value is read as TOML.
@@ -45,17 +48,31 @@ def override(data: dict[str, Any], assignment: str, *, replace: bool = True) -> 
 
 
 def read(file: Path) -> dict[str, Any]:
-    """Sections of a TOML file, or those a ``run.json`` was computed with."""
+    """Sections of a TOML file, or those a ``run.json`` was computed with.
+
+    A table of what a fit left open is no section: :mod:`dolfingrip.sections.posterior` reads it.
+    """
+    data = whole(file, "--config")
+    return {name: section for name, section in data.items() if name != POSTERIOR}
+
+
+def whole(file: Path, option: str) -> dict[str, Any]:
+    """All tables of such a file.
+
+    Args:
+        file: TOML, or a ``run.json``.
+        option: that names it.
+    """
     try:
         text = file.read_text(encoding="utf-8")
         data = json.loads(text)["config"] if file.suffix == ".json" else tomllib.loads(text)
     except OSError as error:
-        raise ConfigError(f"--config {file}: {error.strerror}") from None
+        raise ConfigError(f"{option} {file}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError) as error:
         kind = "a run.json" if file.suffix == ".json" else "TOML"
-        raise ConfigError(f"--config {file}: not {kind}: {error}") from None
+        raise ConfigError(f"{option} {file}: not {kind}: {error}") from None
     if not isinstance(data, dict):
-        raise ConfigError(f"--config {file}: not a run.json: its config is no table")
+        raise ConfigError(f"{option} {file}: not a run.json: its config is no table")
     return data
 
 

@@ -57,3 +57,22 @@ def test_way_back(controlled: tuple[bodies.Body, VolumeControl, LoadPath]) -> No
         assert path.advance({NAME: target}).failure is None
     assert abs(balloon.model.controls["pressure_kPa"].value) < 1e-6
     assert np.abs(balloon.displacement()).max() < 1e-8
+
+
+def test_an_iterate_that_diverges_does_not_loosen_the_tolerance(
+    controlled: tuple[bodies.Body, VolumeControl, LoadPath],
+) -> None:
+    """The residual is judged by the pressure's load on the sphere at the step's start.
+
+    That load is p times the norm of ∂V/∂u of the meshed part, which the coupling holds.
+    Diverging iterates have a million times the pressure, which would let any residual pass.
+    """
+    balloon, volume, path = controlled
+    assert path.advance({NAME: volume.control.value * 1.2**3}).failure is None
+    before = volume.scale_N()
+    rates = volume.couplings(balloon.u.x.array)[0].hessian.toarray() / volume.number.scale
+    expected = abs(volume.number.value) * np.linalg.norm(rates)
+    assert before == pytest.approx(expected, rel=1e-6)
+    volume.number.constant.value *= 1e6
+    volume.couplings(balloon.u.x.array)
+    assert volume.scale_N() == before

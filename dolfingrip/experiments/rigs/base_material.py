@@ -52,16 +52,26 @@ class BaseMaterial:
 
     def energy(self, strain: Expr, p: fem.Function | None = None) -> Expr:
         """Energy per reference volume (mJ/mm³), mixed where there is a pressure field p."""
-        if self.material.law == "neo-hooke":
-            if p is None:
-                return neo_hookean.energy(strain, self.mu, self.lmbda)
-            return mixed_neo_hookean.energy(strain, p, self.mu, self.lmbda)
-        bulk = self.lmbda + 2 / 3 * self.mu
         if p is None:
-            volumetric = bulk_modulus.energy(strain, bulk)
-        else:
-            volumetric = mixed_bulk_modulus.energy(strain, p, bulk)
-        return self._isochoric(strain) + volumetric
+            return self.of_shape(strain) + self.of_volume(strain)
+        if self.material.law == "neo-hooke":
+            return mixed_neo_hookean.energy(strain, p, self.mu, self.lmbda)
+        return self.of_shape(strain) + mixed_bulk_modulus.energy(strain, p, self._bulk)
+
+    def of_shape(self, strain: Expr) -> Expr:
+        """That part of the energy that is not :meth:`of_volume`."""
+        if self.material.law == "neo-hooke":
+            return neo_hookean.energy(strain, self.mu, 0.0)
+        return self._isochoric(strain)
+
+    def of_volume(self, strain: Expr) -> Expr:
+        """The part that a change of volume alone decides, stiff where ν is near 0.5."""
+        stiffness = self.lmbda if self.material.law == "neo-hooke" else self._bulk
+        return bulk_modulus.energy(strain, stiffness)
+
+    @property
+    def _bulk(self) -> Expr:
+        return self.lmbda + 2 / 3 * self.mu
 
     def _isochoric(self, strain: Expr) -> Expr:
         if self.material.law == "ogden":

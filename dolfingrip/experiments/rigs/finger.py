@@ -28,7 +28,7 @@ from dolfingrip.experiments.rigs.material import (
     weight_energy,
     weights_of,
 )
-from dolfingrip.experiments.rigs.regions import strain_energies
+from dolfingrip.experiments.rigs.regions import splits, strain_energies
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure
@@ -38,6 +38,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import displacement_element, integration_degree
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.parts import Coarsely, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
@@ -156,7 +157,7 @@ def _potential(
     loads: Callable[[Site], Sequence[ufl.Form]],
 ) -> Potential:
     """Strain energies, loads and what effects add, of the whole solid and its sheets."""
-    density = config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)
+    density = _density(config, base, p, site)
     densities = strain_energies(config, site.domain, density, p, site.parameters)
     terms = [*_loads(site), *config.extensions.terms(site), *loads(site)]
     return Potential(
@@ -170,6 +171,16 @@ def _potential(
         sheets=sheets(config, site.domain.mesh, site.parameters),
         degree=_degree(config, site.u.function_space),
     )
+
+
+def _density(
+    config: Config, base: BaseMaterial, p: fem.Function | None, site: Site
+) -> list[StrainEnergy | Coarsely]:
+    """Strain energy of what has no material of its own, extensions included."""
+    if splits(config, p):
+        shape = config.extensions.strain_energy(base.of_shape, site)
+        return [shape, Coarsely(base.of_volume)]
+    return [config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)]
 
 
 def _site(
@@ -200,7 +211,7 @@ def _site(
 
 def _degree(config: Config, space: fem.FunctionSpace) -> int:
     """Degree of the quadrature of strain energies."""
-    return integration_degree(space, full=config.full_integration)
+    return integration_degree(space, full=config.integration != "reduced")
 
 
 def _loads(site: Site) -> list[ufl.Form]:

@@ -126,6 +126,7 @@ class FingerRig(Rig):
             finger.model = volume_controlled(finger.model, finger.cavity, finger.enclosed)
             self.newton = self.newton.of(finger.model)
             self._by_pressure = False
+            self.jumps = True
         return found
 
     def over(self) -> bool:
@@ -160,8 +161,8 @@ class FingerRig(Rig):
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
         """Whether volume control would find equilibrium beyond, at a falling pressure."""
-        if not self._by_pressure:
-            return False  # under volume control already
+        if not self._by_pressure or self._config.experiment.control == "auto":
+            return False  # under volume control already, or soon
         finger, settings = self._finger, self._config.solver
         search = LimitPointSearch(finger.model, finger.cavity, finger.enclosed, settings)
         return search.is_near(attempted["pressure_kPa"])

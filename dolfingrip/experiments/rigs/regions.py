@@ -9,7 +9,7 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.experiments.rigs.films import layer_energy
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.parts import ByPart, StrainEnergy
+from dolfingrip.mechanics.model.parts import ByPart, Coarsely, StrainEnergy
 from dolfingrip.meshes import sheets
 from dolfingrip.meshes.solid import MeshError, SolidMesh
 
@@ -74,10 +74,10 @@ def _region(mesh: SolidMesh, region: str, key: str) -> np.ndarray:
 def strain_energies(
     config: Config,
     domain: Domain,
-    base: StrainEnergy,
+    base: list[StrainEnergy | Coarsely],
     p: fem.Function | None,
     known: dict[str, fem.Constant],
-) -> list[StrainEnergy] | ByPart:
+) -> list[StrainEnergy | Coarsely] | ByPart:
     """Strain energies of all parts.
 
     Args:
@@ -88,19 +88,23 @@ def strain_energies(
         known: constants by name, which the regions' are added to.
     """
     if not domain.parts:
-        return [base]
+        return base
     layers = {film.region: (name, film) for name, film in config.film.layers.items()}
-    found: dict[tuple[str, ...], list[StrainEnergy]] = {}
+    found: dict[tuple[str, ...], list[StrainEnergy | Coarsely]] = {}
     for region in domain.parts:
         if region == REST:
-            energy = base
+            found[region,] = base
         elif region in layers:
             name, film = layers[region]
-            energy = layer_energy(config, name, film, domain.mesh, known)
+            found[region,] = [layer_energy(config, name, film, domain.mesh, known)]
         else:
-            energy = _own(region, config, domain, p, known)
-        found[region,] = [energy]
+            found[region,] = _own(region, config, domain, p, known)
     return found
+
+
+def splits(config: Config, p: fem.Function | None) -> bool:
+    """Whether the energy of a change of volume is integrated apart, with fewer points."""
+    return config.integration == "selective" and p is None and config.hexahedra
 
 
 def _own(
@@ -109,8 +113,10 @@ def _own(
     domain: Domain,
     p: fem.Function | None,
     known: dict[str, fem.Constant],
-) -> StrainEnergy:
+) -> list[StrainEnergy | Coarsely]:
     """Strain energy of a region with a material of its own."""
     own = BaseMaterial.on(domain.mesh, config.material.of(region), f"material.{region}")
     known |= own.constants
-    return lambda strain: own.energy(strain, p)
+    if splits(config, p):
+        return [own.of_shape, Coarsely(own.of_volume)]
+    return [lambda strain: own.energy(strain, p)]

@@ -29,7 +29,8 @@ class CarriedStress:
         fields: what the stress depends on: displacement, and the pressure of a mixed model.
         stresses: S in UFL, and the cells where it is such (all where None), part by part.
         degree: of the integration rule.
-        sheets: stress (N/mm) of sheets, its cells, and its own rule.
+        sheets: what has a rule of its own, or another degree: stress of sheets (N/mm), or a further
+            one of the solid (MPa); its cells, and the rule.
     """
 
     def __init__(
@@ -37,7 +38,7 @@ class CarriedStress:
         fields: Sequence[fem.Function],
         stresses: Sequence[tuple[Expr, np.ndarray | None]],
         degree: int,
-        sheets: Sequence[tuple[Expr, np.ndarray, Rule]] = (),
+        sheets: Sequence[tuple[Expr, np.ndarray, Rule | int]] = (),
     ) -> None:
         mesh = fields[0].function_space.mesh
         self.stress = points.field(mesh, (3, 3), degree, "carried_stress_MPa")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,13 +14,28 @@ from ufl.core.expr import Expr
 from dolfingrip.forms import chain_rule, membrane
 from dolfingrip.forms.kinematics import green_lagrange
 from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.element import integration_degree
 from dolfingrip.mechanics.model.points import Rule
 from dolfingrip.mechanics.model.sheet import Sheet, covector, facet_rule
 
 StrainEnergy = Callable[[Expr], Expr]
 """Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
 
-ByPart = Mapping[tuple[str, ...], Sequence[StrainEnergy]]
+
+@dataclass(frozen=True)
+class Coarsely:
+    """A strain energy that is integrated with the element's reduced rule where others are not.
+
+    The energy of a change of volume, nearly incompressible, locks at the points of a full rule.
+
+    Attributes:
+        energy: of the strain.
+    """
+
+    energy: StrainEnergy
+
+
+ByPart = Mapping[tuple[str, ...], Sequence[StrainEnergy | Coarsely]]
 """Strain energies by names of a domain's parts, which make up the whole."""
 
 
@@ -36,7 +52,7 @@ class Part(NamedTuple):
         dx: measure of the cells' volume.
         cells: local ones; None for all.
         area: reference area by volume of the measure, 1 for a solid.
-        rule: of a membrane's integration, None for the solid's own.
+        rule: of the integration, or its degree; None for the solids' own.
         surface: what of a strain's variation the energy feels.
     """
 
@@ -45,35 +61,39 @@ class Part(NamedTuple):
     dx: ufl.Measure
     cells: np.ndarray | None
     area: Expr = ufl.as_ufl(1)
-    rule: Rule | None = None
+    rule: Rule | int | None = None
     surface: Callable[[Expr], Expr] = _as_it_is
 
 
 def solid_parts(
     u: fem.Function,
-    strain_energies: Sequence[StrainEnergy] | ByPart,
+    strain_energies: Sequence[StrainEnergy | Coarsely] | ByPart,
     domain: Domain | None,
     degree: int,
 ) -> list[Part]:
-    """The whole as one part, or the domain's named ones."""
+    """The whole as one part, or the domain's named ones; what is integrated coarsely apart."""
     strain = ufl.variable(green_lagrange(u))
+    coarse = integration_degree(u.function_space)
 
-    def part(energies: Sequence[StrainEnergy], dx: ufl.Measure, cells: np.ndarray | None) -> Part:
-        density = sum((energy(strain) for energy in energies), start=0 * strain[0, 0])
-        return Part(density, chain_rule.by_variable(density, strain), dx, cells)
-
-    if not isinstance(strain_energies, Mapping):
-        mesh = u.function_space.mesh
+    def volume(names: Sequence[str], degree: int) -> ufl.Measure:
         if domain is None:
-            dx = ufl.Measure("dx", mesh, metadata={"quadrature_degree": degree})
-        else:
-            dx = domain.volume(quadrature_degree=degree)
-        return [part(strain_energies, dx, None)]
-    assert domain is not None
-    return [
-        part(energies, domain.volume(*names, quadrature_degree=degree), domain.cells(*names))
-        for names, energies in strain_energies.items()
-    ]
+            return ufl.Measure("dx", u.function_space.mesh, metadata={"quadrature_degree": degree})
+        return domain.volume(*names, quadrature_degree=degree)
+
+    def part(energies: Sequence[StrainEnergy], names: Sequence[str], rule: int | None) -> Part:
+        density = sum((energy(strain) for energy in energies), start=0 * strain[0, 0])
+        cells = domain.cells(*names) if domain is not None and (names or rule) else None
+        stress = chain_rule.by_variable(density, strain)
+        return Part(density, stress, volume(names, rule or degree), cells, rule=rule)
+
+    by_part = strain_energies if isinstance(strain_energies, Mapping) else {(): strain_energies}
+    found = []
+    for names, energies in by_part.items():
+        apart = [each.energy for each in energies if isinstance(each, Coarsely)]
+        found.append(part([e for e in energies if not isinstance(e, Coarsely)], names, None))
+        if apart:
+            found.append(part(apart, names, coarse))
+    return sorted(found, key=lambda each: each.rule is not None)
 
 
 def sheet_parts(

@@ -25,6 +25,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import integration_degree, sheet_degree
 from dolfingrip.mechanics.model.parts import (
     ByPart,
+    Coarsely,
     Part,
     StrainEnergy,
     sheet_parts,
@@ -66,7 +67,7 @@ class Potential(Term):
     def __init__(
         self,
         u: fem.Function,
-        strain_energies: Sequence[StrainEnergy] | ByPart,
+        strain_energies: Sequence[StrainEnergy | Coarsely] | ByPart,
         terms: Sequence[ufl.Form] = (),
         *,
         carried: bool = True,
@@ -80,17 +81,18 @@ class Potential(Term):
         degree = degree or integration_degree(space)
         v, w = ufl.TestFunction(space), ufl.TrialFunction(space)
 
-        solids = solid_parts(u, strain_energies, domain, degree)
-        membranes: list[Part] = []
+        found = solid_parts(u, strain_energies, domain, degree)
+        solids = [part for part in found if part.rule is None]
+        apart = [part for part in found if part.rule is not None]
         if sheets:
             assert domain is not None
-            membranes = sheet_parts(u, sheets, domain, sheet_degree(space))
-        parts = [*solids, *membranes]
+            apart += sheet_parts(u, sheets, domain, sheet_degree(space))
+        parts = [*solids, *apart]
         fields = [u] if p is None else [u, p]
         self._comm = space.mesh.comm
         self.numbers = tuple(numbers)
         self.sheets = tuple(sheets)
-        self.carried = _carried(fields, solids, membranes, degree) if carried else None
+        self.carried = _carried(fields, solids, apart, degree) if carried else None
         stresses = [part.stress for part in parts]
         if self.carried is not None:
             stresses = [self.carried.stress] * len(solids) + self.carried.on_sheets
@@ -184,12 +186,12 @@ class Potential(Term):
 
 
 def _carried(
-    fields: Sequence[fem.Function], solids: Sequence[Part], sheets: Sequence[Part], degree: int
+    fields: Sequence[fem.Function], solids: Sequence[Part], apart: Sequence[Part], degree: int
 ) -> CarriedStress:
     """Carries the stresses of all parts."""
     held = [
         (part.stress, part.cells, part.rule)
-        for part in sheets
+        for part in apart
         if part.rule is not None and part.cells is not None
     ]
     return CarriedStress(fields, [(part.stress, part.cells) for part in solids], degree, held)

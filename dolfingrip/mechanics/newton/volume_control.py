@@ -80,7 +80,7 @@ class VolumeControl(Term):
         # the cavity's walls that go with it
         scale = float(np.cbrt(copies / self.control.value))
         self.number = Number("cavity_pressure_MPa", pressure.constant, scale, multiplier=True)
-        self._force_N = 0.0
+        self._force_N = self._load_N()
 
     def volume_mm3(self) -> float:
         """Present volume of the whole cavity."""
@@ -114,17 +114,27 @@ class VolumeControl(Term):
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """−∂V/∂u between pressure and displacement."""
         rates = self._rates()
-        square = self._comm.allreduce(float(rates @ rates), MPI.SUM)
-        self._force_N = max(self._force_N, abs(self.number.value) * np.sqrt(square))
         return [number_coupling([self.number], self._first, -rates[None], np.zeros((1, 1)))]
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Have the led volume grow as the undeformed cavity does."""
         self.control.growth = self._undeformed_mm3() / self._undeformed
 
+    def accept(self) -> None:
+        """Take the pressure's load for the scale of the next step's residual.
+
+        An iterate that diverges has any pressure, which would let anything pass for an equilibrium.
+        """
+        self._force_N = self._load_N()
+
     def scale_N(self) -> float:
-        """Norm of the pressure's load."""
+        """Norm of the pressure's load at the load step's start."""
         return self._force_N
+
+    def _load_N(self) -> float:
+        rates = self._rates()
+        square = self._comm.allreduce(float(rates @ rates), MPI.SUM)
+        return abs(self.number.value) * float(np.sqrt(square))
 
 
 def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Model:

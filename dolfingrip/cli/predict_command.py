@@ -1,0 +1,86 @@
+"""``dolfingrip predict``: an actuator that was never measured, with an interval."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from mpi4py import MPI
+
+from dolfingrip import config as configuration
+from dolfingrip.cli.options import Out, Overrides, check_writable, console
+from dolfingrip.config import ConfigError
+
+
+def predict(
+    source: Annotated[
+        Path, typer.Option("--from", metavar="FILE", help="Configuration with a [posterior].")
+    ],
+    out: Out = Path("out/prediction"),
+    overrides: Overrides = None,
+    pressures: Annotated[
+        str, typer.Option("--pressures", metavar="kPa,kPa,…", help="Where to predict the angle.")
+    ] = "",
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Table; default: prediction.csv in --out."),
+    ] = None,
+) -> None:
+    """Predict an actuator from fits to others: angle and ballooning pressure, 90 % intervals."""
+    if MPI.COMM_WORLD.size > 1:
+        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: without mpirun")
+    import numpy as np
+
+    from dolfingrip.cli import progress
+    from dolfingrip.experiments import prediction
+    from dolfingrip.sections import posterior
+
+    asked = _pressures(pressures)
+    fits = posterior.read(source)
+    config = configuration.load(source, overrides or ())
+    config = config.changed(experiment={"max_pressure_kPa": 1.15 * max(asked)})
+    check_writable(out)
+    screen = console()
+    with progress.shown(screen, "fits", total=len(fits.fit)) as show:
+        curves = prediction.simulated(
+            config, fits, out,
+            lambda i, row: show(i, len(fits.fit), f"{row['pressure_kPa']:.1f} kPa"),
+        )  # fmt: skip
+    found = prediction.predict(curves, fits, np.array(asked))
+    file = csv or out / "prediction.csv"
+    text = _table(found)
+    file.write_text(text, encoding="utf-8")
+    screen.print(text, end="", soft_wrap=True)
+    for i, curve in enumerate(curves, 1):
+        if curve.pressure_kPa[-1] < max(asked):
+            screen.print(
+                f"fit {i}: simulated to {curve.pressure_kPa[-1]:.1f} kPa, extrapolated beyond",
+                soft_wrap=True,
+            )
+    screen.print(f"prediction: {file}", soft_wrap=True)
+
+
+def _pressures(text: str) -> list[float]:
+    try:
+        found = [float(part) for part in text.split(",") if part.strip()]
+    except ValueError:
+        found = []
+    if not found or min(found) <= 0:
+        raise ConfigError(f"--pressures {text}: allowed: numbers above 0 kPa, joined by commas")
+    return found
+
+
+def _table(found: object) -> str:
+    """The CSV's text, the ballooning pressure as a comment at its end."""
+    from dolfingrip.experiments.prediction import Prediction
+
+    assert isinstance(found, Prediction)
+    lines = ["pressure_kPa,chord_angle_deg,low_deg,high_deg"]
+    for pressure, (low, middle, high) in zip(found.pressure_kPa, found.angle_deg.T, strict=True):
+        lines.append(f"{pressure:g},{middle:.2f},{low:.2f},{high:.2f}")
+    low, middle, high = found.ballooning_kPa
+    lines.append(
+        f"# ballooning pressure {middle:.2f} kPa, 90 % interval {low:.2f} to {high:.2f} kPa"
+    )
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,80 @@
+"""What a fit to measurements left open: parameters that fit equally well, and what none explains.
+
+>>> found = Posterior.model_validate(
+...     {"model_kPa": 0.5, "fit": [{"set": {"film.silk.Et_N_per_mm": 3.0}}, {"weight": 3.0}]}
+... )
+>>> [float(share) for share in found.shares]
+[0.25, 0.75]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import tomlkit
+from pydantic import Field
+
+from dolfingrip.sections import tables
+from dolfingrip.sections.complaint import ConfigError, checked
+from dolfingrip.sections.section import Section
+
+Fits = Annotated[tuple["Fit", ...], Field(strict=False, min_length=1)]
+
+
+class Fit(Section):
+    """One set of parameters that agrees with what was measured."""
+
+    weight: float = Field(1.0, gt=0, description="probability, relative to the other fits'")
+    set: Mapping[str, Any] = Field({}, description="values by key of the configuration")
+
+
+class Posterior(Section):
+    """Fits, and the deviations from the best of them, as pressures at an equal angle."""
+
+    reading: Literal["chord_angle_deg", "angle_deg"] = Field(
+        "chord_angle_deg", description="that was fitted, and is predicted"
+    )
+    model_kPa: float = Field(0.0, ge=0, description="what fits leave: pressure at an equal angle")
+    specimen: float = Field(0.0, ge=0, le=1, description="one specimen's pressure from another's")
+    reading_deg: float = Field(0.0, ge=0, description="noise of the reading")
+    fit: Fits = Field(description="fits")
+
+    @property
+    def shares(self) -> np.ndarray:
+        """Probability of each fit, (fits,)."""
+        weights = np.array([each.weight for each in self.fit])
+        return np.asarray(weights / weights.sum())
+
+
+def read(file: Path) -> Posterior:
+    """The table ``posterior`` of a TOML file.
+
+    Raises:
+        ConfigError: one line: no such file or table, or a value that is not allowed.
+    """
+    data = tables.whole(file, "--from")
+    if tables.POSTERIOR not in data:
+        raise ConfigError(f"--from {file}: no table [posterior]; allowed: one with the fits")
+    return checked(Posterior, data[tables.POSTERIOR])
+
+
+def appended(text: str, posterior: Posterior) -> str:
+    """A configuration's text with the table after it."""
+    table = tomlkit.table()
+    for key in ("reading", "model_kPa", "specimen", "reading_deg"):
+        item = tomlkit.item(getattr(posterior, key))
+        item.comment(Posterior.model_fields[key].description or "")
+        table.add(key, item)
+    fits = tomlkit.aot()
+    for each in posterior.fit:
+        one = tomlkit.table()
+        one.add("weight", each.weight)
+        one.add("set", dict(each.set))
+        fits.append(one)
+    table.add("fit", fits)
+    document = tomlkit.document()
+    document.add(tables.POSTERIOR, table)
+    return f"{text}\n{tomlkit.dumps(document)}"
