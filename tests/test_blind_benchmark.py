@@ -200,6 +200,17 @@ def test_the_laboratory_may_be_wrong_about_noise() -> None:
     assert silent == {"angle_deg": pytest.approx(0.3)}
 
 
+def test_what_a_laboratory_knows_better_is_told_and_drawn() -> None:
+    protocol = PROTOCOLS["short"]
+    assert protocol.setup()["nuisance"] == {"pressure_offset_kPa": 0.2, "plate_gap_mm": 0.03}
+    usual, known = (
+        [cases.drawn_nuisances(np.random.default_rng(i), PROTOCOLS[name]) for i in range(5)]
+        for name in ("P1", "short")
+    )
+    for name, part in (("pressure_offset", 0.1), ("plate_gap", 0.1), ("modulus", 1.0)):
+        assert [k[name] for k in known] == pytest.approx([part * u[name] for u in usual])
+
+
 def test_outsiders_change_what_they_say() -> None:
     rows = PROTOCOLS["P2"].course("bending").rows
     leak = outsiders.OUTSIDERS["opening_leak"].pressure

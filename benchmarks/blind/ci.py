@@ -35,8 +35,7 @@ EFFECTS: Final[Mapping[str, tuple[str, ...]]] = {
         "force_gain",
     ),
     "short": (
-        "print_anisotropy", "permanent_set", "angle_gain", "force_gain", "force_offset",
-        "plate_compliance",
+        "print_anisotropy", "plate_compliance", "angle_gain", "force_gain", "force_offset",
     ),
 }  # fmt: skip
 """That are tried: fewer than the catalogue, as each is compiled and simulated."""
