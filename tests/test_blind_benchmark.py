@@ -200,6 +200,17 @@ def test_the_laboratory_may_be_wrong_about_noise() -> None:
     assert silent == {"angle_deg": pytest.approx(0.3)}
 
 
+def test_what_a_laboratory_knows_better_is_told_and_drawn() -> None:
+    protocol = PROTOCOLS["short"]
+    assert protocol.setup()["nuisance"] == {"pressure_offset_kPa": 0.2, "plate_gap_mm": 0.03}
+    usual, known = (
+        [cases.drawn_nuisances(np.random.default_rng(i), PROTOCOLS[name]) for i in range(5)]
+        for name in ("P1", "short")
+    )
+    for name, part in (("pressure_offset", 0.1), ("plate_gap", 0.1), ("modulus", 1.0)):
+        assert [k[name] for k in known] == pytest.approx([part * u[name] for u in usual])
+
+
 def test_outsiders_change_what_they_say() -> None:
     rows = PROTOCOLS["P2"].course("bending").rows
     leak = outsiders.OUTSIDERS["opening_leak"].pressure
@@ -212,6 +223,26 @@ def test_outsiders_change_what_they_say() -> None:
     off = stuck(rows, 1.0) - rows["pressure_kPa"].to_numpy()
     np.testing.assert_allclose(off[1:11], 4)
     np.testing.assert_allclose(off[11:-1], -4)
+
+
+def test_outsiders_of_a_coupon() -> None:
+    rows = PROTOCOLS["coupon"].course("coupon").rows
+    travel = rows["displacement_mm"].to_numpy()
+    names = ("jaw_slip", "sticky_cell", "twisted_coupon")
+    shown = {}
+    for name in names:
+        displayed = outsiders.OUTSIDERS[name].displayed
+        assert displayed is not None
+        shown[name] = displayed(rows, {"force_N": travel}, 1.0)["force_N"]
+        assert not displayed(PROTOCOLS["P2"].course("bending").rows, {}, 1.0)
+    slipped = shown["jaw_slip"] / np.where(travel > 0, travel, 1.0)
+    np.testing.assert_allclose(slipped[[12, 13, 20, 39]], [1.0, 0.94, 0.94, 0.94])
+    lag = travel - shown["sticky_cell"]
+    np.testing.assert_allclose(lag[[0, 1, 20, 21, 40]], [0.0, 0.1, 0.1, -0.1, -0.1])
+    assert (shown["twisted_coupon"] - travel).max() == pytest.approx(0.15)
+    for name in names:
+        assert outsiders.possible(PROTOCOLS["coupon"], name)
+        assert not outsiders.possible(PROTOCOLS["P2"], name)
 
 
 def test_the_bound_names_what_is_strong_and_nothing_where_nothing_is() -> None:
@@ -336,6 +367,17 @@ def test_a_verdict_that_is_worse() -> None:
     assert "told apart" in replace(before, named="gent or prony").worse_than(before)
     assert "is right" in replace(before, answer="none", named="", right=False).worse_than(before)
     assert not before.worse_than(replace(before, right=False))
+    tied = replace(before, named="gent or prony")
+    assert "the readings allow gent or prony" in before.worse_than(tied)
+
+
+def test_every_kind_of_answer_is_among_the_committed_ones() -> None:
+    committed = ci.expected()
+    assert [each.case for each in committed] == [each.name for each in ci.cases()]
+    assert len(committed) >= 12
+    assert {each.answer for each in committed} == {"cause", "none", "unknown"}
+    assert any(" + " in each.named for each in committed)
+    assert any(" or " in each.named for each in committed)
 
 
 def test_from_the_simulation_of_coupons_to_figures(

@@ -112,9 +112,15 @@ def run_cases(asked: Asked) -> None:
 def run_diagnose(asked: Asked) -> None:
     """Diagnose them; with --quick by closed forms alone."""
     half = Half(planned(asked), asked.folders)
-    how = asked.how
-    every = [case for case, _ in half.made()]
-    with progress.shown(asked.screen, "cases", at_once=True, few=progress.FEW) as show:
+    diagnose_all(asked, [case for case, _ in half.made()])
+
+
+def diagnose_all(asked: Asked, every: Sequence[Case]) -> None:
+    """Diagnose what has not been, with workers that stay."""
+    with (
+        progress.shown(asked.screen, "cases", at_once=True, few=progress.FEW) as show,
+        diagnoses.with_crew(asked.how) as how,
+    ):
         for number, case in enumerate(every):
             show(number, len(every), case.name)
             diagnoses.diagnose(case, asked.folders.case(case), how)
@@ -125,11 +131,7 @@ def run_controls(asked: Asked) -> None:
     """The same cases with other noise, or with noise that is not as told: controls.csv."""
     wanted = controls.variants(planned(asked))
     half = Half([case for own in wanted.values() for case in own], asked.folders)
-    every = [case for case, _ in half.made()]
-    with progress.shown(asked.screen, "cases", at_once=True, few=progress.FEW) as show:
-        for number, case in enumerate(every):
-            show(number, len(every), case.name)
-            diagnoses.diagnose(case, asked.folders.case(case), asked.how)
+    diagnose_all(asked, [case for case, _ in half.made()])
     table = controls.table(wanted, asked.folders.case, asked.how)
     asked.scores.mkdir(parents=True, exist_ok=True)
     table.to_csv(asked.scores / "controls.csv", index=False)

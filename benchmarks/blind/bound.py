@@ -81,9 +81,10 @@ class Bound:
     def nuisances(self) -> np.ndarray:
         """(n, k) changes by one standard deviation of each."""
         found = []
+        better = self.catalogue.protocol.known_better
         for name in NUISANCES:
             up, down = (self.catalogue.vector(Truth((), {name: way * STEP})) for way in (1, -1))
-            found.append((up - down) / (2 * STEP))
+            found.append(better.get(name, 1.0) * (up - down) / (2 * STEP))
         return np.column_stack(found)
 
     def change(self, causes: Sequence[Hidden]) -> np.ndarray:
@@ -140,7 +141,8 @@ class Bound:
         """The verdict by exact evidence on the same draws."""
         kept = readings.kept
         analysis = self.analysis(kept)
-        sigmas = np.array([case.truth.sigma(name) for name in NUISANCES])
+        better = self.catalogue.protocol.known_better
+        sigmas = np.array([case.truth.sigma(n) / better.get(n, 1.0) for n in NUISANCES])
         moved = self.nuisances @ sigmas
         change = self.change(case.truth.causes)
         residual = (change + moved + readings.noise)[kept]

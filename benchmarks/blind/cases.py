@@ -135,7 +135,13 @@ def _case(
             form, strength = known[str(name)].draw(rng)
             hidden.append(Hidden(str(name), form, strength))
     return Case(
-        half, number, protocol, kind, full, Truth(tuple(hidden), drawn_nuisances(rng)), (*seed, 2)
+        half,
+        number,
+        protocol,
+        kind,
+        full,
+        Truth(tuple(hidden), drawn_nuisances(rng, PROTOCOLS[protocol])),
+        (*seed, 2),
     )
 
 
@@ -145,14 +151,14 @@ def is_felt(cause: Cause, protocol: Protocol) -> bool:
     return fingers or cause.effect.has("strain_energy") or cause.name.startswith("force_")
 
 
-def drawn_nuisances(rng: np.random.Generator) -> dict[str, float]:
-    """Standard deviations of each nuisance, cut off."""
+def drawn_nuisances(rng: np.random.Generator, protocol: Protocol) -> dict[str, float]:
+    """Each nuisance by its usual standard deviation, cut off."""
     found = {}
     for name in NUISANCES:
         value = rng.standard_normal()
         while abs(value) > WIDEST:
             value = rng.standard_normal()
-        found[name] = float(value)
+        found[name] = float(value) * protocol.known_better.get(name, 1.0)
     return found
 
 

@@ -3,25 +3,27 @@
     scripts/run python -m benchmarks.blind.ci [--out FOLDER] [--workers N] [--publish]
 
 Continuous integration compares the verdicts with those of ``ci.csv`` and fails where one is worse:
-another answer, a class without the hidden cause that had it, or a wider class. ``--publish`` writes
-that file anew, for when they are better.
+another answer, a class without the hidden cause that had it, a wider class, or one member of a tie.
+``--publish`` writes that file anew, for when they are better.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Final
 
 from benchmarks.blind import full
 from benchmarks.blind.cases import Case, Kind, read, write
-from benchmarks.blind.diagnoses import How, diagnose
+from benchmarks.blind.diagnoses import How, diagnose, with_crew
 from benchmarks.blind.noise import Instruments
 from benchmarks.blind.opinions import Opinion
 from benchmarks.blind.outsiders import OUTSIDERS
+from benchmarks.blind.protocols import PROTOCOLS
 from benchmarks.blind.response import NUISANCES, Hidden, Truth
 from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -33,13 +35,12 @@ EFFECTS: Final[Mapping[str, tuple[str, ...]]] = {
         "force_gain",
     ),
     "short": (
-        "mooney_rivlin", "print_anisotropy", "permanent_set", "angle_gain", "force_gain",
-        "force_offset", "plate_compliance",
+        "print_anisotropy", "plate_compliance", "angle_gain", "force_gain", "force_offset",
     ),
 }  # fmt: skip
 """That are tried: fewer than the catalogue, as each is compiled and simulated."""
 SHARP: Final = {"coupon": 1.0, "short": 0.5}
-"""Factor of the noise: a short finger bends little."""
+"""Factor of the noise: a short finger bends little, by 7°, on both meshes alike to 0.1°."""
 
 HIDDEN: Final[Sequence[tuple[str, tuple[tuple[str, int, float], ...]]]] = (
     ("coupon", ()),
@@ -49,10 +50,10 @@ HIDDEN: Final[Sequence[tuple[str, tuple[tuple[str, int, float], ...]]]] = (
     ("coupon", (("gent", 0, 0.3),)),
     ("coupon", (("mooney_rivlin", 0, 1.0), ("prony", 1, 0.8))),
     ("coupon", (("tear", 0, 1.0),)),
+    ("coupon", (("permanent_set", 0, 1.0),)),
     ("short", ()),
-    ("short", (("angle_gain", 0, 2.0),)),
-    ("short", (("permanent_set", 0, 1.0),)),
-    ("short", (("mooney_rivlin", 0, 1.2),)),
+    ("short", (("force_offset", 0, 2.0),)),
+    ("short", (("print_anisotropy", 0, 1.2),)),
     ("short", (("soft_foam", 0, 1.0),)),
 )
 """Protocol and causes of each case: with form and strength."""
@@ -66,8 +67,9 @@ def cases() -> list[Case]:
         if causes:
             kind = "one" if len(causes) == 1 else "two"
             kind = "outsider" if causes[0][0] in OUTSIDERS else kind
+        known = PROTOCOLS[protocol].known_better
         sizes = {
-            name: round(1.2 * ((7 * number + 3 * i) % 11 - 5) / 5, 2)
+            name: round(known.get(name, 1.0) * 1.2 * ((7 * number + 3 * i) % 11 - 5) / 5, 3)
             for i, name in enumerate(NUISANCES)
         }
         truth = Truth(tuple(Hidden(*each) for each in causes), sizes)
@@ -101,9 +103,11 @@ class Answered:
             return (
                 f"{self.case}: {self.answer} {self.named}, where {self.hidden or 'none'} is right"
             )
-        wider = len(self.named.split(" or ")) > len(other.named.split(" or "))
-        if other.right and wider:
+        mine, before = (len(each.named.split(" or ")) for each in (self, other))
+        if other.right and mine > before:
             return f"{self.case}: {self.named}, where {other.named} was told apart"
+        if other.right and mine < before:
+            return f"{self.case}: {self.named}, where the readings allow {other.named}"
         return ""
 
 
@@ -126,15 +130,16 @@ def run(out: Path, workers: int, only: Sequence[Case] | None = None) -> list[Ans
     full.compute(wanted, Workers(store, Where(workers=workers)))
     results = full.known_results(store)
     found = []
-    for case in wanted:
-        true = full.vector(case, results)
-        if true is None:
-            raise ValueError(f"{case.name}: its simulation ended early")
-        folder = out / "cases" / case.name
-        write(case, read(case, true), folder)
-        how = How(out / "analyser", workers, effects=EFFECTS[case.protocol])
-        found.append(answered(case, Opinion.of_file(diagnose(case, folder, how))))
-        print(f"{found[-1]}", flush=True)
+    with with_crew(How(out / "analyser", workers)) as shared:
+        for case in wanted:
+            true = full.vector(case, results)
+            if true is None:
+                raise ValueError(f"{case.name}: its simulation ended early")
+            folder = out / "cases" / case.name
+            write(case, read(case, true), folder)
+            how = replace(shared, effects=EFFECTS[case.protocol])
+            found.append(answered(case, Opinion.of_file(diagnose(case, folder, how))))
+            print(f"{found[-1]}", flush=True)
     return found
 
 
@@ -155,8 +160,8 @@ def publish(found: Sequence[Answered]) -> None:
         table.writerows({name: getattr(each, name) for name in names} for each in found)
 
 
-def main() -> None:
-    """Run all and compare."""
+def main() -> int:
+    """Run all and compare; 1 where a verdict is worse."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.blind.ci")
     parser.add_argument("--out", type=Path, default=Path("out/blind-ci"))
     parser.add_argument("--workers", type=int, default=2)
@@ -165,10 +170,11 @@ def main() -> None:
     found = run(asked.out, asked.workers)
     if asked.publish:
         publish(found)
-        return
-    for mine, before in zip(found, expected(), strict=True):
-        print(mine.worse_than(before) or f"{mine.case}: as expected")
+        return 0
+    worse = [mine.worse_than(before) for mine, before in zip(found, expected(), strict=True)]
+    print("\n".join(filter(None, worse)) or "no verdict is worse than the committed one")
+    return int(any(worse))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

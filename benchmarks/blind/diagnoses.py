@@ -8,8 +8,9 @@ these out, too.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,10 +20,14 @@ from benchmarks.blind import generator
 from benchmarks.blind.cases import Case
 from benchmarks.blind.opinions import Interval
 from benchmarks.blind.protocols import PROTOCOLS
+from dolfingrip.config import Config
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import diagnose as analyser
+from dolfingrip.diagnosis import selection
+from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.inference.alternatives import BELIEVED
 from dolfingrip.diagnosis.results import write
+from dolfingrip.diagnosis.workers import StayingWorkers, staying
 
 RESULT: Final = "diagnosis.json"
 MODES: Final = ("quick", "whole")
@@ -38,6 +43,7 @@ class How:
         quick: by closed forms alone.
         effects: names of those that are tried; all where None.
         progress: called with each simulation.
+        crew: workers that stay from case to case; each case starts its own where None.
     """
 
     store: Path
@@ -45,11 +51,19 @@ class How:
     quick: bool = False
     effects: Sequence[str] | None = None
     progress: Callable[[Standing], None] = lambda standing: None
+    crew: StayingWorkers | None = None
 
     @property
     def mode(self) -> str:
         """Name of the folder of the results."""
         return MODES[0] if self.quick else MODES[1]
+
+
+@contextmanager
+def with_crew(how: How) -> Iterator[How]:
+    """The same with workers that stay until the ``with`` block ends."""
+    with staying(how.store, how.workers, how.progress) as workers:
+        yield replace(how, crew=workers)
 
 
 def diagnose(case: Case, folder: Path, how: How) -> dict[str, Any]:
@@ -67,9 +81,26 @@ def diagnose(case: Case, folder: Path, how: How) -> dict[str, Any]:
             how.workers, how.store, how.quick, how.effects, progress=how.progress
         )
         files = [folder / "measured.csv"]
-        write(analyser.diagnose(files, config, out, settings), config, files, out)
+        found = (
+            analyser.diagnose(files, config, out, settings)
+            if how.crew is None
+            else _diagnosed(files, config, how.crew, settings)
+        )
+        write(found, config, files, out)
     content: dict[str, Any] = json.loads((out / RESULT).read_text(encoding="utf-8"))
     return content
+
+
+def _diagnosed(
+    files: Sequence[Path], config: Config, crew: StayingWorkers, settings: analyser.Settings
+) -> analyser.Diagnosis:
+    """As the analyser's own, with the same workers for all cases."""
+    crew.spent_s.clear()
+    measurement, notes = selection.selected(measured.read(files, config), config)
+    found = analyser.diagnose_measurement(measurement, config, crew, settings)
+    found.simulated_s = sum(crew.spent_s.values())
+    found.warnings = [*notes, *found.warnings]
+    return found
 
 
 def intervals(case: Case, content: dict[str, Any]) -> tuple[Interval, ...]:

@@ -1,6 +1,6 @@
 """Causes that no catalogue has: they live in the generator alone.
 
-Four act on the pressure or on what instruments display, one on the modulus; two are another
+Most act on the pressure or on what instruments display, one on the modulus; two are another
 geometry, and are simulated. Sizes are by an ordinary one, drawn from a log-normal of mean 1.
 """
 
@@ -104,6 +104,31 @@ def _slip(rows: Rows, true: Columns, size: float) -> Columns:
     return found
 
 
+def _jaw_slip(rows: Rows, true: Columns, size: float) -> Columns:
+    """A coupon slips in its jaws once, at 60 % of the travel: 6 % of the force are lost."""
+    if "displacement_mm" not in rows:
+        return {}
+    travel = rows["displacement_mm"].to_numpy()
+    passed = np.maximum.accumulate(travel) > 0.6 * travel.max()
+    return {"force_N": true["force_N"] * (1 - 0.06 * min(size, 5.0) * passed)}
+
+
+def _sticky_cell(rows: Rows, true: Columns, size: float) -> Columns:
+    """A load cell that sticks: it lags by 0.1 N the way that the coupon moves."""
+    if "displacement_mm" not in rows:
+        return {}
+    way = np.sign(np.diff(rows["displacement_mm"].to_numpy(), prepend=0.0))
+    return {"force_N": true["force_N"] - 0.1 * size * way}
+
+
+def _twisted_coupon(rows: Rows, true: Columns, size: float) -> Columns:
+    """A coupon that is clamped twisted, and straightens: 0.15 N more in the midst of its travel."""
+    if "displacement_mm" not in rows:
+        return {}
+    part = rows["displacement_mm"].to_numpy() / rows["displacement_mm"].max()
+    return {"force_N": true["force_N"] + 0.15 * size * np.exp(-(((part - 0.5) / 0.1) ** 2))}
+
+
 def _deep_clamp(size: float) -> tuple[str, ...]:
     """The clamp holds 2 mm more of the base block."""
     return (
@@ -126,16 +151,25 @@ OUTSIDERS: Final[Mapping[str, Outsider]] = {
         Outsider("perspective", "a camera that sees in perspective", displayed=_perspective),
         Outsider("soft_foam", "a foam on the plate", displayed=_soft_foam),
         Outsider("slip", "a clamp that slips once", displayed=_slip),
+        Outsider("jaw_slip", "a coupon that slips in its jaws", displayed=_jaw_slip),
+        Outsider("sticky_cell", "a load cell that sticks", displayed=_sticky_cell),
+        Outsider("twisted_coupon", "a coupon that straightens", displayed=_twisted_coupon),
         Outsider("deep_clamp", "a clamp that holds more of the finger", overrides=_deep_clamp),
         Outsider("narrow_channel", "a channel that sagged", overrides=_narrow_channel),
     )
 }
 
 
+OF_COUPONS: Final = ("jaw_slip", "sticky_cell", "twisted_coupon")
+"""That a coupon alone can feel."""
+
+
 def possible(protocol: Protocol, name: str) -> bool:
     """Whether an outsider can be felt in a protocol."""
     if name == "tear":
         return any(course.rows["cycle"].max() > 1 for course in protocol.courses)
+    if name in OF_COUPONS:
+        return any(course.experiment == "coupon" for course in protocol.courses)
     if all(course.experiment == "coupon" for course in protocol.courses):
         return False
     outsider = OUTSIDERS[name]

@@ -15,11 +15,13 @@ Since a longer protocol goes on where a shorter one ends, one simulation serves 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+
+from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 
 FAST_kPa_per_s: Final = 25.0
 SLOW_kPa_per_s: Final = 2.5
@@ -30,6 +32,10 @@ COUPON_mm_per_s: Final = 0.55
 COUPON: Final = {"gauge_length_mm": 33.0, "area_mm2": 9.0}
 SHARP: Final = {"coupon_slack_mm": 0.0, "material_law": 0.0}
 """What the generator's coupons do not have, which the laboratory tells."""
+
+
+TOLD_AS: Final = {"pressure_offset": "pressure_offset_kPa", "plate_gap": "plate_gap_mm"}
+"""Keys of nuisances in the laboratory's TOML, where the generator has another name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +71,7 @@ class Protocol:
         history: name of the longest protocol of the same simulation.
         finger: overrides that make the finger another than the reference.
         gap_mm: of the plate as the laboratory tells it.
+        known_better: part of the usual uncertainty of a nuisance that the laboratory has.
     """
 
     name: str
@@ -73,6 +80,7 @@ class Protocol:
     history: str
     finger: tuple[str, ...] = ()
     gap_mm: float = 1.0
+    known_better: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def body(self) -> str:
@@ -88,6 +96,11 @@ class Protocol:
             told["nuisance"] = dict(SHARP)
         if "blocked_force" in names:
             told["plate"] = {"gap_mm": self.gap_mm}
+        if self.known_better:
+            stds = told.setdefault("nuisance", {})
+            for name, part in self.known_better.items():
+                key = TOLD_AS[name]
+                stds[key] = round(part * NUISANCES[key][0], 6)
         return told
 
     def course(self, experiment: str) -> Course:
@@ -171,7 +184,10 @@ def _all() -> dict[str, Protocol]:
         _fingers("P3", "P4", finger_rows(250.0, 25.0, 3)),
         _fingers("P4", "P4", finger_rows(250.0, 25.0, 4)),
         _fingers("P7+", "P4", finger_rows(250.0, 25.0, 4), [coupon], columns=every),
-        _fingers("short", "short", finger_rows(50.0, 5.0, 2), finger=SHORT, gap_mm=0.1),
+        _fingers(
+            "short", "short", finger_rows(50.0, 5.0, 2), finger=SHORT, gap_mm=0.1,
+            known_better=FINE,
+        ),
         Protocol(
             "coupon", (Course("coupon", coupon_rows(0.825, 2)),), {"coupon": ("force_N",)},
             "coupon",
@@ -181,6 +197,8 @@ def _all() -> dict[str, Protocol]:
     return {each.name: each for each in found}
 
 
+FINE: Final = {"pressure_offset": 0.1, "plate_gap": 0.1}
+"""Of a finger that has a fifth of the pressure and a tenth of the gap."""
 SHORT: Final = (
     "mesh.size_mm=6",
     "mesh.edge_size_mm=4",
