@@ -116,7 +116,7 @@ def plan(
             settings.say(f"addition: {proposal.name}")
             hands = workers.at_hand() if settings.quick else workers
             try:
-                more = simulated(_read_alike(proposal, measurement), config, hands, names)
+                more = simulated(read_alike(proposal, measurement), config, hands, names)
             except (NotAtHand, ConfigError) as failure:
                 failed.append(f"{proposal.name} could not be judged: {failure}")
                 continue
@@ -130,7 +130,7 @@ def plan(
     )  # fmt: skip
 
 
-def _read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
+def read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
     """The addition, read by instruments as good as the rig's: readings of 0 tell no noise."""
     noise = dict(NOISE)
     for test in measurement.tests:

@@ -13,7 +13,7 @@ from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.plan.outcome import Plan
-from dolfingrip.diagnosis.plan.plan import _read_alike
+from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 
 RIG = """experiment = "coupon"
@@ -111,7 +111,7 @@ def test_an_addition_is_read_by_the_rigs_instruments() -> None:
     """Its readings are 0 and alike, which tells nothing of the noise."""
     paper, _ = rig.read(None, Config(), noise={"angle_deg": 0.1})
     for proposal in proposals(paper, Config()):
-        found = noise(_read_alike(proposal, paper))
+        found = noise(read_alike(proposal, paper))
         columns = proposal.measurement.listed()["column"]
         assert (found.independent[columns == "force_N"] == 0.02).all()
         assert (found.independent[columns == "angle_deg"] == 0.1).all()
