@@ -74,7 +74,7 @@ def _additions(ax: Axes, additions: list[dict[str, Any]], share: float) -> None:
     for place, each in enumerate(rows):
         ax.text(100 * each["share"] + 1, place, f"{100 * each['gain_per_minute']:+.2f} % a minute",
                 va="center", fontsize=7, color=GREY)  # fmt: skip
-    ax.set(xlabel="Effects that are named (%), strengths from their priors", xlim=(0, 100))
+    ax.set(xlabel="Effects that are named (%)", xlim=(0, 100))
     ax.tick_params(axis="y", labelsize=7)
     ax.grid(axis="y", visible=False)
     ax.legend(loc="lower right", fontsize=7)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.data import rig
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.naming import Naming, namings, share, share_of_classes
 from dolfingrip.diagnosis.plan.readings import joined, simulated
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import NotAtHand, staying
+from dolfingrip.experiments.synthetic import NOISE
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ def plan(
             settings.say(f"addition: {proposal.name}")
             hands = workers.at_hand() if settings.quick else workers
             try:
-                more = simulated(proposal.measurement, config, hands, names)
+                more = simulated(read_alike(proposal, measurement), config, hands, names)
             except (NotAtHand, ConfigError) as failure:
                 failed.append(f"{proposal.name} could not be judged: {failure}")
                 continue
@@ -126,6 +128,19 @@ def plan(
         sorted(additions, key=lambda a: -a.gain_per_minute),
         (*measurement.warnings, *failed),
     )  # fmt: skip
+
+
+def read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
+    """The addition, read by instruments as good as the rig's: readings of 0 tell no noise."""
+    noise = dict(NOISE)
+    for test in measurement.tests:
+        noise |= test.setup.noise
+    own = proposal.measurement
+    tests = [
+        replace(test, setup=replace(test.setup, noise={**noise, **test.setup.noise}))
+        for test in own.tests
+    ]
+    return replace(own, tests=tests)
 
 
 def _judged(

@@ -11,7 +11,9 @@ from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
+from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.plan.outcome import Plan
+from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 
 RIG = """experiment = "coupon"
@@ -103,6 +105,16 @@ def test_a_rig_asks_for_what_is_shipped() -> None:
     reference = reference_measurement(experiments=["bending"])
     led = ["time_s", "pressure_kPa", "cycle", "branch"]
     assert found["cycles"].measurement.readings[led].equals(reference.readings[led])
+
+
+def test_an_addition_is_read_by_the_rigs_instruments() -> None:
+    """Its readings are 0 and alike, which tells nothing of the noise."""
+    paper, _ = rig.read(None, Config(), noise={"angle_deg": 0.1})
+    for proposal in proposals(paper, Config()):
+        found = noise(read_alike(proposal, paper))
+        columns = proposal.measurement.listed()["column"]
+        assert (found.independent[columns == "force_N"] == 0.02).all()
+        assert (found.independent[columns == "angle_deg"] == 0.1).all()
 
 
 def test_a_rig_that_is_none(tmp_path: Path) -> None:

@@ -11,7 +11,10 @@ from diagnosis.simulation.here import Here
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.simulation import shipped, sources
+from dolfingrip.diagnosis.simulation.groups import groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, simulate
+from dolfingrip.diagnosis.simulation.meshes import ungraded
+from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.simulation.shipped import Shipped
 
 UP_DOWN_mm = [0.0, 4.0, 8.0, 4.0, 0.0]
@@ -105,3 +108,22 @@ def test_an_effects_digest_follows_its_energy() -> None:
     assert "Constant" in sources._shape("x = 1")
     same = [sources._shape(text) for text in ('def f():\n "a"\n return 1', "def f(): return 1 #")]
     assert same[0] == same[1]
+
+
+def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of its simulations computed anew, whatever has changed since: it is there, and agrees."""
+    monkeypatch.setattr(sources, "core_digest", lambda: "changed")
+    measurement = reference_measurement(1, unload=False, experiments=["bending"])
+    (group,) = groups(measurement, Config())
+    config = group.config.overridden(ungraded(Config()))
+    job = Job("bending", config.changed(protocol=group.curve.protocol()))
+    again: list[str] = []
+
+    def computed(asked: Job) -> JobResult:
+        again.append(asked.key)
+        curve = simulate(asked.design().config, (), 1).curve or {}
+        return JobResult({name: np.array(values) for name, values in curve.items()})
+
+    assert len(opened(shipped.FILE).answers([job], computed)) == 1
+    assert again == [job.key]
+    assert shipped.FILE.stat().st_size < 1e6
