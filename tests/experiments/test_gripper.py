@@ -150,6 +150,10 @@ def test_a_light_block_is_picked_up(tmp_path: Path) -> None:
     assert abs(last["object_y_mm"]) < 0.1
     friction = result.column("friction_mJ")
     assert (np.diff(friction) >= 0).all()
+    # implicit Euler's damping, and trapezoids under p(V): works are those of steps of 10 kPa
+    print("energy", last["pressure_mJ"], last["energy_error_mJ"])
+    assert last["pressure_mJ"] > 0
+    assert abs(last["energy_error_mJ"]) < 0.01 * last["pressure_mJ"]
     assert 0 < last["force_closure"] <= 1
     assert (tmp_path / "run.json").exists()
 

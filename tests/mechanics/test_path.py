@@ -47,6 +47,19 @@ def test_lands_on_every_target(solid: bodies.Body) -> None:
         )
 
 
+def test_it_ends_where_it_is_over(solid: bodies.Body) -> None:
+    """After an accepted step, without a failure, and goes on from there."""
+    path = LoadPath(Newton(solid.model, SETTINGS))
+    path.over = lambda: solid.pressure.value > 50 * KPA
+    arrival = path.advance({"pressure_kPa": 120.0})
+    assert arrival.failure is None
+    assert arrival.steps == 2
+    assert solid.pressure.value == pytest.approx(80 * KPA)
+    path.over = lambda: False
+    assert path.advance({"pressure_kPa": 120.0}).steps == 1
+    assert solid.pressure.value == 120 * KPA
+
+
 def test_intermediate_steps_lie_on_a_line(solid: bodies.Body) -> None:
     """All controls go together: time is the same share of its way as the pressure."""
     seen: list[tuple[float, float]] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from mpi4py import MPI
 from scipy.spatial.transform import Rotation
 
 from dolfingrip.experiments.results.outcome import COLUMNS, LETTERS, Moment
@@ -21,21 +22,25 @@ class GraspReadings:
 
     Args:
         gripper: its model, as it starts.
+        lift_starts_s: when the lift begins.
+        first_s: the model's time from which times are counted.
 
     Attributes:
         moments: all accepted steps so far.
-        lift_starts_s: when the lift begins.
     """
 
-    def __init__(self, gripper: GripperModel, lift_starts_s: float) -> None:
+    def __init__(self, gripper: GripperModel, lift_starts_s: float, first_s: float = 0.0) -> None:
         self._gripper = gripper
+        self._first_s = first_s
         self.lift_starts_s = lift_starts_s
         model = gripper.model
         domain, space = model.domain, model.u.function_space
-        points = space.tabulate_dof_coordinates()
-        skin = gripper.contact.points.nodes
-        self._finger_of_node = gripper.placement.which(points)
-        self._finger_of_point = self._finger_of_node[skin]
+        self._comm = model.comm
+        index_map = space.dofmap.index_map
+        own = gripper.placement.which(space.tabulate_dof_coordinates())
+        self._finger_of_point = own[gripper.contact.points.nodes]
+        # by global node, of all ranks
+        self._finger_of_node = np.concatenate(self._comm.allgather(own[: index_map.size_local]))
         self._tips = Surface(space, domain, domain.facets("tip"), spacing_mm=None)
         self._to_finger = gripper.placement.rotations.transpose(0, 2, 1)
         self._tip_of = np.array([self._nearest(point) for point in self._tips.rest])
@@ -72,7 +77,7 @@ class GraspReadings:
         self._balance(before)
         q = gripper.pose.coordinates
         weight_N = float(np.linalg.norm(gripper.motion.weight_N))
-        time_s = gripper.model.time_s
+        time_s = gripper.model.time_s - self._first_s
         table_z = gripper.model.controls["table_z_mm"].value
         self.moments.append(
             Moment(
@@ -109,7 +114,10 @@ class GraspReadings:
         near = gripper.contact.near(gripper.model.u.x.array)
         sizes = np.linalg.norm(near.forces, axis=1)
         which = self._finger_of_point[near.rows]
-        return np.bincount(which, sizes, len(LETTERS))
+        return self._sum(np.bincount(which, sizes, len(LETTERS)))
+
+    def _sum(self, local: np.ndarray) -> np.ndarray:
+        return np.asarray(self._comm.allreduce(local, MPI.SUM))
 
     def on_object_N(self) -> np.ndarray:
         """(k, 3) force of each finger on the object, friction included."""
@@ -118,6 +126,7 @@ class GraspReadings:
         found = np.zeros((len(LETTERS), 3))
         pushed = near.forces @ near.turned.matrix.T
         np.add.at(found, self._finger_of_point[near.rows], pushed)
+        found = self._sum(found)
         nodes = gripper.contact.touching.nodes
         rubbed = gripper.rubbing.forces_N(dofs)[: len(nodes)]
         np.add.at(found, self._finger_of_node[nodes], rubbed)
@@ -143,6 +152,19 @@ class GraspReadings:
         sums = np.array([outward[which == i].sum(axis=0) for i in range(len(LETTERS))])
         return np.degrees(np.arctan2(-sums[:, 0], sums[:, 2]))
 
+    def _closure(self) -> float:
+        """See :func:`~dolfingrip.mechanics.contact.force_closure.margin`."""
+        gripper = self._gripper
+        near = gripper.contact.near(gripper.model.u.x.array)
+        normals = -near.distances.gradient @ near.turned.matrix.T
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        sizes = np.linalg.norm(near.forces, axis=1)
+        arms, normals, sizes = (
+            np.concatenate(self._comm.allgather(values)) for values in (near.arms, normals, sizes)
+        )
+        friction = gripper.finger.config.food.friction
+        return float(self._comm.bcast(force_closure.margin(arms, normals, sizes, friction)))
+
     # -- a row -------------------------------------------------------------------------------------
 
     def read(self) -> dict[str, float]:
@@ -160,19 +182,16 @@ class GraspReadings:
         q = gripper.pose.coordinates
         turn = (Rotation.from_rotvec(q[3:]) * self._start.inv()).as_rotvec(degrees=True)
         near = gripper.contact.near(gripper.model.u.x.array)
-        pressure = -float(near.felt.slope.min(initial=0.0)) * PRESSING_kPa
-        normals = -near.distances.gradient @ near.turned.matrix.T
-        normals /= np.linalg.norm(normals, axis=1)[:, None]
-        sizes = np.linalg.norm(near.forces, axis=1)
-        friction = gripper.finger.config.food.friction
-        closure = force_closure.margin(near.arms, normals, sizes, friction)
+        least = self._comm.allreduce(float(near.felt.slope.min(initial=0.0)), MPI.MIN)
+        pressure = -least * PRESSING_kPa
         values = (
             *(gripper.model.controls["table_z_mm"].value, *q[:3], float(np.linalg.norm(turn))),
             *turn,
             *self.angles_deg(),
             *self.normal_N(),
             *self.on_object_N()[:, 2],
-            *(float(gripper.table.load_N()[2]), float(self._slip_mm.max()), pressure, closure),
+            *(float(gripper.table.load_N()[2]), float(self._slip_mm.max()), pressure),
+            self._closure(),
             *(self._energy.pressure_mJ, self._energy.friction_mJ),
             *(self._energy.error_mJ, self._momentum_error_N),
         )

@@ -58,7 +58,7 @@ class GraspRig(Rig):
             min(float(np.linalg.norm(root)) for root in roots),
             np.array([root / np.linalg.norm(root) for root in roots]),
         )
-        self._reads = GraspReadings(gripper, SETTLING_S + lift_starts_s(config.gripper))
+        self._reads = GraspReadings(gripper, lift_starts_s(config.gripper), SETTLING_S)
 
     @classmethod
     def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> GraspRig:
@@ -102,7 +102,4 @@ class GraspRig(Rig):
 
     def outcome(self, *, complete: bool) -> Outcome | None:
         """What became of the grasp; see :func:`~dolfingrip.experiments.results.outcome.judge`."""
-        found = judge(self._reads.moments, complete=complete, ring=self._ring)
-        if found is None:
-            return None
-        return Outcome(found.kind, found.time_s - SETTLING_S, found.sentence)
+        return judge(self._reads.moments, complete=complete, ring=self._ring)

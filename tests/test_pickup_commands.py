@@ -1,0 +1,88 @@
+"""``dolfingrip pickup`` and ``friction`` around invented grasps; nothing is solved."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from pathlib import Path
+
+import pytest
+from design import test_threshold as invented
+
+from dolfingrip.cli import app as cli
+from dolfingrip.design.campaign import pickup
+
+
+def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    """Exit code of the command in this process."""
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    return int(ended.value.code or 0)
+
+
+@pytest.fixture
+def grasps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Invented ones in place of the solver's."""
+
+    class Invented(pickup.Trials):
+        def __init__(self, *given: object) -> None:
+            super().__init__(*given, objective=invented.OBJECTIVE)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(pickup, "Trials", Invented)
+
+
+@pytest.mark.usefixtures("grasps")
+def test_pickup(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    asked = ("pickup", "--out", str(tmp_path), "--friction", "0.38", "--preset", "coarse")
+    assert call(monkeypatch, *asked) == 0
+    exact = invented.least_kPa(0.38)
+    wanted = 5 * (exact // 5 + 1)
+    said = capfd.readouterr().out
+    assert f"picked up from {wanted:g} kPa on, not at {wanted - 5:g} kPa (μ = 0.38)" in said
+    assert "(known)" not in said
+    with (tmp_path / "pickup.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["outcome"] for row in rows} == {"picked up", "slipped"}
+    assert call(monkeypatch, *asked) == 0
+    assert capfd.readouterr().out.count("(known)") == len(rows)
+    assert call(monkeypatch, *asked[:4], "0.01", "--highest", "150") == 1
+    assert "not picked up at any pressure up to 150 kPa" in capfd.readouterr().out
+
+
+@pytest.mark.usefixtures("grasps")
+def test_friction(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    asked = ("friction", "--pickup-pressure", "155", "--out", str(tmp_path), "--resolution", "5")
+    assert call(monkeypatch, *asked) == 0
+    said = capfd.readouterr().out
+    assert "μ = 0.38" in said
+    assert "least pressure 155 kPa, found in steps of 5 kPa" in said
+    assert (tmp_path / "friction.csv").exists()
+
+
+@pytest.mark.parametrize(("arguments", "said"), [
+    (["pickup", "--resolution", "0"], "--resolution 0: allowed: above 0 and up to 300 kPa"),
+    (["pickup", "--highest", "2000"], "--highest 2000: allowed: above 0 and up to 1000 kPa"),
+    (["pickup", "--food", "pear"], 'food.kind = "pear"'),
+    (["friction", "--pickup-pressure", "4"], "--resolution 5: allowed: above 0 and below 4 kPa"),
+    (["friction", "--pickup-pressure", "9", "--tolerance", "1"], "--tolerance 1: allowed: 0"),
+])  # fmt: skip
+def test_bad_input(
+    arguments: list[str],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """One line, exit code 2, and nothing written."""
+    monkeypatch.chdir(tmp_path)
+    assert call(monkeypatch, *arguments) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert said in err
+    assert err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
