@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from mechanics import bodies
@@ -70,9 +72,9 @@ def test_a_turn_is_a_new_path(solid: bodies.Body, monkeypatch: pytest.MonkeyPatc
     guessed: list[bool] = []
     plain = Newton.solve
 
-    def solve(self: Newton, guess: predictor.Guess | None = None) -> object:
+    def solve(self: Newton, guess: predictor.Guess | None = None, **how: Any) -> object:
         guessed.append(guess is not None)
-        return plain(self, guess)
+        return plain(self, guess, **how)
 
     monkeypatch.setattr(Newton, "solve", solve)
     followed(solid, [*RISE, *RISE[-2::-1]])
