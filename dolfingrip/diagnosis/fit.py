@@ -14,8 +14,8 @@ from scipy.special import log_ndtr
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.laplace import FTOL, slope, to_value, zeta_bounds
 from dolfingrip.diagnosis.inference.laplace import fit as laplace_fit
-from dolfingrip.diagnosis.inference.laplace import slope, to_value, zeta_bounds
 from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.model import (
     EffectModel,
@@ -40,6 +40,10 @@ WEAKEST, STRONGEST = 0.3, 3.0
 
 GRADED_STEPS: Final = 2
 """Most simulations on the graded mesh, which start where the fit on the ungraded one ended."""
+
+ROUGH: Final = 5e-3
+"""Relative change of the sum of squares below which the search on the ungraded mesh ends: less than
+one in the log likelihood, as steps on the graded mesh follow."""
 
 SMALL_STEP: Final = 0.7
 """A step, in standard deviations, along which the readings are linear enough."""
@@ -135,11 +139,11 @@ class Fitter:
         base = self.problem.base
         flat = meshes.ungraded(self._config()) if model.effects else ()
         if not flat or not base.mesh.size:
-            zeta = self._least_squares(model, start, 0.0 * self.problem.value)
+            zeta = self._least_squares(model, start, 0.0 * self.problem.value, FTOL)
             return self._at(names, model, zeta)
         rough = replace(model, held=(*model.held, *flat), _known={})
         offset: Vector = self.problem.take(np.nan_to_num(base.mesh[:, 0]) / meshes.SHARE)
-        zeta = self._least_squares(rough, start, offset)
+        zeta = self._least_squares(rough, start, offset, ROUGH)
         self.say(f"{' with '.join(names)}: on the graded mesh")
         for _ in range(GRADED_STEPS):
             found = self._stepped(self._at(names, model, zeta))
@@ -150,7 +154,7 @@ class Fitter:
         return replace(found, evaluations=model.count + rough.count)
 
     def _least_squares(
-        self, model: EffectModel, start: Sequence[float] | None, offset: Vector
+        self, model: EffectModel, start: Sequence[float] | None, offset: Vector, ftol: float
     ) -> Vector:
         """ζ of the most probable parameters; ``offset`` is added to the readings, shape (n,)."""
         problem, parameters = self.problem, model.parameters
@@ -170,7 +174,7 @@ class Fitter:
         found = laplace_fit(
             residual, [each.prior for each in parameters], covariance.logdet, start, jacobian,
             most_evaluations=MOST_EVALUATIONS,
-            bounds=[(each.low, each.high) for each in parameters],
+            bounds=[(each.low, each.high) for each in parameters], ftol=ftol,
         )  # fmt: skip
         return found.zeta
 

@@ -56,9 +56,10 @@ def noise_doubts(conclusion: Conclusion, fits: Fits, noise: NoiseModel) -> Noise
             alone.
     """
     check = _check(conclusion, fits)
-    sentences = check.notes()
+    sentences = _notes(check)
     independent = not any(each.correlated_std for each in noise.noise.values())
-    left_alike = check.correlated and independent
+    # an unknown cause that follows the noise leaves neighbours opposite, which is no drift
+    left_alike = independent and any(test.name == "neighbours" for test in check.failed)
     if len(noise.others) > 1:
         return NoiseDoubts(check, {}, {}, tuple(sentences), check.too_small, left_alike)
     problem = conclusion.problem
@@ -86,6 +87,14 @@ def noise_doubts(conclusion: Conclusion, fits: Fits, noise: NoiseModel) -> Noise
         check, models, under if doubted else {}, tuple(sentences),
         check.too_small or larger, left_alike or (drifting and independent),
     )  # fmt: skip
+
+
+def _notes(check: NoiseCheck) -> list[str]:
+    """What tests found, what makes a verdict too sure first."""
+    worst = [test.name == "neighbours" or (test.name == "size" and test.value > 1)
+             for test in check.failed]  # fmt: skip
+    notes = list(zip(worst, check.notes(), strict=True))
+    return [note for bad, note in notes if bad] + [note for bad, note in notes if not bad]
 
 
 def _check(conclusion: Conclusion, fits: Fits) -> NoiseCheck:

@@ -151,6 +151,7 @@ def fit(
     step: float = 1e-3,
     most_evaluations: int | None = None,
     bounds: Sequence[tuple[float, float]] | None = None,
+    ftol: float = FTOL,
 ) -> LaplaceFit:
     """Find the most probable parameters, and the evidence there.
 
@@ -163,6 +164,7 @@ def fit(
         step: of these differences, in ζ: large enough for the residual's own tolerance.
         most_evaluations: of the residual, those for differences left out; scipy's limit where None.
         bounds: of the values, lowest and highest; none where None.
+        ftol: relative change of the sum of squares below which it ends.
     """
     count = 0
 
@@ -197,7 +199,7 @@ def fit(
         bounds=(low, high),
         max_nfev=most_evaluations,
         xtol=XTOL,
-        ftol=FTOL,
+        ftol=ftol,
     )
     n = len(found.fun) - len(priors)
     return laplace(found.fun[:n], found.jac[:n], found.x, priors, logdet, count)
