@@ -53,9 +53,9 @@ def predict(
     file.write_text(text, encoding="utf-8")
     screen.print(text, end="", soft_wrap=True)
     for i, curve in enumerate(curves, 1):
-        if curve.pressure_kPa[-1] < max(asked):
+        if curve.simulated_deg < curve.at(np.array([max(asked)]))[0]:
             screen.print(
-                f"fit {i}: simulated to {curve.pressure_kPa[-1]:.1f} kPa, extrapolated beyond",
+                f"fit {i}: simulated to {curve.simulated_deg:.0f}°, beyond as at its end",
                 soft_wrap=True,
             )
     screen.print(f"prediction: {file}", soft_wrap=True)

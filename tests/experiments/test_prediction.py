@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from dolfingrip import config
 from dolfingrip.cli.app import app
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.prediction import Curve, predict
+from dolfingrip.experiments.prediction import Curve, further, predict
 from dolfingrip.sections import posterior
 from dolfingrip.sections.posterior import Fit, Posterior
 
@@ -34,9 +34,9 @@ def test_quantiles_are_those_of_the_deviations() -> None:
 
     4,000 samples tell a 5 % quantile within 4 % of the deviation.
     """
-    left = Posterior(model_kPa=0.3, specimen=0.04, reading_deg=0.5, fit=(Fit(),))
+    left = Posterior(model_kPa=0.3, specimen=0.04, angle=0.05, reading_deg=0.5, fit=(Fit(),))
     found = predict([STRAIGHT], left, np.array([10.0]))
-    spread = np.sqrt(0.3**2 + 0.4**2 + 0.5**2)
+    spread = np.sqrt(0.3**2 + 0.4**2 + 0.5**2 + 0.5**2)
     expected = 10 + 1.645 * spread * np.array([-1, 0, 1])
     np.testing.assert_allclose(found.angle_deg[:, 0], expected, atol=0.1 * spread)
 
@@ -47,6 +47,23 @@ def test_fits_count_by_their_weight() -> None:
     left = Posterior(fit=(Fit(weight=1.0), Fit(weight=9.0)))
     found = predict([STRAIGHT, steep], left, np.array([10.0]))
     np.testing.assert_allclose(found.angle_deg[:, 0], [10, 30, 30])
+
+
+def test_the_factor_goes_on_as_it_rose() -> None:
+    """Between rows it is straight, before the first it is the first's; a fall is not gone on."""
+    rising = Fit(growth=(2.0, 4.0, 6.0), factor=(1.0, 1.1, 1.3))
+    np.testing.assert_allclose(rising.correction(np.array([1.0, 5.0, 8.0])), [1.0, 1.2, 1.5])
+    falling = Fit(growth=(2.0, 4.0), factor=(1.2, 1.1))
+    np.testing.assert_allclose(falling.correction(np.array([8.0])), [1.1])
+
+
+def test_a_path_is_gone_on_straight() -> None:
+    """By one and a half times its growth, from 1 to 5: to 11, with the slopes of its end."""
+    growth = np.linspace(1.0, 5.0, 41)
+    far, pressure, angle = further(growth, 10 * growth, growth**2)
+    assert far[-1] == pytest.approx(11.0)
+    assert pressure[-1] == pytest.approx(110.0)
+    assert angle[-1] == pytest.approx(25 + 6 * (4.6 + 5), rel=1e-9)
 
 
 def test_the_table_is_read_back_and_is_no_section(tmp_path: Path) -> None:
