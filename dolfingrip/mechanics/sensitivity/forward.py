@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.sensitivity.repeated_step import Change, Perturbation, RepeatedStep
 
 SMALL: Final = 1e-7
 """Part of a parameter's scale by which a model is perturbed. The residual of a solution is 0 to
@@ -28,38 +27,6 @@ STALLED: Final = 0.9
 """Part of a correction's residual from which on the next one gains nothing."""
 
 Readings = Mapping[str, float]
-
-
-class Perturbation(Protocol):
-    """A direction in the space of all that a model is built from.
-
-    Attributes:
-        scale: an ordinary change of the parameter, in its unit.
-    """
-
-    scale: float
-
-    @property
-    def direction(self) -> float:
-        """1, or −1 where only smaller values are allowed."""
-        ...
-
-    def applied(self, amount: float) -> AbstractContextManager[None]:
-        """A context in which the model's parameter is changed by ``amount``."""
-        ...
-
-
-@dataclass(slots=True)
-class Change:
-    """Derivatives of a model's state by one parameter.
-
-    Attributes:
-        unknowns: local array (mm for each unit of the parameter).
-        history: internal variables by name.
-    """
-
-    unknowns: np.ndarray
-    history: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 class ForwardSensitivity:
@@ -129,7 +96,7 @@ class ForwardSensitivity:
         base = read()
         found = []
         held = [term.held() for term in self._model.terms]
-        step = _Step(self._model, state, state, here, self._history)
+        step = RepeatedStep(self._model, state, state, here, self._history)
         for perturbation, change, amount in self._each():
             with perturbation.applied(amount):
                 step.begin(change, amount)
@@ -152,7 +119,7 @@ class ForwardSensitivity:
         model = self._model
         now, here = model.state(), model.unknowns.local()
         held = [term.held() for term in model.terms]
-        step = _Step(model, before, now, here, self._history)
+        step = RepeatedStep(model, before, now, here, self._history)
         self._derived = here
         solve = self._linear()
         start = step.residual()
@@ -196,105 +163,6 @@ class ForwardSensitivity:
         """Perturbations with what is known of their changes, and by how much they are taken."""
         for perturbation, change in zip(self._perturbations, self.changes, strict=True):
             yield perturbation, change, SMALL * perturbation.scale * perturbation.direction
-
-
-class _Step:
-    """A converged load step that is taken again, perturbed.
-
-    Args:
-        model: in the state at its end.
-        before, now: states at its start and its end.
-        here: unknowns at its end, as a local array.
-        history: internal variables at its start that derivatives are of; those of ``before`` where
-            None.
-    """
-
-    def __init__(
-        self,
-        model: Model,
-        before: State,
-        now: State,
-        here: np.ndarray,
-        history: Mapping[str, np.ndarray] | None,
-    ) -> None:
-        self._model = model
-        self._before = before
-        self._history = before.history if history is None else history
-        self._now = now
-        self._here = here
-        solved = {id(number.constant) for number in model.unknowns.numbers}
-        self._results = {
-            name
-            for name, control in model.controls.items()
-            if isinstance(control, Control) and id(control.constant) in solved
-        }
-
-    def controlled(self, state: State) -> dict[str, float]:
-        """Controls of a state without those that are solved for, as a multiplier is."""
-        return {k: value for k, value in state.controls.items() if k not in self._results}
-
-    def begin(self, change: Change | None, amount: float) -> None:
-        """Begin the step at a start that is perturbed by ``amount`` along ``change``."""
-        model = self._model
-        model.restore(self._before)
-        history = dict(self._history)
-        if change is not None:
-            model.unknowns.set_local(model.unknowns.local() + amount * change.unknowns)
-            history |= {
-                name: values + amount * change.history[name]
-                for name, values in history.items()
-                if name in change.history and values.dtype.kind == "f"
-            }
-        start = model.state()
-        start.controls, start.history = self.controlled(self._before), history
-        model.restore(start)
-        model.prescribe(self.controlled(self._now))
-
-    def residual(
-        self,
-        perturbation: Perturbation | None = None,
-        change: Change | None = None,
-        amount: float = 0.0,
-        along: np.ndarray | float = 0.0,
-    ) -> np.ndarray:
-        """Residual (N) at its end moved by ``amount`` · ``along``, the parameter changed, too."""
-        with _applied(perturbation, amount):
-            self.begin(change, amount)
-            self._end_at(self._here + amount * along)
-            return self._model.gradient()
-
-    def accepted(
-        self,
-        perturbation: Perturbation | None = None,
-        change: Change | None = None,
-        amount: float = 0.0,
-        along: np.ndarray | float = 0.0,
-    ) -> dict[str, np.ndarray]:
-        """Internal variables once that end is accepted."""
-        with _applied(perturbation, amount):
-            self.begin(change, amount)
-            self._end_at(self._here + amount * along)
-            self._model.accept_step()
-            return self._model.state().history
-
-    def placed(self, amount: float) -> np.ndarray:
-        """How the moving support's nodes have moved with the mesh, for each unit; 0 elsewhere.
-
-        Call it after :meth:`residual` without a direction. The tangent leaves this motion out.
-        """
-        unknowns = self._model.unknowns
-        return unknowns.owned_part(unknowns.local() - self._here) / amount
-
-    def _end_at(self, there: np.ndarray) -> None:
-        """Set the step's end, with the moving support where its numbers take it."""
-        self._model.unknowns.set_local(there)
-        if self._model.moving is not None:
-            self._model.moving.place()
-        self._model.refresh()
-
-
-def _applied(perturbation: Perturbation | None, amount: float) -> AbstractContextManager[None]:
-    return nullcontext() if perturbation is None else perturbation.applied(amount)
 
 
 def _rate(there: np.ndarray, here: np.ndarray, amount: float) -> np.ndarray:
