@@ -152,7 +152,7 @@ class Setup(Section):
         """
         data = self.model_dump(exclude_none=True)
         for section, values in sections.items():
-            data[section] = {**data[section], **values}
+            data[section] = {**data.get(section, {}), **values}
         return checked(type(self), data)
 
     @property

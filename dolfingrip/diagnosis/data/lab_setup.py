@@ -12,7 +12,7 @@
     [angle]                                     # between which points chord_angle_deg is
     from = "clamp"
     to = "tip"
-    [specimen.B.finger]                         # of one specimen alone
+    [specimen.B.finger]                         # of one specimen alone; [specimen.B.cast], …
     wall_mm = 1.7
     [noise]                                     # standard deviations by column
     angle_deg = 0.3
@@ -44,7 +44,10 @@ from dolfingrip.diagnosis.data.columns import (
     near,
 )
 
-SECTIONS: Final = ("finger", "morph", "material", "plate", "gravity", "coupon")
+SECTIONS: Final = (
+    "finger", "cast", "pneunet", "morph", "material", "film", "plate", "camera", "gravity",
+    "coupon",
+)  # fmt: skip
 """Sections of the configuration that a laboratory can tell about its set-up."""
 
 NUISANCES: Final[Mapping[str, tuple[float, str]]] = {

@@ -164,8 +164,10 @@ def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.Dat
 
 def _doubts(test: SpecimenTest, rows: pd.DataFrame) -> list[str]:
     """What the set-up says that the simulation does not do."""
-    if rows["chord_angle_deg"].notna().any() and test.setup.chord != CENTRES:
-        start, end = test.setup.chord
+    setup = test.setup
+    other = setup.chord != CENTRES and "camera" not in setup.sections
+    if rows["chord_angle_deg"].notna().any() and other:
+        start, end = setup.chord
         return [
             f"{test}: chord_angle_deg is from {start} to {end}; simulated is the line from the "
             "clamp's centre to the tip's, which turns by another factor"

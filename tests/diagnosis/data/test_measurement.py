@@ -88,6 +88,18 @@ def test_a_chord_between_other_points_is_doubted(tmp_path: Path) -> None:
     assert "chord_angle_deg is from film edge to tip; simulated is the line from" in said
 
 
+def test_a_specimen_may_have_a_geometry_and_a_camera_of_its_own() -> None:
+    found = read([Path(__file__).parents[3] / "examples/ecoflex_actuators/bending.csv"])
+    assert found.warnings == []
+    config = load(None, ["finger.kind=cast"])
+    made = {test.specimen: test.setup.applied(config) for test in found.tests}
+    assert {name: each.cast.chambers for name, each in made.items() if each.cast} == {
+        "c5-w7": 5,
+        "c7-w7": 7,
+    }
+    assert {each.camera.chord for each in made.values()} == {"back edges"}
+
+
 def test_a_synthetic_coupon_is_read_as_it_was_written(tmp_path: Path) -> None:
     told = load(None, ["coupon.max_strain=0.1", "coupon.gauge_length_mm=20"])
     made = synthetic.measure(["coupon"], told, seed=4)
