@@ -6,11 +6,16 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
-from dolfingrip.config import ConfigError
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.simulations import (
+    Effects,
+    StoreFolder,
+    Workers,
+    effect_names,
+    ending_with_workers,
+)
 
 
 def diagnose(
@@ -20,15 +25,9 @@ def diagnose(
     out: Out = Path("out/diagnosis"),
     config: ConfigFile = None,
     overrides: Overrides = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes that simulate.")] = 2,
-    store: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Simulations; default: simulations/ in --out."),
-    ] = None,
-    effects: Annotated[
-        str | None,
-        typer.Option(metavar="NAME,NAME,…", help="Effects to try; default: the whole catalogue."),
-    ] = None,
+    workers: Workers = 2,
+    store: StoreFolder = None,
+    effects: Effects = None,
     campaign: Annotated[
         Path | None,
         typer.Option(metavar="FOLDER", help="Of designs: the best by the extended model, too."),
@@ -36,30 +35,22 @@ def diagnose(
     quick: Annotated[bool, typer.Option("--quick", help="Stop after the screen.")] = False,
 ) -> None:
     """Find out what the simulation gets wrong about measured data, and why."""
-    if MPI.COMM_WORLD.size > 1:
-        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
+    one_process("--workers, without mpirun")
     from dolfingrip.cli import progress
-    from dolfingrip.design.campaign.campaign import SchedulerGone
     from dolfingrip.diagnosis import diagnose as work
     from dolfingrip.diagnosis.results import write
 
     resolved = configuration.load(config, overrides or ())
     check_writable(out)
     screen = console()
-    names = [name.strip() for name in effects.split(",")] if effects else None
-    try:
-        with progress.shown(screen, "simulations", at_once=True) as show:
-            settings = work.Settings(
+    names = effect_names(effects)
+    with ending_with_workers(screen), progress.simulations(screen) as show:
+        settings = work.Settings(
                 workers, store, quick, names, campaign,
                 lambda text: screen.print(text, soft_wrap=True),
-                lambda standing: show(
-                    standing.done + standing.failed, standing.total, f"{standing.failed} failed"
-                ),
+                show,
             )  # fmt: skip
-            found = work.diagnose(data, resolved, out, settings)
-    except SchedulerGone as gone:
-        screen.print(f"[red]{gone}[/red]", soft_wrap=True)
-        raise typer.Exit(1) from None
+        found = work.diagnose(data, resolved, out, settings)
     result = write(found, resolved, data, out)
     from dolfingrip.report import diagnosis as pictures
 

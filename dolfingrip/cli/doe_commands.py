@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from mpi4py import MPI
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import (
@@ -18,7 +17,9 @@ from dolfingrip.cli.options import (
     check_writable,
     console,
     gradient_keys,
+    one_process,
 )
+from dolfingrip.cli.simulations import ending_with_workers
 from dolfingrip.config import Config, ConfigError
 
 app = typer.Typer()
@@ -73,8 +74,7 @@ def doe(
     """Design of experiments: compute every design that is missing in a campaign."""
     if context.invoked_subcommand is not None:
         return
-    if MPI.COMM_WORLD.size > 1:
-        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --ranks, without mpirun")
+    one_process("--ranks, without mpirun")
     from dolfingrip.cli import progress
     from dolfingrip.design.campaign import campaign, plan, space
     from dolfingrip.design.campaign import objective as ours
@@ -95,12 +95,8 @@ def doe(
     check_writable(out)
     screen = console()
     where = Where(scheduler, slurm, workers, ranks)
-    try:
-        with progress.designs(screen) as show:
-            standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
-    except campaign.SchedulerGone as gone:
-        screen.print(f"[red]{gone}[/red]", soft_wrap=True)
-        raise typer.Exit(1) from None
+    with ending_with_workers(screen), progress.designs(screen) as show:
+        standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
     screen.print(
         f"{standing.total} designs: {standing.computed} computed now, {standing.done} done, "
         f"{standing.failed} failed",

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from mpi4py import MPI
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
+from dolfingrip.config import Config
 from dolfingrip.sections import tables
 
 if TYPE_CHECKING:
@@ -49,8 +48,7 @@ def optimise(
     Finite elements take the configuration of the campaign that the surrogate learnt from, unless
     --config names another; --set changes it. What they computed is kept in OUT/fem.
     """
-    if MPI.COMM_WORLD.size > 1:
-        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
+    one_process("--workers, without mpirun")
     from dolfingrip.cli import progress
     from dolfingrip.design.campaign.cluster import Where
     from dolfingrip.design.optimum import files, optimum

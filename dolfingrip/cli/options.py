@@ -60,6 +60,19 @@ def console() -> Console:
     return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False, force_terminal=bare)
 
 
+def one_process(allowed: str) -> None:
+    """Refuse to run under mpirun.
+
+    Args:
+        allowed: what is, in its place.
+
+    Raises:
+        ConfigError: on every rank, where there are several.
+    """
+    if MPI.COMM_WORLD.size > 1:
+        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: {allowed}")
+
+
 def gradient_keys(gradients: bool, parameters: str | None) -> list[str] | None:
     """Keys that derivatives are asked for: none for all, None for no derivatives.
 

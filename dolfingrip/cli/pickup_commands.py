@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from mpi4py import MPI
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console
+from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.index import find
 
@@ -125,8 +124,7 @@ def _base(
     friction: float | None = None,
 ) -> Config:
     """The configuration of all grasps, with a short lift where none is asked for."""
-    if MPI.COMM_WORLD.size > 1:
-        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: one process")
+    one_process("one process")
     from dolfingrip.design.campaign.pickup import LIFT_MM
 
     given = {

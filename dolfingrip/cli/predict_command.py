@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from mpi4py import MPI
 
 from dolfingrip import config as configuration
-from dolfingrip.cli.options import Out, Overrides, check_writable, console
+from dolfingrip.cli.options import Out, Overrides, check_writable, console, one_process
 from dolfingrip.config import ConfigError
 
 
@@ -28,8 +27,7 @@ def predict(
     ] = None,
 ) -> None:
     """Predict an actuator from fits to others: angle and ballooning pressure, 90 % intervals."""
-    if MPI.COMM_WORLD.size > 1:
-        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: without mpirun")
+    one_process("without mpirun")
     import numpy as np
 
     from dolfingrip.cli import progress

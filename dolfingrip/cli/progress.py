@@ -110,7 +110,20 @@ def shown(
 @contextmanager
 def designs(console: Console) -> Iterator[Callable[[Standing], None]]:
     """Yield the function to call with each new standing of a campaign."""
-    with shown(console, "designs", at_once=True, few=FEW) as show:
+    with _standings(console, "designs", FEW) as show:
+        yield show
+
+
+@contextmanager
+def simulations(console: Console) -> Iterator[Callable[[Standing], None]]:
+    """Likewise, where the designs are a diagnosis' simulations."""
+    with _standings(console, "simulations") as show:
+        yield show
+
+
+@contextmanager
+def _standings(console: Console, what: str, few: int = 0) -> Iterator[Callable[[Standing], None]]:
+    with shown(console, what, at_once=True, few=few) as show:
         yield lambda standing: show(
             standing.done + standing.failed, standing.total, f"{standing.failed} failed"
         )

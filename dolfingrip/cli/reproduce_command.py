@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from mpi4py import MPI
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
-from dolfingrip.cli.options import ConfigFile, Out, check_writable, console
-from dolfingrip.config import ConfigError
+from dolfingrip.cli.options import ConfigFile, Out, check_writable, console, one_process
 
 PAPER = {
     2.5: (0.236, -0.363, -7.7),
@@ -48,8 +46,7 @@ def reproduce(
 
     Each step writes into its own folder under OUT and resumes there.
     """
-    if MPI.COMM_WORLD.size > 1:
-        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --workers, without mpirun")
+    one_process("--workers, without mpirun")
     check_writable(out)
     doe, surrogate, optimum = out / "doe", out / "surrogate", out / "optimum"
     settings = [f"--set={each}" for each in (*READ, *(overrides or ()))]

@@ -7,10 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from mpi4py import MPI
 
-from dolfingrip.cli.options import Out, check_writable, console
-from dolfingrip.config import ConfigError
+from dolfingrip.cli.options import Out, check_writable, console, one_process
 
 if TYPE_CHECKING:
     from dolfingrip.design.optimum.scatter import Combination
@@ -42,8 +40,7 @@ def study(
     ] = None,
 ) -> None:
     """Try NSGA-II's hyperparameters: all combinations, each with several seeds."""
-    if MPI.COMM_WORLD.size > 1:
-        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: --processes, without mpirun")
+    one_process("--processes, without mpirun")
     from dolfingrip.cli import progress
     from dolfingrip.design import rows
     from dolfingrip.design.optimum import scatter

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from mpi4py import MPI
 
-from dolfingrip.cli.options import Out, check_writable, console
+from dolfingrip.cli.options import Out, check_writable, console, one_process
 from dolfingrip.config import ConfigError
 
 if TYPE_CHECKING:
@@ -35,8 +34,7 @@ def train(
     seed: Annotated[int, typer.Option(min=0, help="Of the split and the first weights.")] = 0,
 ) -> None:
     """Train a neural network on the designs of a campaign."""
-    if MPI.COMM_WORLD.size > 1:
-        raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: one process")
+    one_process("one process")
     from dolfingrip.cli import progress
     from dolfingrip.design.surrogate import table, training
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -30,6 +29,7 @@ from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
+from dolfingrip.sections.tables import assigned
 
 MOST_EVALUATIONS: Final = 20
 """Simulations of the whole measurement in a fit; each is one step of the least squares. Most fits
@@ -258,8 +258,7 @@ def _numbers(overrides: Sequence[str]) -> Mapping[str, float]:
     """Numbers by key, of a list its first."""
     found = {}
     for text in overrides:
-        key, _, number = text.partition("=")
-        value = tomllib.loads(f"value = {number}")["value"]
+        key, value = assigned(text)
         value = value[0] if isinstance(value, list) else value
         if not isinstance(value, bool | str):
             found[key] = float(value)
@@ -280,8 +279,7 @@ def _scaled(name: str, overrides: Sequence[str], strength: float) -> list[str]:
     """Overrides with the amplitudes at a strength by the ordinary one."""
     found = []
     for text in overrides:
-        key, _, number = text.partition("=")
-        value = tomllib.loads(f"value = {number}")["value"]
+        key, value = assigned(text)
         neutral = effect(name).neutral.get(key.rpartition(".")[2])
         if neutral is None or isinstance(value, bool | str):
             found.append(text)

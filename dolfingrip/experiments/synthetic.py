@@ -64,16 +64,21 @@ class Measurement:
 
 
 def noise_from(assignments: Iterable[str]) -> dict[str, float]:
-    """Noise by column: :data:`NOISE` with ``column=value`` in its place.
+    """Noise by column: :data:`NOISE` with :func:`told_noise` in its place."""
+    return {**NOISE, **told_noise(assignments)}
+
+
+def told_noise(assignments: Iterable[str]) -> dict[str, float]:
+    """Noise by column, of ``column=value``.
 
     Raises:
         ConfigError: one line naming the column, the value and what is allowed.
     """
-    found = dict(NOISE)
+    found: dict[str, float] = {}
     for assignment in assignments:
         name, _, text = assignment.partition("=")
-        if name not in found:
-            raise ConfigError(f"--noise {assignment}: allowed: {', '.join(found)}")
+        if name not in NOISE:
+            raise ConfigError(f"--noise {assignment}: allowed: {', '.join(NOISE)}")
         try:
             found[name] = float(text)
         except ValueError:

@@ -18,7 +18,7 @@ from dolfingrip.experiments.rigs.gripper import stands_of
 from dolfingrip.mechanics.model.placement import Placement, to_world
 from dolfingrip.report.columns import Columns
 from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
-from dolfingrip.report.scene import Image, no_display
+from dolfingrip.report.scene import Image, View, no_display
 from dolfingrip.report.skin import Floats, Skin, extract_skin
 from dolfingrip.report.theme import BLUE, GREEN, INK, PALE, scene_theme
 
@@ -122,17 +122,7 @@ def _coloured(skin: Skin, placement: Placement) -> Skin:
 
 def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Image]:
     """One picture a moment, all with one camera; the table stands still."""
-    azimuth, elevation = np.radians([AZIMUTH_DEG, ELEVATION_DEG])
-    towards = np.array(
-        [
-            np.sin(azimuth) * np.cos(elevation),
-            -np.cos(azimuth) * np.cos(elevation),
-            np.sin(elevation),
-        ]
-    )
-    right = np.cross([0.0, 0.0, 1.0], towards)
-    right /= np.linalg.norm(right)
-    up = np.cross(towards, right)
+    right, up, towards = View(AZIMUTH_DEG, ELEVATION_DEG, up=1.0).axes
     lift = [np.array([0.0, 0.0, -moment.table_mm]) for moment in moments]
     table = _table(moments)
     every = np.concatenate(

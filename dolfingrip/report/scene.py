@@ -52,22 +52,24 @@ class Plate:
 
 @dataclass(frozen=True)
 class View:
-    """A parallel projection with the clamp above (−z is up), bending to the right.
+    """A parallel projection; a finger has its clamp above (−z is up), bending to the right.
 
     Attributes:
         azimuth_deg: turn of the camera from the side view (seen from −y) towards the bellows.
         elevation_deg: rise of the camera above the horizontal.
+        up: 1 where z is up, −1 where −z is.
     """
 
     azimuth_deg: float = 32.0
     elevation_deg: float = 10.0
+    up: float = -1.0
 
     @property
     def axes(self) -> Floats:
         """Unit vectors to the right, upwards and towards the camera, shape (3, 3)."""
         a, e = np.radians([self.azimuth_deg, self.elevation_deg])
-        towards = np.array([np.sin(a) * np.cos(e), -np.cos(a) * np.cos(e), -np.sin(e)])
-        right = np.cross([0.0, 0.0, -1.0], towards)
+        towards = np.array([np.sin(a) * np.cos(e), -np.cos(a) * np.cos(e), self.up * np.sin(e)])
+        right = np.cross([0.0, 0.0, self.up], towards)
         right /= np.linalg.norm(right)
         return np.array([right, np.cross(towards, right), towards])
 

@@ -67,24 +67,7 @@ def test_derivatives(touching: GripperModel) -> None:
     model.potential.carried.reset()
     model.heed(0.0)
     tangent.assemble()
-    w, product = (model.unknowns.create_vector() for _ in range(2))
-    w.array[:] = direction
-    tangent.matrix.mult(w, product)
-    slope = np.array(product.array)
-
-    def energy(step: float) -> float:
-        model.unknowns.set_owned(start + step * direction)
-        return model.energy()
-
-    def gradient(step: float) -> np.ndarray:
-        model.unknowns.set_owned(start + step * direction)
-        return model.gradient()
-
-    assert taylor.rates(energy, float(gradient(0.0) @ direction), 2e-3).min() > 1.9
-    assert taylor.rates(gradient, slope, 2e-3).min() > 1.9
-    numbers = model.unknowns.number_rows(np.arange(len(start)))
-    assert taylor.rates(lambda e: gradient(e)[numbers], slope[numbers], 2e-3).min() > 1.9
-    model.unknowns.set_owned(start)
+    taylor.check_derivatives(model, tangent, direction, 2e-3)
 
 
 def _skin(made: GripperModel) -> np.ndarray:

@@ -6,6 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton.tangent import Tangent
+
 STEPS = 0.5 ** np.arange(7)
 """Fractions of a direction; each halves the one before."""
 
@@ -28,3 +31,35 @@ def rates(
     found = np.log2(np.array(size[:-1]) / np.array(size[1:]))
     print("remainders", size, "orders", found)
     return np.asarray(found)
+
+
+def check_derivatives(
+    model: Model, tangent: Tangent, direction: np.ndarray, longest: float
+) -> None:
+    """The gradient is the energy's derivative, the tangent the gradient's; of numbers alone, too.
+
+    Args:
+        model: in the state to look at, and again after.
+        tangent: assembled there.
+        direction: owned values, 0 where supports hold.
+        longest: see :func:`rates`.
+    """
+    start = model.unknowns.owned()
+    w, product = (model.unknowns.create_vector() for _ in range(2))
+    w.array[:] = direction
+    tangent.matrix.mult(w, product)
+    slope = np.array(product.array)
+
+    def energy(step: float) -> float:
+        model.unknowns.set_owned(start + step * direction)
+        return model.energy()
+
+    def gradient(step: float) -> np.ndarray:
+        model.unknowns.set_owned(start + step * direction)
+        return model.gradient()
+
+    assert rates(energy, float(gradient(0.0) @ direction), longest).min() > 1.9
+    assert rates(gradient, slope, longest).min() > 1.9
+    numbers = model.unknowns.number_rows(np.arange(len(start)))
+    assert rates(lambda e: gradient(e)[numbers], slope[numbers], longest).min() > 1.9
+    model.unknowns.set_owned(start)

@@ -144,8 +144,8 @@ class SetupFile:
             raise ConfigError(f"{self.file}: not TOML: {error}") from None
         self.experiments = self._experiments()
         for name in _TABLES:
-            if not isinstance(self._data.get(name, {}), dict) and name not in ("material",):
-                raise self._refuse(f"{name} = {self._data[name]}: allowed: a table, [{name}]")
+            if name != "material":
+                self.table(name)
         self.warnings = [
             f"{self.file}: {key} is not known and not used"
             + (f"; {hint.strip()}" if (hint := near(key, (*_DIRECT, *_TABLES))) else "")
@@ -169,6 +169,17 @@ class SetupFile:
                     f"allowed: {', '.join(EXPERIMENT_NAMES)}"
                 )
         return tuple(names)
+
+    def table(self, name: str) -> dict[str, Any]:
+        """A table that others read; empty where it is absent.
+
+        Raises:
+            ConfigError: one line, where it is no table.
+        """
+        found = self._data.get(name, {})
+        if not isinstance(found, dict):
+            raise self._refuse(f"{name} = {found}: allowed: a table, [{name}]")
+        return found
 
     def check_specimens(self, names: set[str]) -> None:
         """Raise where a table is of a specimen that is not in the CSV."""

@@ -76,7 +76,7 @@ def read(
         ConfigError: one line naming the file or key, the value and what is allowed.
     """
     told = SetupFile(file, also=("protocol",)) if file else None
-    data = _table(file) | _changes(changes)
+    data = (told.table("protocol") if told else {}) | _changes(changes)
     protocol = checked(RigProtocol, data)
     for kind in protocol.can_vary:
         if kind not in KINDS:
@@ -90,15 +90,6 @@ def read(
     tables = [_rows(test, protocol, config) for test in tests]
     warnings = told.warnings if told else []
     return Measurement(pd.concat(tables, ignore_index=True), tests, warnings), protocol.can_vary
-
-
-def _table(file: Path | None) -> dict[str, Any]:
-    if file is None:
-        return {}
-    found = tomllib.loads(file.read_text(encoding="utf-8")).get("protocol", {})
-    if not isinstance(found, dict):
-        raise ConfigError(f"{file}: protocol = {found}: allowed: a table, [protocol]")
-    return found
 
 
 def _changes(changes: Iterable[str]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from dolfingrip.experiments.material_fit.fit import (
     Fit,
     measured_MPa,
     predicted_MPa,
+    residual_variance,
     tolerances_MPa,
 )
 from dolfingrip.experiments.material_fit.homogeneous import stable_to
@@ -139,11 +140,7 @@ def accepted(
     first, second = keys.index("C10_MPa"), keys.index("C01_MPa")
     others = [i for i in range(len(keys)) if i not in (first, second)]
     best = _least(basis, target)
-    spare = max(fit.effective - len(keys), 1.0)
-    noise = np.concatenate([np.full(len(s.stretch), s.noise_MPa or 0.0) for s in data])
-    variance = max(
-        best / fit.count * fit.effective / spare, float(np.mean((noise / tolerance) ** 2))
-    )
+    variance = residual_variance(best, len(keys), fit.effective, data)
     allowed = best + WITHIN**2 * variance * fit.count / fit.effective
     within = [
         float(ratio)

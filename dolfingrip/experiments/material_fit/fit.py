@@ -99,9 +99,7 @@ def fit(law: Law, data: Sequence[Series]) -> Fit:
     values = np.asarray(min(found, key=lambda each: float(each.cost)).x)
     left = residuals(values)
     correlation, effective = _correlation(left, data)
-    spare = max(effective - len(values), 1.0)
-    noise = float(np.mean((_noise_MPa(data) / tolerance) ** 2))
-    variance = max(float(left @ left) / len(left) * effective / spare, noise)
+    variance = residual_variance(float(left @ left), len(values), effective, data)
     slopes = jacobian(law, values, residuals)
     left_MPa = left * tolerance
     large = np.abs(measured) > 0.1 * np.abs(measured).max()
@@ -144,6 +142,21 @@ def tolerances_MPa(data: Sequence[Series]) -> np.ndarray:
     measured = measured_MPa(data)
     least = 0.1 * TOLERANCE * float(np.abs(measured).max())
     return np.hypot(np.maximum(_noise_MPa(data), least), TOLERANCE * measured)
+
+
+def residual_variance(misfit: float, free: int, effective: float, data: Sequence[Series]) -> float:
+    """Variance of residuals by their tolerance: what is left, and the noise at least.
+
+    Args:
+        misfit: sum of their squares.
+        free: number of values that were fitted.
+        effective: number of independent readings.
+        data: that they are of.
+    """
+    tolerance = tolerances_MPa(data)
+    spare = max(effective - free, 1.0)
+    noise = float(np.mean((_noise_MPa(data) / tolerance) ** 2))
+    return max(misfit / len(tolerance) * effective / spare, noise)
 
 
 def shear_MPa(data: Sequence[Series]) -> float:

@@ -69,8 +69,7 @@ class MovingSupport:
             held[bc.dof_indices()[0]] = True
         self._functions = [fem.Function(space) for _ in motions]
         self.dofs = np.flatnonzero(self.measure().any(axis=0))
-        moved = np.any([function.x.array != 0 for function in self._functions], axis=0)
-        assert held[moved].all(), "a support moves along an axis that it does not hold"
+        assert held[self._moved].all(), "a support moves along an axis that it does not hold"
         self.measure()
 
     def measure(self) -> np.ndarray:
@@ -82,6 +81,7 @@ class MovingSupport:
         points = self._u.function_space.tabulate_dof_coordinates()[self._nodes].T
         for function, motion in zip(self._functions, self._motions, strict=True):
             function.x.array.reshape(-1, NODE)[self._nodes] = motion.mode(points).T
+        self._moved = np.any([function.x.array != 0 for function in self._functions], axis=0)
         owned = np.array([f.x.array[: NODE * self._owned_nodes] for f in self._functions])
         self._ways = owned[:, self.dofs]
         parts = self._comm.allgather((self.dofs + NODE * self._first, self._ways))
@@ -95,8 +95,7 @@ class MovingSupport:
             motion.number.value * function.x.array
             for motion, function in zip(self._motions, self._functions, strict=True)
         )
-        moved = np.any([function.x.array != 0 for function in self._functions], axis=0)
-        self._u.x.array[moved] = placed[moved]
+        self._u.x.array[self._moved] = placed[self._moved]
 
     def apart(self, dofs: np.ndarray) -> np.ndarray:
         """u_S − W a (mm) at the owned dofs that move."""

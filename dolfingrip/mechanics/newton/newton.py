@@ -305,7 +305,6 @@ class Newton:
     def _prepare(self, damped: bool) -> None:
         """Prepare SNES for a damped solve, or a plain one."""
         self._damped = damped
-        self._refreshing.start()
         self._damping.start()
         solver = self._damping if damped else self._factors
         self._snes.getKSP().getPC().setPythonContext(solver)
