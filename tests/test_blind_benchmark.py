@@ -384,8 +384,9 @@ def test_from_the_simulation_of_coupons_to_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """All stages, twice: the second time nothing is computed."""
+    every = ["library", "full", "cases", "diagnose", "score"]
     told = ["--only", "coupon", "--number", "6", "--quick", "--out", str(tmp_path)]
-    assert stages.main(["library", "cases", "diagnose", "score", *told]) == 0
+    assert stages.main([*every, *told]) == 0
     assert "6 cases" in capsys.readouterr().out
     folder = tmp_path / "score" / "coupon-development-quick"
     figures = pd.read_csv(folder / "figures.csv")
@@ -396,7 +397,7 @@ def test_from_the_simulation_of_coupons_to_figures(
     wanted = library.entries("coupon")
     assert {entry.job.key for entry in wanted} == set(library.known(wanted, tmp_path / "library"))
     first = (folder / "figures.csv").read_bytes()
-    assert stages.main(["library", "cases", "diagnose", "score", *told]) == 0
+    assert stages.main([*every, *told]) == 0
     assert (folder / "figures.csv").read_bytes() == first
 
 

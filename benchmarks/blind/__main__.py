@@ -15,7 +15,7 @@ from benchmarks.blind import cases, controls, diagnoses, full, library, report
 from benchmarks.blind.cases import Case
 from benchmarks.blind.diagnoses import How
 from benchmarks.blind.judging import Folders, Half
-from benchmarks.blind.protocols import FINGERS, PROTOCOLS
+from benchmarks.blind.protocols import FINGERS, PROTOCOLS, PULL, WITH_COUPON
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import console
 from dolfingrip.config import ConfigError
@@ -74,8 +74,8 @@ class Asked:
 def run_library(asked: Asked) -> None:
     """Simulate the generator's responses: curves first, then histories, the shortest first."""
     wanted = {PROTOCOLS[name].history for name in asked.only}
-    if "P7+" in asked.only:
-        wanted.add("pull")
+    if set(WITH_COUPON) & set(asked.only):
+        wanted.add(PULL)
     for history in library.HISTORIES:
         if history in wanted:
             asked.screen.print(f"library of {history}", soft_wrap=True)
@@ -89,7 +89,7 @@ def planned(asked: Asked) -> list[Case]:
         every = cases.plan(asked.half, asked.number)
         return [case for case in every if case.protocol in asked.only]
     often = dict.fromkeys(asked.only, 1.0)
-    return cases.plan(asked.half, asked.number, often, full={})
+    return cases.plan(asked.half, asked.number, often, full=often)
 
 
 def run_full(asked: Asked) -> None:

@@ -9,7 +9,8 @@ P7+ and the tip's displacement, the angle while blocked, and a coupon up and dow
 === ======================================================================================
 
 Since a longer protocol goes on where a shorter one ends, one simulation serves several.
-``short`` and ``coupon`` are cheap ones: a finger of two bellows, and a coupon alone.
+``short-P1``, ``short`` (like P2), ``short-P7`` (like P7+ without the further cycles) and ``coupon`` are
+cheap ones: a finger of two bellows, and a coupon alone.
 """
 
 from __future__ import annotations
@@ -178,16 +179,16 @@ def _all() -> dict[str, Protocol]:
         "coupon": ("force_N",),
     }
     coupon = Course("coupon", coupon_rows(1.65))
+    small: dict[str, Any] = {"finger": SHORT, "gap_mm": 0.1, "known_better": FINE}
     found = [
         _fingers("P1", "P2", finger_rows(250.0, 25.0, 1)),
         _fingers("P2", "P2", finger_rows(250.0, 25.0, 2)),
         _fingers("P3", "P4", finger_rows(250.0, 25.0, 3)),
         _fingers("P4", "P4", finger_rows(250.0, 25.0, 4)),
         _fingers("P7+", "P4", finger_rows(250.0, 25.0, 4), [coupon], columns=every),
-        _fingers(
-            "short", "short", finger_rows(50.0, 5.0, 2), finger=SHORT, gap_mm=0.1,
-            known_better=FINE,
-        ),
+        _fingers("short-P1", "short", finger_rows(50.0, 5.0, 1), **small),
+        _fingers("short", "short", finger_rows(50.0, 5.0, 2), **small),
+        _fingers("short-P7", "short", finger_rows(50.0, 5.0, 2), [coupon], columns=every, **small),
         Protocol(
             "coupon", (Course("coupon", coupon_rows(0.825, 2)),), {"coupon": ("force_N",)},
             "coupon",
@@ -211,3 +212,5 @@ PROTOCOLS: Final = _all()
 PULL: Final = "pull"
 """The coupon's part of P7+."""
 FINGERS: Final = ("P1", "P2", "P3", "P4", "P7+")
+WITH_COUPON: Final = ("P7+", "short-P7")
+"""Fingers that a coupon is pulled beside."""
