@@ -9,7 +9,7 @@ P7+ and the tip's displacement, the angle while blocked, and a coupon up and dow
 === ======================================================================================
 
 Since a longer protocol goes on where a shorter one ends, one simulation serves several.
-``short-P1``, ``short`` (like P2), ``short-P7`` (like P7+ without the further cycles) and ``coupon`` are
+``short-P1``, ``short`` (like P2), ``short-P7`` (like P7+ without more cycles) and ``coupon`` are
 cheap ones: a finger of two bellows, and a coupon alone.
 """
 
