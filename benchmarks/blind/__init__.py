@@ -12,6 +12,7 @@ From the bottom up:
 - :mod:`full`: cases with a simulation of their own;
 - :mod:`bound`: what exact evidence says of a case;
 - :mod:`diagnoses`: what the analyser says of it;
+- :mod:`followup`: the experiment that it proposes, made and diagnosed;
 - :mod:`score`: figures beside their bounds.
 
 ``scripts/blind-benchmark --help`` tells the stages.

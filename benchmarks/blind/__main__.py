@@ -11,7 +11,7 @@ from typing import Final
 
 from rich.console import Console
 
-from benchmarks.blind import cases, controls, diagnoses, full, library, report
+from benchmarks.blind import cases, controls, diagnoses, followup, full, library, report
 from benchmarks.blind.cases import Case
 from benchmarks.blind.diagnoses import How
 from benchmarks.blind.judging import Folders, Half
@@ -127,6 +127,28 @@ def diagnose_all(asked: Asked, every: Sequence[Case]) -> None:
         show(len(every), len(every))
 
 
+def run_next(asked: Asked) -> None:
+    """Make the experiments that were proposed for ties, and diagnose with them."""
+    half = Half(planned(asked), asked.folders)
+    tied = [
+        case
+        for case, _ in half.made()
+        if diagnoses.is_known(asked.folders.case(case), asked.how)
+        and followup.to_be_split(
+            case, diagnoses.diagnose(case, asked.folders.case(case), asked.how)
+        )
+    ]
+    with (
+        progress.shown(asked.screen, "ties", at_once=True, few=progress.FEW) as show,
+        diagnoses.with_crew(asked.how) as how,
+    ):
+        for number, case in enumerate(tied):
+            show(number, len(tied), case.name)
+            own = Workers(asked.folders.full, Where(workers=asked.workers))
+            followup.split(case, asked.folders.case(case), how, own)
+        show(len(tied), len(tied))
+
+
 def run_controls(asked: Asked) -> None:
     """The same cases with other noise, or with noise that is not as told: controls.csv."""
     wanted = controls.variants(planned(asked))
@@ -154,6 +176,7 @@ STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
     "full": run_full,
     "cases": run_cases,
     "diagnose": run_diagnose,
+    "next": run_next,
     "score": run_score,
     "controls": run_controls,
 }

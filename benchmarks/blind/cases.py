@@ -184,15 +184,21 @@ class Readings:
 
 def read(case: Case, true: np.ndarray) -> Readings:
     """The readings of a case, from the true ones (n,)."""
-    protocol = PROTOCOLS[case.protocol]
+    return read_by(PROTOCOLS[case.protocol], case.instruments, case.seed, true)
+
+
+def read_by(
+    protocol: Protocol, instruments: Instruments, seed: Sequence[int], true: np.ndarray
+) -> Readings:
+    """The same of any protocol."""
     index = noise.index(protocol)
-    rng = np.random.default_rng(case.seed)
-    covariance = noise_matrix(index, noise.by_channel(protocol, case.instruments))
+    rng = np.random.default_rng(seed)
+    covariance = noise_matrix(index, noise.by_channel(protocol, instruments))
     scatter = noise.draw(index, covariance, rng)
     return Readings(true, scatter, noise.kept(index, rng))
 
 
-def rows(protocol: Protocol, value: np.ndarray) -> list[dict[str, Any]]:
+def rows(protocol: Protocol, value: np.ndarray, specimen: str = "A") -> list[dict[str, Any]]:
     """Rows of a measured CSV with the readings ``value`` (n,)."""
     found: list[dict[str, Any]] = []
     place = 0
@@ -201,7 +207,8 @@ def rows(protocol: Protocol, value: np.ndarray) -> list[dict[str, Any]]:
         for row in course.rows.to_dict("records"):
             read_here = dict(zip(names, value[place : place + len(names)], strict=True))
             place += len(names)
-            found.append({"experiment": course.experiment, "specimen": "A", **row, **read_here})
+            which = {"experiment": course.experiment, "specimen": specimen}
+            found.append({**which, **row, **read_here})
     return found
 
 
@@ -213,18 +220,22 @@ def write(case: Case, readings: Readings, folder: Path) -> Path:
     """
     protocol = PROTOCOLS[case.protocol]
     folder.mkdir(parents=True, exist_ok=True)
-    table = rows(protocol, readings.value)
-    names = [name for name in MEASURED if any(name in row for row in table)]
     path = folder / "measured.csv"
+    told = {**protocol.setup(), "noise": case.instruments.told(noise.channels(protocol))}
+    write_files(path, rows(protocol, readings.value), told)
+    (folder / "truth.json").write_text(json.dumps(asdict(case)) + "\n", encoding="utf-8")
+    return path
+
+
+def write_files(path: Path, table: Sequence[Mapping[str, Any]], told: Mapping[str, Any]) -> None:
+    """A measured CSV and its TOML."""
+    names = [name for name in MEASURED if any(name in row for row in table)]
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, names, lineterminator="\n")
         writer.writeheader()
         for row in table:
             writer.writerow({name: _text(value) for name, value in row.items()})
-    told = {**protocol.setup(), "noise": case.instruments.told(noise.channels(protocol))}
     path.with_suffix(".toml").write_text(tomlkit.dumps(told), encoding="utf-8")
-    (folder / "truth.json").write_text(json.dumps(asdict(case)) + "\n", encoding="utf-8")
-    return path
 
 
 def _text(value: Any) -> Any:

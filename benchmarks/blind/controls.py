@@ -65,7 +65,7 @@ def table(
         contents = {
             case: diagnoses.diagnose(case, folder(case), how)
             for case in cases
-            if (folder(case) / how.mode / diagnoses.RESULT).is_file()
+            if diagnoses.is_known(folder(case), how)
         }
         if contents:
             rows.append({"control": name, "cases": len(contents), **_numbers(contents)})

@@ -25,7 +25,6 @@ from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import diagnose as analyser
 from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.data import measurement as measured
-from dolfingrip.diagnosis.inference.alternatives import BELIEVED
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
 
@@ -74,13 +73,21 @@ def diagnose(case: Case, folder: Path, how: How) -> dict[str, Any]:
         folder: with ``measured.csv``.
         how: it is diagnosed.
     """
-    out = folder / how.mode
+    return diagnose_files(case, [folder / "measured.csv"], folder / how.mode, how)
+
+
+def is_known(folder: Path, how: How) -> bool:
+    """Whether a case of this folder has been diagnosed in this way."""
+    return (folder / how.mode / RESULT).is_file()
+
+
+def diagnose_files(case: Case, files: Sequence[Path], out: Path, how: How) -> dict[str, Any]:
+    """The same from any measured files, the results in ``out``."""
     if not (out / RESULT).is_file():
         config = generator.analysed(PROTOCOLS[case.protocol])
         settings = analyser.Settings(
             how.workers, how.store, how.quick, how.effects, progress=how.progress
         )
-        files = [folder / "measured.csv"]
         found = (
             analyser.diagnose(files, config, out, settings)
             if how.crew is None
@@ -134,7 +141,6 @@ def cut(content: dict[str, Any]) -> float | None:
 
 
 def doubts_noise(content: dict[str, Any]) -> bool:
-    """Whether it says that the noise is not what was told."""
-    models = content["noise"]["models"]
-    other = max(models, key=lambda name: models[name]) != BELIEVED
-    return other or any("noise" in sentence for sentence in content["warnings"])
+    """Whether it says that the noise is larger than told, or drifts though told not to."""
+    noise = content["noise"]
+    return bool(noise["too_small"] or noise["correlated"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ import pandas as pd
 from benchmarks.blind.cases import Case
 from benchmarks.blind.generator import DRIFT, STAGES, Cause, causes, generating
 from benchmarks.blind.outsiders import OUTSIDERS
-from benchmarks.blind.protocols import PROTOCOLS, Course
+from benchmarks.blind.protocols import PROTOCOLS, Course, Protocol
 from benchmarks.blind.response import (
     WALL_SPREAD,
     GAP_SPREAD_mm,
@@ -28,6 +28,8 @@ from dolfingrip.design.campaign.store import NAME, Store
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, result_of
 from dolfingrip.diagnosis.simulation.runner import Workers
+
+Sections = Mapping[str, Mapping[str, Any]]
 
 STORE: Final = "full"
 """Name of the folder of these simulations."""
@@ -48,12 +50,17 @@ class Run:
     place: np.ndarray
 
 
-def runs(case: Case) -> list[Run]:
-    """The simulations of a case."""
-    protocol = PROTOCOLS[case.protocol]
+def runs(protocol: Protocol, truth: Truth, lab: Sections | None = None) -> list[Run]:
+    """The simulations of a protocol.
+
+    Args:
+        protocol: that is followed.
+        truth: that is hidden.
+        lab: what the laboratory has set up otherwise, by section of the configuration and key.
+    """
     known = causes()
-    config = configured(generating(protocol), case.truth, known)
-    return [_run(course, config, case.truth, known) for course in protocol.courses]
+    config = configured(generating(protocol).changed(**(lab or {})), truth, known)
+    return [_run(course, config, truth, known) for course in protocol.courses]
 
 
 def configured(config: Config, truth: Truth, known: Mapping[str, Cause]) -> Config:
@@ -105,7 +112,8 @@ def _depends_on_the_way(truth: Truth, known: Mapping[str, Cause]) -> bool:
 
 def compute(cases: Sequence[Case], workers: Workers) -> None:
     """Simulate what is missing."""
-    workers.results([run.job for case in cases for run in runs(case)])
+    wanted = [runs(PROTOCOLS[case.protocol], case.truth) for case in cases]
+    workers.results([run.job for each in wanted for run in each])
 
 
 def known_results(folder: Path) -> dict[str, JobResult]:
@@ -118,9 +126,17 @@ def known_results(folder: Path) -> dict[str, JobResult]:
 
 def vector(case: Case, results: Mapping[str, JobResult]) -> np.ndarray | None:
     """(n,) true readings of a case; None where a simulation is missing or ended early."""
+    protocol = PROTOCOLS[case.protocol]
+    return readings(protocol, case.truth, runs(protocol, case.truth), results)
+
+
+def readings(
+    protocol: Protocol, truth: Truth, wanted: Sequence[Run], results: Mapping[str, JobResult]
+) -> np.ndarray | None:
+    """(n,) true readings of a protocol's simulations; None where one is missing or ended early."""
     tables: list[pd.DataFrame] = []
     known = causes()
-    for run in runs(case):
+    for run in wanted:
         result = results.get(run.job.key)
         if result is None or result.failure_class is not None:
             return None
@@ -130,8 +146,8 @@ def vector(case: Case, results: Mapping[str, JobResult]) -> np.ndarray | None:
             if name in READING_COLUMNS
         }
         if "force_N" in true:
-            true["force_N"] = true["force_N"] * outsider_modulus(run.course, case.truth)
-        shown = displayed(known, run.course, true, case.truth)
+            true["force_N"] = true["force_N"] * outsider_modulus(run.course, truth)
+        shown = displayed(known, run.course, true, truth)
         names = [name for name in READING_COLUMNS if name in shown]
         tables.append(run.course.rows.assign(**{name: shown[name] for name in names}))
-    return flat(PROTOCOLS[case.protocol], tables)
+    return flat(protocol, tables)

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from benchmarks.blind import cases as casework
-from benchmarks.blind import diagnoses, full, generator, library
+from benchmarks.blind import diagnoses, followup, full, generator, library
 from benchmarks.blind.bound import Attained, Bound
 from benchmarks.blind.cases import Case, Readings
 from benchmarks.blind.diagnoses import How
@@ -117,12 +117,13 @@ class Half:
         every = list(self.made())
         for number, (case, readings) in enumerate(every):
             show(number, len(every))
-            if not (self.folders.case(case) / how.mode / diagnoses.RESULT).is_file():
+            if not diagnoses.is_known(self.folders.case(case), how):
                 continue
             best = self.attained(case, readings)
             if best is not None:
                 content = diagnoses.diagnose(case, self.folders.case(case), how)
-                found.append(judge(case, content, best))
+                after = followup.known(self.folders.case(case), how)
+                found.append(judge(case, content, best, after))
         return found
 
 
@@ -142,13 +143,19 @@ def _plain(found: Attained) -> dict[str, Any]:
     }
 
 
-def judge(case: Case, content: Mapping[str, Any], best: Mapping[str, Any]) -> Judged:
+def judge(
+    case: Case,
+    content: Mapping[str, Any],
+    best: Mapping[str, Any],
+    after: Mapping[str, Any] | None = None,
+) -> Judged:
     """A case with both opinions.
 
     Args:
         case: which.
         content: of its ``diagnosis.json``.
         best: the bound's, as it is kept.
+        after: content of that with the experiment that was proposed; None where there is none.
     """
     exact = best["opinion"]
     return Judged(
@@ -169,6 +176,8 @@ def judge(case: Case, content: Mapping[str, Any], best: Mapping[str, Any]) -> Ju
         cut=diagnoses.cut(dict(content)),
         bound_cut=best["cut"],
         beats_rivals=content["gain_claimed"],
+        splits=None if after is None else followup.splits(case, after),
+        narrows=None if after is None else followup.narrows(case, content, after),
         doubts_noise=diagnoses.doubts_noise(dict(content)),
         seconds=float(content["simulated_s"]),
     )  # fmt: skip

@@ -101,7 +101,9 @@ class Judged:
             of the error with nuisances alone; None where that was not measured.
         bound_cut: what the true model cuts.
         beats_rivals: whether the analyser says that the cause beats both of them.
-        splits: whether the experiment that is proposed first tells tied effects apart, simulated.
+        splits: whether the hidden cause is named alone once the experiment that was proposed first
+            is made, too; None where none was proposed for a tie.
+        narrows: whether its class is smaller then.
         doubts_noise: whether it says that the noise is not as it was told.
         seconds: of processor.
     """
@@ -121,6 +123,7 @@ class Judged:
     bound_cut: float | None = None
     beats_rivals: bool | None = None
     splits: bool | None = None
+    narrows: bool | None = None
     doubts_noise: bool = False
     seconds: float = 0.0
     more: Mapping[str, Any] = field(default_factory=dict)

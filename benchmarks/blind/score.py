@@ -133,7 +133,8 @@ def figures(cases: Sequence[Judged]) -> list[Figure]:
         _told("rivals lose to causes that are named rightly", "",
               [(c, c.beats_rivals) for c in ones if c.said.right(c.hidden)], 0.0),
         _told("ties that the proposed experiment splits", "0.80",
-              [(c, c.splits) for c in cases if c.tied], 0.8),
+              [(c, c.splits) for c in cases], 0.8),
+        _told("… or narrows", "", [(c, c.narrows) for c in cases], 0.0),
         _shuffled(visible),
     ]  # fmt: skip
     return found

@@ -99,7 +99,9 @@ def conclude(problem: Problem, analysis: Analysis, fits: Fits) -> Conclusion:
     for effects, fit in fits.items():
         if len(effects) == PAIR:
             e, f = sorted(names.index(name) for name in effects)
-            evidence[e, f] = fit.log_evidence(problem) - reference
+            # larger noise may hide an effect that was fitted under another
+            if (e, f) in evidence:
+                evidence[e, f] = fit.log_evidence(problem) - reference
     if fitted:  # two effects that are far from the truth alone are judged by no tangent
         for key in evidence:
             if not fitted & {names[key[0]], names[key[1]]}:
