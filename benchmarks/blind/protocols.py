@@ -9,8 +9,8 @@ P7+ and the tip's displacement, the angle while blocked, and a coupon up and dow
 === ======================================================================================
 
 Since a longer protocol goes on where a shorter one ends, one simulation serves several.
-``short-P1``, ``short`` (like P2), ``short-P7`` (like P7+ without more cycles) and ``coupon`` are
-cheap ones: a finger of two bellows, and a coupon alone.
+``short-P1``, ``short`` (like P2), ``short-P4``, ``short-P7+``, ``short-P7`` (without more cycles) and
+``coupon`` are cheap ones: a finger of two bellows, and a coupon alone.
 """
 
 from __future__ import annotations
@@ -180,6 +180,7 @@ def _all() -> dict[str, Protocol]:
     }
     coupon = Course("coupon", coupon_rows(1.65))
     small: dict[str, Any] = {"finger": SHORT, "gap_mm": 0.1, "known_better": FINE}
+    longest = finger_rows(50.0, 5.0, 4)
     found = [
         _fingers("P1", "P2", finger_rows(250.0, 25.0, 1)),
         _fingers("P2", "P2", finger_rows(250.0, 25.0, 2)),
@@ -189,6 +190,8 @@ def _all() -> dict[str, Protocol]:
         _fingers("short-P1", "short", finger_rows(50.0, 5.0, 1), **small),
         _fingers("short", "short", finger_rows(50.0, 5.0, 2), **small),
         _fingers("short-P7", "short", finger_rows(50.0, 5.0, 2), [coupon], columns=every, **small),
+        _fingers("short-P4", "short-P4", longest, **small),
+        _fingers("short-P7+", "short-P4", longest, [coupon], columns=every, **small),
         Protocol(
             "coupon", (Course("coupon", coupon_rows(0.825, 2)),), {"coupon": ("force_N",)},
             "coupon",
@@ -212,5 +215,5 @@ PROTOCOLS: Final = _all()
 PULL: Final = "pull"
 """The coupon's part of P7+."""
 FINGERS: Final = ("P1", "P2", "P3", "P4", "P7+")
-WITH_COUPON: Final = ("P7+", "short-P7")
+WITH_COUPON: Final = ("P7+", "short-P7", "short-P7+")
 """Fingers that a coupon is pulled beside."""
