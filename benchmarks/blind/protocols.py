@@ -9,8 +9,8 @@ P7+ and the tip's displacement, the angle while blocked, and a coupon up and dow
 === ======================================================================================
 
 Since a longer protocol goes on where a shorter one ends, one simulation serves several.
-``short-P1``, ``short`` (like P2), ``short-P4``, ``short-P7+``, ``short-P7`` (without more cycles) and
-``coupon`` are cheap ones: a finger of two bellows, and a coupon alone.
+``short-P1``, ``short`` (like P2), ``short-P4``, ``short-P7+``, ``short-P7`` (without more cycles)
+and ``coupon`` are cheap ones: a finger of two bellows, and a coupon alone.
 """
 
 from __future__ import annotations
