@@ -1,0 +1,107 @@
+"""The blind benchmark: the experiment that is proposed, made by the generator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from blind.made_up import case, made_up
+
+from benchmarks.blind import cases, followup, full, generator
+from benchmarks.blind.cases import Case
+from benchmarks.blind.protocols import PROTOCOLS
+from benchmarks.blind.response import Hidden, Truth
+from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
+from dolfingrip.diagnosis.data.measurement import Measurement, read
+
+
+def proposed(kind: str, tmp_path: Path) -> tuple[Case, list[Proposal]]:
+    """A case on P2, and what could be added to it of a kind."""
+    catalogue = made_up("P2")
+    hidden = case(catalogue, Hidden("prony", 0, 1.0))
+    readings = cases.read(hidden, catalogue.vector(hidden.truth))
+    config = generator.analysed(catalogue.protocol)
+    measurement = read([cases.write(hidden, readings, tmp_path)], config)
+    return hidden, [each for each in proposals(measurement, config) if each.kind == kind]
+
+
+def test_a_plate_farther_away_is_set_anew(tmp_path: Path) -> None:
+    hidden, (gap,) = proposed("gap", tmp_path)
+    (added,) = followup.additions(hidden, gap)
+    assert added.protocol.columns == {"blocked_force": ("force_N",)}
+    (run,) = full.runs(added.protocol, added.truth, added.lab)
+    off_mm = 0.3 * added.truth.sigma("plate_gap")
+    assert run.job.config.plate.gap_mm == pytest.approx(3.0 + off_mm)
+    assert added.truth.sigma("plate_gap") != hidden.truth.sigma("plate_gap")
+    assert added.truth.sigma("wall") == hidden.truth.sigma("wall")
+    assert run.job.config.extensions.model_dump()["prony"] is not None
+    assert added.protocol.setup()["plate"] == {"gap_mm": 3.0}
+
+
+def test_a_new_coupon_is_a_specimen_of_its_own(tmp_path: Path) -> None:
+    hidden, coupons = proposed("coupon", tmp_path)
+    added = [test for each in coupons for test in followup.additions(hidden, each)]
+    assert {test.specimen for test in added} == {"B"}
+    for test in added:
+        assert test.truth.modulus / hidden.truth.modulus == pytest.approx(1.0, abs=0.06)
+        assert test.truth.modulus != hidden.truth.modulus
+        assert test.truth.causes == hidden.truth.causes
+
+
+def test_the_finger_up_and_down_are_two_files(tmp_path: Path) -> None:
+    hidden, (poses,) = proposed("orientation", tmp_path)
+    up, down = followup.additions(hidden, poses)
+    runs = [full.runs(each.protocol, each.truth, each.lab)[0] for each in (up, down)]
+    assert [run.job.config.gravity.direction[2] for run in runs] == [1.0, -1.0]
+
+
+def test_what_is_read_once_more_has_its_own_readings_alone(tmp_path: Path) -> None:
+    hidden, (tip,) = proposed("tip", tmp_path)
+    (added,) = followup.additions(hidden, tip)
+    assert added.protocol.columns == {"bending": ("tip_x_mm", "tip_z_mm")}
+    rows = added.protocol.courses[0].rows
+    before = PROTOCOLS["P2"].course("bending").rows
+    np.testing.assert_allclose(rows["pressure_kPa"], before["pressure_kPa"])
+
+
+def told(answer: str, *classes: tuple[str, ...], next_: bool = True) -> dict[str, Any]:
+    named = [list(names) for names in classes]
+    return {
+        "verdict": {
+            "answer": answer, "probability": 0.9, "class": named[0] if named else [],
+            "second": named[1] if len(named) > 1 else [],
+        },
+        "classes": [{"effects": names} for names in named],
+        "next_experiments": [{"name": "a hold"}] if next_ else [],
+    }  # fmt: skip
+
+
+def test_a_tie_is_split_where_the_hidden_cause_alone_is_left() -> None:
+    hidden = case(made_up("P2"), Hidden("prony", 0, 1.0))
+    before = told("cause", ("prony", "set", "gent"))
+    assert followup.to_be_split(hidden, before)
+    assert not followup.to_be_split(hidden, told("cause", ("prony",)))
+    assert not followup.to_be_split(hidden, told("cause", ("gent", "set")))
+    assert not followup.to_be_split(hidden, told("cause", ("prony", "set"), next_=False))
+    assert not followup.to_be_split(replace(hidden, kind="none", truth=Truth()), before)
+    for after, splits, narrows in (
+        (told("cause", ("prony",)), True, True),
+        (told("cause", ("set",)), False, False),
+        (told("cause", ("prony", "set")), False, True),
+        (before, False, False),
+        (told("cause", ("prony",), ("set",)), False, False),
+        (told("unknown"), False, False),
+    ):
+        assert followup.splits(hidden, after) == splits
+        assert followup.narrows(hidden, before, after) == narrows
+
+
+def test_planned_rows_are_those_of_the_proposal(tmp_path: Path) -> None:
+    hidden, (hold,) = proposed("hold", tmp_path)
+    (added,) = followup.additions(hidden, hold)
+    own: Measurement = hold.measurement
+    assert len(added.protocol.courses[0].rows) == len(own.readings)
+    assert (added.protocol.courses[0].rows["branch"] == "hold").any()

@@ -1,0 +1,86 @@
+"""The blind benchmark: readings at any strength, and causes that no catalogue has."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from blind.made_up import made_up
+
+from benchmarks.blind import noise, outsiders
+from benchmarks.blind.protocols import FINGERS, PROTOCOLS
+from benchmarks.blind.response import Hidden, Truth
+
+
+def test_longer_protocols_begin_as_shorter_ones() -> None:
+    for name in FINGERS:
+        whole = PROTOCOLS[PROTOCOLS[name].history]
+        for course in PROTOCOLS[name].courses:
+            if course.experiment != "coupon":
+                longer = whole.course(course.experiment).rows
+                pd.testing.assert_frame_equal(course.rows, longer.iloc[: len(course.rows)])
+
+
+def test_a_modulus_scales_and_a_regulator_shifts() -> None:
+    """α(p; cμ) = α(p/c), F(p; cμ) = c F(p/c), against the curve itself."""
+    catalogue = made_up()
+    truth = Truth((), {"modulus": 1.0, "pressure_gain": 2.0, "pressure_offset": -1.0})
+    bending, blocked = catalogue.readings(truth)
+    c = np.exp(0.2)
+    x = (1.03 * bending["pressure_kPa"] - 2) / c / 250
+    np.testing.assert_allclose(bending["angle_deg"], 100 * (x + 0.3 * x**2), atol=1e-6)
+    np.testing.assert_allclose(blocked["force_N"], c * 3 * (x + 0.3 * x**2), atol=1e-6)
+
+
+def test_strengths_are_interpolated_through_nothing() -> None:
+    """The changes here are quadratic in the strength, so that two simulations tell all."""
+    catalogue = made_up()
+    none = catalogue.vector(Truth())
+    one, other = (
+        catalogue.vector(Truth((Hidden("mooney_rivlin", 0, part),))) - none for part in (1.0, 0.3)
+    )
+    np.testing.assert_allclose(other, one * (0.3 + 0.1 * 0.09) / 1.1, atol=1e-9)
+    assert np.abs(one).max() > 1
+
+
+def test_a_history_differs_between_branches() -> None:
+    catalogue = made_up()
+    change = catalogue.vector(Truth((Hidden("prony", 0, 1.0),))) - catalogue.vector(Truth())
+    index = noise.index(catalogue.protocol)
+    at = (index["experiment"] == "bending") & (index["pressure_kPa"] == 125)
+    loading, unloading = change[at]
+    assert unloading == pytest.approx(10 * loading)
+
+
+def test_outsiders_change_what_they_say() -> None:
+    rows = PROTOCOLS["P2"].course("bending").rows
+    leak = outsiders.OUTSIDERS["opening_leak"].pressure
+    assert leak is not None
+    lost = rows["pressure_kPa"].to_numpy() - leak(rows, 1.0)
+    assert lost[10] == pytest.approx(0.06 * 250)
+    assert lost[5] == pytest.approx(0.06 * 250 / 8)
+    stuck = outsiders.OUTSIDERS["backlash"].pressure
+    assert stuck is not None
+    off = stuck(rows, 1.0) - rows["pressure_kPa"].to_numpy()
+    np.testing.assert_allclose(off[1:11], 4)
+    np.testing.assert_allclose(off[11:-1], -4)
+
+
+def test_outsiders_of_a_coupon() -> None:
+    rows = PROTOCOLS["coupon"].course("coupon").rows
+    travel = rows["displacement_mm"].to_numpy()
+    names = ("jaw_slip", "sticky_cell", "twisted_coupon")
+    shown = {}
+    for name in names:
+        displayed = outsiders.OUTSIDERS[name].displayed
+        assert displayed is not None
+        shown[name] = displayed(rows, {"force_N": travel}, 1.0)["force_N"]
+        assert not displayed(PROTOCOLS["P2"].course("bending").rows, {}, 1.0)
+    slipped = shown["jaw_slip"] / np.where(travel > 0, travel, 1.0)
+    np.testing.assert_allclose(slipped[[12, 13, 20, 39]], [1.0, 0.94, 0.94, 0.94])
+    lag = travel - shown["sticky_cell"]
+    np.testing.assert_allclose(lag[[0, 1, 20, 21, 40]], [0.0, 0.1, 0.1, -0.1, -0.1])
+    assert (shown["twisted_coupon"] - travel).max() == pytest.approx(0.15)
+    for name in names:
+        assert outsiders.possible(PROTOCOLS["coupon"], name)
+        assert not outsiders.possible(PROTOCOLS["P2"], name)

@@ -1,0 +1,46 @@
+"""The blind benchmark: its stages, from the simulation of coupons to the table of figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from benchmarks.blind import __main__ as stages
+from benchmarks.blind import library
+
+
+def test_from_the_simulation_of_coupons_to_figures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """All stages, twice: the second time nothing is computed."""
+    every = ["library", "full", "cases", "diagnose", "score"]
+    told = ["--only", "coupon", "--number", "6", "--quick", "--out", str(tmp_path)]
+    assert stages.main([*every, *told]) == 0
+    assert "6 cases" in capsys.readouterr().out
+    folder = tmp_path / "score" / "coupon-development-quick"
+    figures = pd.read_csv(folder / "figures.csv")
+    rows = pd.read_csv(folder / "cases.csv")
+    assert len(rows) == 6
+    assert (folder / "confusion.png").stat().st_size > 1000
+    assert figures.set_index("name").loc["detection from 6 σ", "value"] == 1.0
+    wanted = library.entries("coupon")
+    assert {entry.job.key for entry in wanted} == set(library.known(wanted, tmp_path / "library"))
+    first = (folder / "figures.csv").read_bytes()
+    assert stages.main([*every, *told]) == 0
+    assert (folder / "figures.csv").read_bytes() == first
+
+
+def test_what_is_asked_for_in_vain(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    for told, complaint in (
+        (["--only", "P9"], "--only P9: allowed: P1"),
+        (["libary"], "libary: allowed: library"),
+        (["--workers", "0"], "--workers 0: allowed: 1 or more"),
+    ):
+        with pytest.raises(SystemExit) as left:
+            stages.parsed(told)
+        assert left.value.code == 2
+        assert complaint in capsys.readouterr().err
+    assert stages.main(["cases", "--only", "P1", "--out", str(tmp_path)]) == 2
+    assert "run the stage library first" in capsys.readouterr().out
