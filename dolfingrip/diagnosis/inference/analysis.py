@@ -85,7 +85,9 @@ class Analysis:
     @cached_property
     def thresholds(self) -> Thresholds:
         """Log odds above which something is claimed."""
-        return self._thresholds or calibration.of_analysis(self.screen, self.unknown, self.priors)
+        return self._thresholds or calibration.of_analysis(
+            self.screen, self.pairs, self.unknown, self.priors
+        )
 
     def findings(self, residual: Vector) -> Findings:
         """Evidence and probabilities for a residual, measured − simulated, shape (n,)."""

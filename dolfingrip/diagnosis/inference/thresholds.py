@@ -13,6 +13,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.pairs import Pairs
 from dolfingrip.diagnosis.inference.posterior import LogPriors
 from dolfingrip.diagnosis.inference.screen import Screen
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
@@ -62,6 +63,7 @@ def calibrated_threshold(
 
 def of_analysis(
     screen: Screen,
+    pairs: Pairs,
     unknown: SmoothMisfit,
     priors: LogPriors,
     level: float = FALSE_ALARMS,
@@ -71,11 +73,11 @@ def of_analysis(
     """Thresholds of both claims; never below even odds.
 
     "Something" is calibrated on residuals without a cause, "unknown" on effects of the catalogue
-    with strengths from their priors. Pairs are left out: they lower the odds of "unknown", so the
-    threshold errs on the safe side.
+    with strengths from their priors. Pairs are left out of the latter: they lower the odds of
+    "unknown", so the threshold errs on the safe side.
 
     Args:
-        screen, unknown, priors: of the analysis.
+        screen, pairs, unknown, priors: of the analysis.
         level: probability of a false alarm.
         draws: residuals that are drawn for each.
         seed: of the random numbers.
@@ -93,7 +95,10 @@ def of_analysis(
 
     def something_odds(whitened: Matrix) -> Vector:
         known, other = _totals(screen, unknown, priors, whitened)
-        return np.asarray(np.logaddexp(known, other) - priors.none)
+        two = [np.logaddexp.reduce(pairs.scores(each).log_evidence) for each in whitened.T]
+        return (
+            np.asarray(logsumexp([known, other, priors.pair + np.array(two)], axis=0)) - priors.none
+        )
 
     def unknown_odds(whitened: Matrix) -> Vector:
         known, other = _totals(screen, unknown, priors, whitened)

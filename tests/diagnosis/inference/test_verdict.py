@@ -14,6 +14,7 @@ from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
 from dolfingrip.diagnosis.inference.covariance import total_covariance
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
+from dolfingrip.diagnosis.inference.thresholds import DRAWS, FALSE_ALARMS
 from dolfingrip.diagnosis.inference.verdict import Verdict
 
 TIED = {"plate_friction", "no_self_contact"}
@@ -234,3 +235,27 @@ def test_the_bound() -> None:
     assert strong.class_first > 0.97
     assert weak.effect_first < strong.effect_first < strong.class_first
     assert drawn.right_of_claimed >= 0.97 - 2 * np.sqrt(0.03 * 0.97 / (150 * drawn.claimed))
+
+
+def test_the_threshold_is_of_the_odds_that_are_compared_with_it() -> None:
+    """Pairs are among these: a calibration without them alarms in more than 5 %."""
+    table = synthetic.index()
+    faint = [
+        Candidate(name, (Shape(change),), mean=0.0, spread=0.2)
+        for name, change in synthetic.columns(table).items()
+    ]
+    analysis = Analysis(
+        table, synthetic.covariance(table), synthetic.noise_std(table), faint,
+        HypothesisWeights(none=0.1, single=0.1, pair=0.8, unknown=0.0),
+    )  # fmt: skip
+    # the draws of the calibration itself, so that the share is exact
+    draws = np.random.default_rng(0).standard_normal((len(analysis.index), DRAWS))
+    odds = np.array(
+        [
+            analysis.findings(analysis.covariance.factor @ each).posterior.log_odds_something()
+            for each in draws.T
+        ]
+    )
+    alarms = float(np.mean(odds > analysis.thresholds.something + 1e-9))
+    assert analysis.thresholds.something > 0  # even odds are the least
+    assert FALSE_ALARMS - 2 / DRAWS <= alarms <= FALSE_ALARMS
