@@ -13,7 +13,9 @@ From the bottom up:
 - :mod:`bound`: what exact evidence says of a case;
 - :mod:`diagnoses`: what the analyser says of it;
 - :mod:`followup`: the experiment that it proposes, made and diagnosed;
-- :mod:`score`: figures beside their bounds.
+- :mod:`score`: figures beside their bounds;
+- :mod:`outcomes`: judged cases as a table;
+- :mod:`report`: figures as tables and pictures.
 
 ``scripts/blind-benchmark --help`` tells the stages.
 """

@@ -1,7 +1,13 @@
-"""The figures as a table for people, a table for programs, and a picture of what is confused."""
+"""The figures as a table for people, a table for programs, and a picture of what is confused.
+
+    scripts/run python -m benchmarks.blind.report TABLE.csv… --title TEXT --out FOLDER
+
+writes those of several tables of cases together.
+"""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,6 +16,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
+from benchmarks.blind import outcomes
 from benchmarks.blind.opinions import Judged
 from benchmarks.blind.score import Figure, by_protocol, confusion, figures
 
@@ -28,7 +35,7 @@ def write(judged: Sequence[Judged], title: str, folder: Path) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     found = figures(judged)
     pd.DataFrame([asdict(each) for each in found]).to_csv(folder / "figures.csv", index=False)
-    of_cases(judged).to_csv(folder / "cases.csv", index=False)
+    outcomes.table(judged).to_csv(folder / "cases.csv", index=False)
     text = markdown(found, by_protocol(judged), title, len(judged))
     (folder / "figures.md").write_text(text, encoding="utf-8")
     if judged:
@@ -66,32 +73,6 @@ def _number(value: object) -> str:
     return str(value)
 
 
-def of_cases(judged: Sequence[Judged]) -> pd.DataFrame:
-    """A row for each case."""
-    return pd.DataFrame(
-        [
-            {
-                "case": case.name,
-                "protocol": case.protocol,
-                "kind": case.kind,
-                "full": case.full,
-                "hidden": " + ".join(case.hidden),
-                "sigma": round(case.sigma, 2),
-                "unexplained_sigma": round(case.unexplained_sigma, 2),
-                "answer": case.said.answer,
-                "class": " or ".join(case.said.leading),
-                "probability": round(case.said.probability, 3),
-                "bound_answer": case.bound.answer,
-                "bound_class": " or ".join(case.bound.leading),
-                "bound_probability": round(case.bound.probability, 3),
-                "cut": case.cut,
-                "bound_cut": case.bound_cut,
-            }
-            for case in judged
-        ]
-    )
-
-
 def draw(table: pd.DataFrame, path: Path) -> None:
     """What was answered for what was hidden, by share of the hidden ones."""
     counts = table.to_numpy(dtype=float)
@@ -112,3 +93,18 @@ def draw(table: pd.DataFrame, path: Path) -> None:
                 axes.text(j, i, f"{count:.0f}", ha="center", va="center", color=colour, fontsize=8)
     figure.savefig(path, dpi=150)
     plt.close(figure)
+
+
+def main() -> None:
+    """Figures of several tables together."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.blind.report")
+    parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
+    parser.add_argument("--title", required=True, metavar="TEXT")
+    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+    asked = parser.parse_args()
+    judged = [case for file in asked.tables for case in outcomes.read(file)]
+    print(write(judged, asked.title, asked.out))
+
+
+if __name__ == "__main__":
+    main()
