@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -58,16 +59,19 @@ class Descent:
     visited: list[Visited] = field(default_factory=list)
 
     def curvature(self, covariance: Covariance) -> float:
-        """How far readings leave the tangent, σ by the step in σ squared; NaN if unknown."""
-        found = []
-        for before, after in zip(self.visited, self.visited[1:], strict=False):
+        """How far readings leave the tangent, σ by the step in σ squared; NaN if unknown.
+
+        Of the longest step: on short ones rounding counts.
+        """
+        length, found = 0.0, float("nan")
+        for before, after in pairwise(self.visited):
             step = after.zeta - before.zeta
             straight = before.jacobian @ step
-            length = float(np.linalg.norm(covariance.whiten(straight)))
-            off = covariance.whiten(after.readings - before.readings - straight)
-            if length > 0:
-                found.append(float(np.linalg.norm(off)) / length**2)
-        return max(found, default=float("nan"))
+            own = float(np.linalg.norm(covariance.whiten(straight)))
+            if own > length:
+                off = covariance.whiten(after.readings - before.readings - straight)
+                length, found = own, float(np.linalg.norm(off)) / own**2
+        return found
 
 
 class _Ended(Exception):
@@ -83,6 +87,7 @@ def descend(
     settled: float,
     most_evaluations: int,
     hopeless: Callable[[Visited, float], bool] | None = None,
+    straight: float = 0.0,
 ) -> Descent:
     """Seek the most probable parameters.
 
@@ -96,6 +101,8 @@ def descend(
         most_evaluations: of ``evaluate``.
         hopeless: told a place and the decrease that its tangent promises, from the second on; where
             true the search is given up.
+        straight: ends where the readings will not leave the tangent by more than this, in standard
+            deviations, along the step that is left.
 
     Raises:
         FitFailure: where the first simulation fails.
@@ -130,7 +137,8 @@ def descend(
         step = np.clip(zeta - np.linalg.lstsq(jac, left, rcond=None)[0], low, high) - zeta
         gain = 0.5 * float(left @ left - np.sum((left + jac @ step) ** 2))
         ended.last, ended.stepped, ended.visited = here, zeta + step, visited
-        if gain < settled:
+        length = float(np.linalg.norm(white[:, 1:] @ step))
+        if gain < settled or ended.curvature(covariance) * length**2 < straight:
             raise _Ended
         if hopeless is not None and len(visited) > 1 and hopeless(here, gain):
             ended.hopeless = True

@@ -49,8 +49,9 @@ ROUGH: Final = 1.0
 SMALL_STEP: Final = 0.7
 """A step, in standard deviations, along which the readings are linear enough."""
 
-STRAIGHT: Final = 0.5
-"""How far readings may leave the tangent along the last step, in standard deviations."""
+STRAIGHT: Final = 1.5
+"""How far all readings together may leave the tangent along the last step, in standard deviations:
+about one in the log likelihood."""
 
 BEHIND: Final = 30.0
 """A fit is given up where its log evidence will be this much below that of a known one, …"""
@@ -211,7 +212,7 @@ class Fitter:
         fit = stepped(self.problem, hypothesis_at(names, model, found.last))
         if not found.hopeless and not (hopeless and promised(found.last)):
             self.say(f"{' with '.join(names)}: on the graded mesh")
-            fit = self._refined(names, model, evaluate, found)
+            fit = self._refined(names, model, rough.evaluate, found)
         return replace(fit, evaluations=model.count + rough.count)
 
     def _refined(
@@ -265,7 +266,7 @@ class Fitter:
 
         return descend(
             kept, model.parameters, self.problem.value, self.problem.covariance, start, settled,
-            MOST_EVALUATIONS, hopeless,
+            MOST_EVALUATIONS, hopeless, STRAIGHT if settled >= ROUGH else 0.0,
         )  # fmt: skip
 
     def _at(self, names: tuple[str, ...], model: EffectModel, zeta: Vector) -> Hypothesis:

@@ -3,27 +3,34 @@
 What a coarse mesh gets wrong grows with the deformation, so it is taken at the same reading, not at
 the same pressure: δ(y) = graded − ungraded along the base model's curve, where the ungraded one
 reads y. A softer finger bends further and is off by more. With moduli c times as large a force is
-off by c δ(F/c).
+off by c δ(F/c). Displacements of the tip, which turn round or stand still on the way, keep what
+they are off by at their pressure.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.simulated import Simulated
 
+MAPPED: Final = frozenset({"angle_deg", "chord_angle_deg", "force_N"})
+"""Readings that grow with the load."""
+
 
 @dataclass(frozen=True)
 class _Curve:
-    """δ of some readings: ``places`` in the list, ``at`` rising, ``delta`` likewise long."""
+    """δ of some readings: ``places`` in the list, known from ``low`` to ``high``."""
 
     places: np.ndarray
-    at: np.ndarray
-    delta: np.ndarray
+    delta: PchipInterpolator
+    low: float
+    high: float
     is_force: bool
 
 
@@ -50,7 +57,7 @@ class MeshMap:
             if not path_independent(rough.config):
                 continue
             mine = np.isin(test, rough.group.tests)
-            for name in set(column[mine]):
+            for name in set(column[mine]) & MAPPED:
                 at = rough.result.columns.get(str(name), np.empty(0))
                 values = fine.result.columns.get(str(name), np.empty(0))
                 count = min(len(at), len(values))
@@ -61,7 +68,8 @@ class MeshMap:
                     places = np.flatnonzero(mine & (column == name))
                     order, at = rising
                     delta = (values[:count] - rough.result.columns[str(name)][:count])[order]
-                    self._curves.append(_Curve(places, at, delta, name == "force_N"))
+                    smooth = PchipInterpolator(at, delta)
+                    self._curves.append(_Curve(places, smooth, at[0], at[-1], name == "force_N"))
 
     def to_graded(
         self, readings: np.ndarray, jacobian: np.ndarray, factor: float = 1.0
@@ -99,6 +107,6 @@ def _rising(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
 
 def _interpolated(values: np.ndarray, curve: _Curve) -> tuple[np.ndarray, np.ndarray]:
     """δ and its slope; beyond the ends a straight line goes on."""
-    slopes = np.diff(curve.delta) / np.diff(curve.at)
-    piece = np.clip(np.searchsorted(curve.at, values) - 1, 0, len(slopes) - 1)
-    return curve.delta[piece] + slopes[piece] * (values - curve.at[piece]), slopes[piece]
+    inside = np.clip(values, curve.low, curve.high)
+    slopes = curve.delta(inside, 1)
+    return curve.delta(inside) + slopes * (values - inside), slopes
