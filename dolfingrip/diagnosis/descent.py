@@ -48,7 +48,8 @@ class Descent:
 
     Attributes:
         last: where it ended, the best place of all.
-        stepped: ζ of the step from there along the tangent, within bounds.
+        stepped: ζ of the step from there along the tangent, within bounds; ζ there where the
+            search did not end along the tangent.
         hopeless: whether it was given up.
         visited: places with derivatives, in order.
     """
@@ -151,4 +152,6 @@ def descend(
             misfit, np.clip(first, low + MARGIN, high - MARGIN) + SHIFT, jac=slopes,
             bounds=(low + SHIFT, high + SHIFT), max_nfev=most_evaluations, xtol=1e-5, ftol=1e-4,
         )  # fmt: skip
+        # where shorter and shorter steps were needed, the tangent's whole step is none
+        ended.stepped = ended.last.zeta
     return ended

@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis import contact_shift
 from dolfingrip.diagnosis.descent import Descent, Visited, descend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
@@ -79,6 +80,13 @@ class Fitter:
     def none(self) -> Hypothesis:
         """The base model, its modulus fitted."""
         base = self.problem.base
+        if self.problem.shifts:
+            moved = EffectModel(
+                base.measurement, base.config, self.workers, self.problem.scale,
+                shifts=self.problem.shifts,
+            )  # fmt: skip
+            start = contact_shift.start(self.problem)
+            return self._fitted((), moved, [start[p.key] for p in moved.parameters], None)
         model = EffectModel(
             base.measurement, base.config, self.workers, self.problem.scale,
             base=base.simulated, scales=base.scales,
@@ -124,8 +132,9 @@ class Fitter:
             ]  # fmt: skip
         base = self.problem.base
         model = EffectModel(
-            base.measurement, base.config, self.workers, self.problem.scale, parameters, held
-        )
+            base.measurement, base.config, self.workers, self.problem.scale, parameters, held,
+            shifts=self.problem.shifts,
+        )  # fmt: skip
         self.say(f"fitting {' with '.join(names)}")
         try:
             start = self._start([score for score, _ in simulated], fits)
@@ -134,6 +143,10 @@ class Fitter:
             self.failures.append(f"{' with '.join(names)} could not be fitted: {failure}")
             return None
         return with_linear(self.problem, names, hypothesis, linear) if linear else hypothesis
+
+    def again(self, fit: Hypothesis) -> Hypothesis:
+        """A fit for the present problem, a step along its tangent away."""
+        return fit if fit.model is None or not fit.parameters else stepped(self.problem, fit)
 
     def on_surface(self, score: Score, beside: Hypothesis) -> SurfacePoint | None:
         """The best fit between the screen's simulations of an effect; None where it has no numbers.
@@ -200,7 +213,9 @@ class Fitter:
         hopeless = promised if best is not None else None
         if not flat or base.plain is None or not base.mesh.size:
             found = self._descend(model.evaluate, model, start, SETTLED, hopeless)
-            return stepped(self.problem, hypothesis_at(names, model, found.last))
+            fit = hypothesis_at(names, model, found.last)
+            ended = found.stepped is found.last.zeta
+            return fit if ended else stepped(self.problem, fit)
         rough = replace(model, held=(*model.held, *flat), _known={})
         corrected = MeshMap(base.measurement, base.simulated, base.plain)
 
@@ -211,7 +226,7 @@ class Fitter:
         found = self._descend(evaluate, model, start, ROUGH, hopeless)
         fit = stepped(self.problem, hypothesis_at(names, model, found.last))
         if not found.hopeless and not (hopeless and promised(found.last)):
-            self.say(f"{' with '.join(names)}: on the graded mesh")
+            self.say(f"{' with '.join(names) or 'no effect'}: on the graded mesh")
             fit = self._refined(names, model, rough.evaluate, found)
         return replace(fit, evaluations=model.count + rough.count)
 

@@ -79,7 +79,7 @@ def _log_density(problem: Problem, fit: Hypothesis, known: np.ndarray) -> float:
 
 def _sought(problem: Problem, none: Hypothesis, known: np.ndarray) -> Hypothesis:
     """The base model at the modulus that fits the known readings best."""
-    if none.model is None or not none.parameters:
+    if none.model is None or len(none.parameters) != 1:
         return none
     columns = problem.nuisances[known]
     noise = problem.error_covariance.matrix[np.ix_(known, known)]
