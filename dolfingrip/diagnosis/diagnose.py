@@ -16,7 +16,7 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import conclude as conclusions
-from dolfingrip.diagnosis import extend, selection
+from dolfingrip.diagnosis import contact_shift, extend, selection
 from dolfingrip.diagnosis.additions import worth
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.conclude import NONE, Conclusion
@@ -238,6 +238,12 @@ def _name(
     none = fitter.none()
     settings.say("comparing effects")
     analysis = conclusions.screen(problem, none)
+    first = conclusions.conclude(problem, analysis, {NONE: none})
+    if not settings.quick and contact_shift.needed(problem, first, none):
+        settings.say("fitting the gap and the regulator's zero, which move the contact")
+        problem = fitter.problem = contact_shift.with_shifts(problem)
+        none = fitter.none()
+        analysis = conclusions.screen(problem, none)
     fits = {NONE: none} if settings.quick else search(fitter, analysis, none)
     found: dict[str, Conclusion] = {}
     for name, model in noise.others.items():

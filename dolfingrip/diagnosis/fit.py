@@ -1,21 +1,27 @@
-"""Nonlinear fits: the modulus and the parameters of effects, with nuisances free."""
+"""Nonlinear fits: the modulus and the parameters of effects, with nuisances free.
+
+A fit starts at the best place between the screen's simulations
+(:mod:`dolfingrip.diagnosis.surface`) and goes on with simulations on the ungraded mesh. Their
+readings are corrected by what grading changes (:mod:`dolfingrip.diagnosis.simulation.mesh_map`). It
+ends with one or two on the graded mesh.
+"""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
-from scipy.special import log_ndtr
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis import contact_shift
+from dolfingrip.diagnosis.descent import Descent, Visited, descend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.laplace import FTOL, slope, to_value, zeta_bounds
-from dolfingrip.diagnosis.inference.laplace import fit as laplace_fit
+from dolfingrip.diagnosis.inference.laplace import to_value
 from dolfingrip.diagnosis.inference.screen import Score
+from dolfingrip.diagnosis.linear import with_linear
 from dolfingrip.diagnosis.model import (
     EffectModel,
     FitFailure,
@@ -25,31 +31,34 @@ from dolfingrip.diagnosis.model import (
 )
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation import meshes
+from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import Candidate
-from dolfingrip.extensions.effect import Prior
-from dolfingrip.extensions.index import effect
-from dolfingrip.sections.tables import assigned
+from dolfingrip.diagnosis.step import Evaluate, hypothesis_at, stepped, visit
+from dolfingrip.diagnosis.surface import SecantSurface, SurfacePoint
 
 MOST_EVALUATIONS: Final = 20
 """Simulations of the whole measurement in a fit; each is one step of the least squares. Most fits
-take four to eight; what ends earlier than that would be said to explain less than it does."""
+take two to five; what ends earlier than that would be said to explain less than it does."""
 
-WEAKEST, STRONGEST = 0.3, 3.0
-"""Range of the strength that a fit starts at, by the ordinary one."""
+SETTLED: Final = 0.01
+"""Increase of the log likelihood that is not worth another simulation."""
 
-GRADED_STEPS: Final = 2
-"""Most simulations on the graded mesh, which start where the fit on the ungraded one ended."""
-
-ROUGH: Final = 5e-3
-"""Relative change of the sum of squares below which the search on the ungraded mesh ends: less than
-one in the log likelihood, as steps on the graded mesh follow."""
+ROUGH: Final = 1.0
+"""The same on the ungraded mesh, as steps on the graded one follow."""
 
 SMALL_STEP: Final = 0.7
 """A step, in standard deviations, along which the readings are linear enough."""
 
-BAD: Final = 3.0
-"""What stands for the readings where a simulation fails: these are off by so many times."""
+STRAIGHT: Final = 1.5
+"""How far all readings together may leave the tangent along the last step, in standard deviations:
+about one in the log likelihood."""
+
+BEHIND: Final = 30.0
+"""A fit is given up where its log evidence will be this much below that of a known one, …"""
+
+PROMISE: Final = 0.5
+"""… and by this part of what the next step promises to gain."""
 
 
 @dataclass
@@ -71,59 +80,110 @@ class Fitter:
     def none(self) -> Hypothesis:
         """The base model, its modulus fitted."""
         base = self.problem.base
+        if self.problem.shifts:
+            moved = EffectModel(
+                base.measurement, base.config, self.workers, self.problem.scale,
+                shifts=self.problem.shifts,
+            )  # fmt: skip
+            start = contact_shift.start(self.problem)
+            return self._fitted((), moved, [start[p.key] for p in moved.parameters], None)
         model = EffectModel(
             base.measurement, base.config, self.workers, self.problem.scale,
             base=base.simulated, scales=base.scales,
         )  # fmt: skip
-        return self._fitted((), model, None)
+        if not model.parameters:
+            return self._at((), model, np.zeros(0))
+        found = self._descend(model.evaluate, model, model.start(), SETTLED)
+        return self._at((), model, found.stepped)
 
-    def effects(self, scores: Sequence[Score], none: Hypothesis) -> Hypothesis | None:
+    def effects(
+        self,
+        scores: Sequence[Score],
+        fits: Mapping[frozenset[str], Hypothesis],
+        best: Hypothesis | None = None,
+    ) -> Hypothesis | None:
         """One effect or several; None where no simulation of it succeeds.
 
         Args:
             scores: of the effects in the screen, which say where to start.
-            none: fit without an effect.
+            fits: that are known, by their effects; that without an effect among them.
+            best: a fit; one that stays far behind it is given up on the way.
         """
-        found = [self._candidate(score.name) for score in scores]
+        found = [(score, self._candidate(score.name)) for score in scores]
         config = self._config()
         simulated = [
             (score, each)
-            for score, each in zip(scores, found, strict=True)
+            for score, each in found
             if can_be_fitted(each.name, each.overrides[score.shape], config)
         ]
-        linear = [
-            (score, each)
-            for score, each in zip(scores, found, strict=True)
-            if (score, each) not in simulated
-        ]
+        linear = [pair for pair in found if pair not in simulated]
         names = tuple(score.name for score in scores)
-        if not simulated:
-            return self._linear(names, none, linear)
+        known = frozenset(score.name for score, _ in simulated)
+        if known in fits:
+            return with_linear(self.problem, names, fits[known], linear)
         parameters: list[FreeParameter] = []
         held: list[str] = []
-        start: list[float] = []
         for score, each in simulated:
             own = free_parameters(each.name, each.overrides[score.shape], config)
-            values = _numbers(each.overrides[score.shape])
             parameters += own
             held += [
                 text for text in each.overrides[score.shape]
                 if text.partition("=")[0] not in {p.key for p in own}
             ]  # fmt: skip
-            strength = min(max(abs(score.amplitude.mean), WEAKEST), STRONGEST)
-            start += [_started(each.name, p, values.get(p.key), strength) for p in own]
         base = self.problem.base
         model = EffectModel(
-            base.measurement, base.config, self.workers, self.problem.scale, parameters, held
-        )
-        first = [*none.values[: int(self.problem.scale is not None)], *start]
+            base.measurement, base.config, self.workers, self.problem.scale, parameters, held,
+            shifts=self.problem.shifts,
+        )  # fmt: skip
         self.say(f"fitting {' with '.join(names)}")
         try:
-            hypothesis = self._fitted(names, model, first)
+            start = self._start([score for score, _ in simulated], fits)
+            hypothesis = self._fitted(names, model, [start[p.key] for p in model.parameters], best)
         except FitFailure as failure:
             self.failures.append(f"{' with '.join(names)} could not be fitted: {failure}")
             return None
-        return self._linear(names, hypothesis, linear) if linear else hypothesis
+        return with_linear(self.problem, names, hypothesis, linear) if linear else hypothesis
+
+    def again(self, fit: Hypothesis) -> Hypothesis:
+        """A fit for the present problem, a step along its tangent away."""
+        return fit if fit.model is None or not fit.parameters else stepped(self.problem, fit)
+
+    def on_surface(self, score: Score, beside: Hypothesis) -> SurfacePoint | None:
+        """The best fit between the screen's simulations of an effect; None where it has no numbers.
+
+        Args:
+            score: of the effect, in the screen.
+            beside: a fit whose parameters are free, too.
+        """
+        each = self._candidate(score.name)
+        config = self._config()
+        if not can_be_fitted(each.name, each.overrides[score.shape], config):
+            return None
+        own = free_parameters(each.name, each.overrides[score.shape], config)
+        surface = SecantSurface(self.problem, each, own)
+        order = np.argsort(score.shape_weights)[::-1]
+        return surface.best(self.problem, beside, [int(i) for i in order])
+
+    def _start(
+        self, scores: Sequence[Score], fits: Mapping[frozenset[str], Hypothesis]
+    ) -> dict[str, float]:
+        """Values to start from: beside the most that is fitted already, on the others' surfaces."""
+        names = {score.name for score in scores}
+        inside = [key for key in fits if key <= names and fits[key].model is not None]
+        beside = fits[max(inside, key=lambda key: fits[key].log_evidence(self.problem))]
+        found = dict(beside.by_key)
+        for score in scores:
+            if score.name in beside.effects:
+                continue
+            each = self._candidate(score.name)
+            own = free_parameters(each.name, each.overrides[score.shape], self._config())
+            point = self.on_surface(score, beside)
+            assert point is not None
+            found |= dict(zip((p.key for p in own), point.values, strict=True))
+            first = [to_value(p.prior, float(z))
+                     for p, z in zip(beside.parameters, point.zeta, strict=False)]  # fmt: skip
+            found |= dict(zip((p.key for p in beside.parameters), first, strict=True))
+        return found
 
     def _config(self) -> Config:
         tests = self.problem.measurement.tests
@@ -133,161 +193,97 @@ class Fitter:
         return next(each for each in self.problem.base.candidates if each.name == name)
 
     def _fitted(
-        self, names: tuple[str, ...], model: EffectModel, start: Sequence[float] | None
+        self,
+        names: tuple[str, ...],
+        model: EffectModel,
+        start: Sequence[float],
+        best: Hypothesis | None,
     ) -> Hypothesis:
         """Least squares on the ungraded mesh where there is one, then steps on the graded one."""
         base = self.problem.base
-        flat = meshes.ungraded(self._config()) if model.effects else ()
-        if not flat or not base.mesh.size:
-            zeta = self._least_squares(model, start, 0.0 * self.problem.value, FTOL)
-            return self._at(names, model, zeta)
+        flat = meshes.ungraded(self._config())
+
+        def promised(place: Visited, gain: float = 0.0) -> bool:
+            """Whether a fit will stay behind."""
+            assert best is not None
+            here = stepped(self.problem, hypothesis_at(names, model, place))
+            behind = best.log_evidence(self.problem) - here.log_evidence(self.problem)
+            return behind > max(BEHIND, PROMISE * gain)
+
+        hopeless = promised if best is not None else None
+        if not flat or base.plain is None or not base.mesh.size:
+            found = self._descend(model.evaluate, model, start, SETTLED, hopeless)
+            fit = hypothesis_at(names, model, found.last)
+            ended = found.stepped is found.last.zeta
+            return fit if ended else stepped(self.problem, fit)
         rough = replace(model, held=(*model.held, *flat), _known={})
-        offset: Vector = self.problem.take(np.nan_to_num(base.mesh[:, 0]) / meshes.SHARE)
-        zeta = self._least_squares(rough, start, offset, ROUGH)
-        self.say(f"{' with '.join(names)}: on the graded mesh")
-        for _ in range(GRADED_STEPS):
-            found = self._stepped(self._at(names, model, zeta))
-            step = (found.zeta - zeta) / found.std(self.problem)
-            zeta = found.zeta
-            if np.abs(step).max() < SMALL_STEP:
-                break
-        return replace(found, evaluations=model.count + rough.count)
+        corrected = MeshMap(base.measurement, base.simulated, base.plain)
 
-    def _least_squares(
-        self, model: EffectModel, start: Sequence[float] | None, offset: Vector, ftol: float
-    ) -> Vector:
-        """ζ of the most probable parameters; ``offset`` is added to the readings, shape (n,)."""
-        problem, parameters = self.problem, model.parameters
-        covariance, measured = problem.covariance, problem.value - offset
+        def evaluate(values: Sequence[float]) -> tuple[Vector, Matrix]:
+            factor = values[0] if self.problem.scale is not None else 1.0
+            return corrected.to_graded(*rough.evaluate(values), factor)
 
-        def residual(values: Sequence[float]) -> Vector:
-            try:
-                return covariance.whiten(measured - problem.take(model.evaluate(values)[0]))
-            except FitFailure:
-                return BAD * covariance.whiten(measured)
+        found = self._descend(evaluate, model, start, ROUGH, hopeless)
+        fit = stepped(self.problem, hypothesis_at(names, model, found.last))
+        if not found.hopeless and not (hopeless and promised(found.last)):
+            self.say(f"{' with '.join(names) or 'no effect'}: on the graded mesh")
+            fit = self._refined(names, model, rough.evaluate, found)
+        return replace(fit, evaluations=model.count + rough.count)
 
-        def jacobian(values: Sequence[float]) -> Matrix:
-            return -covariance.whiten(self._rows(model.evaluate(values)[1]))
+    def _refined(
+        self,
+        names: tuple[str, ...],
+        model: EffectModel,
+        rough: Evaluate,
+        found: Descent,
+    ) -> Hypothesis:
+        """On the graded mesh: one simulation, and a step along its tangent.
 
-        if not parameters:
-            return np.zeros(0)
-        found = laplace_fit(
-            residual, [each.prior for each in parameters], covariance.logdet, start, jacobian,
-            most_evaluations=MOST_EVALUATIONS,
-            bounds=[(each.low, each.high) for each in parameters], ftol=ftol,
+        Where the readings leave the tangent on the way, by what the ungraded mesh tells of it, they
+        do so on the graded one, too; a second simulation is for a step that still is large then.
+        """
+        here = self._at(names, model, found.stepped)
+        fit = stepped(self.problem, here)
+        step = self._length(here, fit)
+        curvature = found.curvature(self.problem.covariance)
+        if self._small(here, fit) or curvature * step**2 < STRAIGHT:
+            return fit
+        before, after = (visit(self.problem, rough, model, zeta) for zeta in (here.zeta, fit.zeta))
+        moved = replace(
+            here, zeta=fit.zeta, readings=here.readings + after.readings - before.readings,
+            jacobian=here.jacobian + after.jacobian - before.jacobian, overrides=fit.overrides,
         )  # fmt: skip
-        return found.zeta
+        better = stepped(self.problem, moved)
+        if self._small(moved, better):
+            return better
+        return stepped(self.problem, self._at(names, model, better.zeta))
+
+    def _length(self, before: Hypothesis, after: Hypothesis) -> float:
+        """Of the change of the readings along the tangent, in standard deviations."""
+        step = before.jacobian @ (after.zeta - before.zeta)
+        return float(np.linalg.norm(self.problem.covariance.whiten(step)))
+
+    def _small(self, before: Hypothesis, after: Hypothesis) -> bool:
+        step = (after.zeta - before.zeta) / before.std(self.problem)
+        return bool(np.abs(step).max() < SMALL_STEP)
+
+    def _descend(
+        self,
+        evaluate: Evaluate,
+        model: EffectModel,
+        start: Sequence[float],
+        settled: float,
+        hopeless: Callable[[Visited, float], bool] | None = None,
+    ) -> Descent:
+        def kept(values: Sequence[float]) -> tuple[Vector, Matrix]:
+            readings, slopes = evaluate(values)
+            return self.problem.take(readings), slopes[self.problem.kept]
+
+        return descend(
+            kept, model.parameters, self.problem.value, self.problem.covariance, start, settled,
+            MOST_EVALUATIONS, hopeless, STRAIGHT if settled >= ROUGH else 0.0,
+        )  # fmt: skip
 
     def _at(self, names: tuple[str, ...], model: EffectModel, zeta: Vector) -> Hypothesis:
         """The hypothesis at given parameters."""
-        parameters = model.parameters
-        pairs = [(p.prior, float(z)) for p, z in zip(parameters, zeta, strict=True)]
-        values = [to_value(*pair) for pair in pairs]
-        readings, slopes = model.evaluate(values)
-        by_zeta = np.array([slope(*pair) for pair in pairs])
-        return Hypothesis(
-            names, tuple(parameters), zeta, self.problem.take(readings),
-            self._rows(slopes) * by_zeta, model.count, model, model.overrides(values),
-        )  # fmt: skip
-
-    def _stepped(self, fit: Hypothesis) -> Hypothesis:
-        """One step of Gauss and Newton along the tangent, within the bounds."""
-        white = self.problem.covariance.whiten(
-            np.column_stack([fit.residual(self.problem.value), fit.jacobian])
-        )
-        information = np.eye(white.shape[1] - 1) + white[:, 1:].T @ white[:, 1:]
-        best = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])
-        low, high = zeta_bounds(
-            [p.prior for p in fit.parameters], [(p.low, p.high) for p in fit.parameters]
-        )
-        zeta: Vector = np.asarray(np.clip(best, low, high), dtype=float)
-        values = [to_value(p.prior, float(z)) for p, z in zip(fit.parameters, zeta, strict=True)]
-        assert fit.model is not None
-        return replace(
-            fit, zeta=zeta, readings=fit.readings + fit.jacobian @ (zeta - fit.zeta),
-            overrides=fit.model.overrides(values),
-        )  # fmt: skip
-
-    def _rows(self, matrix: Matrix) -> Matrix:
-        return np.asarray(matrix[self.problem.kept])
-
-    def _linear(
-        self,
-        names: tuple[str, ...],
-        beside: Hypothesis,
-        linear: Sequence[tuple[Score, Candidate]],
-    ) -> Hypothesis:
-        """``beside`` with effects that change the readings in proportion to their strength."""
-        problem = self.problem
-        columns, parameters, overrides = [], list(beside.parameters), list(beside.overrides)
-        for score, each in linear:
-            columns.append(problem.take(each.shapes[score.shape]) * each.spread)
-            low = 0.0 if each.one_sided else -math.inf
-            prior = Prior(0.0, each.spread, "by the ordinary strength")
-            parameters.append(FreeParameter(f"{STRENGTH}{each.name}", prior, low, math.inf))
-        jacobian = np.column_stack([beside.jacobian, *columns])
-        white = problem.covariance.whiten(
-            np.column_stack([beside.residual(problem.value), jacobian])
-        )
-        information = np.eye(jacobian.shape[1]) + white[:, 1:].T @ white[:, 1:]
-        zeta = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])
-        std = np.sqrt(np.diag(np.linalg.inv(information)))
-        correction = 0.0
-        first = len(beside.parameters)
-        for number, (score, each) in enumerate(linear, first):
-            if each.one_sided:
-                correction += float(log_ndtr(zeta[number] / std[number])) + math.log(2)
-                zeta[number] = max(zeta[number], 0.0)
-            strength = float(zeta[number]) * each.spread
-            overrides += _scaled(each.name, each.overrides[score.shape], strength)
-        readings = beside.readings + jacobian @ (
-            zeta - np.append(beside.zeta, np.zeros(len(linear)))
-        )
-        return Hypothesis(
-            names, tuple(parameters), np.asarray(zeta, dtype=float), readings, jacobian,
-            beside.evaluations, None,
-            tuple(overrides), correction,
-        )  # fmt: skip
-
-
-STRENGTH: Final = "strength of "
-"""Begins the key of a strength by the ordinary one."""
-
-
-def _numbers(overrides: Sequence[str]) -> Mapping[str, float]:
-    """Numbers by key, of a list its first."""
-    found = {}
-    for text in overrides:
-        key, value = assigned(text)
-        value = value[0] if isinstance(value, list) else value
-        if not isinstance(value, bool | str):
-            found[key] = float(value)
-    return found
-
-
-def _started(name: str, parameter: FreeParameter, ordinary: float | None, strength: float) -> float:
-    """Where a fit starts: at the screen's strength, within the bounds."""
-    value = parameter.prior.mean if ordinary is None else ordinary
-    neutral = effect(name).neutral.get(parameter.key.rpartition(".")[2])
-    if neutral is not None and ordinary is not None:
-        rest = float(neutral[0] if isinstance(neutral, list | tuple) else neutral)
-        value = rest + strength * (ordinary - rest)
-    return min(max(value, parameter.low), parameter.high)
-
-
-def _scaled(name: str, overrides: Sequence[str], strength: float) -> list[str]:
-    """Overrides with the amplitudes at a strength by the ordinary one."""
-    found = []
-    for text in overrides:
-        key, value = assigned(text)
-        neutral = effect(name).neutral.get(key.rpartition(".")[2])
-        if neutral is None or isinstance(value, bool | str):
-            found.append(text)
-        elif isinstance(value, list):
-            rest = [float(entry) for entry in neutral]
-            found.append(
-                f"{key}={[a + strength * (b - a) for a, b in zip(rest, value, strict=True)]}"
-            )
-        else:
-            found.append(f"{key}={neutral + strength * (value - neutral)!r}")
-    return found
+        return hypothesis_at(names, model, visit(self.problem, model.evaluate, model, zeta))

@@ -127,10 +127,11 @@ class EffectModel:
         measurement, config, workers: as for
             :func:`~dolfingrip.diagnosis.simulation.simulated.simulate`.
         scale: the factor of all moduli, first among the parameters, where it is free.
-        effects: parameters of the effects, after it.
+        effects: parameters of the effects, after it and ``shifts``.
         held: overrides of the effects' other parameters.
         base: without effects; serves where there are none.
         count: of evaluations by simulation.
+        shifts: nuisances that are simulated at their values, after ``scale``.
     """
 
     measurement: Measurement
@@ -142,12 +143,13 @@ class EffectModel:
     base: Simulated | None = None
     scales: bool = False
     count: int = 0
+    shifts: Sequence[FreeParameter] = ()
     _known: dict[tuple[float, ...], tuple[Vector, Matrix]] = field(default_factory=dict)
 
     @property
     def parameters(self) -> list[FreeParameter]:
         """All that is free."""
-        return [*([self.scale] if self.scale else []), *self.effects]
+        return [*([self.scale] if self.scale else []), *self.shifts, *self.effects]
 
     @property
     def coupons_alone(self) -> bool:
@@ -159,8 +161,8 @@ class EffectModel:
         return [to_value(each.prior, 0.0) for each in self.parameters]
 
     def overrides(self, values: Sequence[float]) -> tuple[str, ...]:
-        """The configuration at these values, as with ``--set``."""
-        factor, own = self._split(values)
+        """The configuration at these values, as with ``--set``; without ``shifts``."""
+        factor, _, own = self._split(values)
         return (*self._material(factor), *self._extensions(factor, own))
 
     def evaluate(self, values: Sequence[float]) -> tuple[Vector, Matrix]:
@@ -174,8 +176,18 @@ class EffectModel:
             self._known[key] = self._evaluate(key)
         return self._known[key]
 
-    def _split(self, values: Sequence[float]) -> tuple[float, Sequence[float]]:
-        return (values[0], values[1:]) if self.scale else (1.0, values)
+    @property
+    def unshifted(self) -> list[int]:
+        """Places of the parameters that are no shift."""
+        first = int(self.scale is not None)
+        second = first + len(self.shifts)
+        return [i for i in range(len(self.parameters)) if not first <= i < second]
+
+    def _split(self, values: Sequence[float]) -> tuple[float, Sequence[float], Sequence[float]]:
+        """The factor of all moduli, the shifts and the effects' parameters."""
+        first = int(self.scale is not None)
+        second = first + len(self.shifts)
+        return (values[0] if first else 1.0), values[first:second], values[second:]
 
     def _material(self, factor: float) -> tuple[str, ...]:
         if factor == 1.0:
@@ -187,16 +199,21 @@ class EffectModel:
         return (*self.held, *(p.override(v) for p, v in zip(self.effects, values, strict=True)))
 
     def _evaluate(self, values: tuple[float, ...]) -> tuple[Vector, Matrix]:
-        factor, own = self._split(values)
-        if not self.effects and not self.held and self.base is not None:
+        factor, moved, own = self._split(values)
+        if not self.effects and not self.held and self.base is not None and not self.shifts:
             return self._without_effect(factor)
         simulated_factor = 1.0 if self.coupons_alone else factor
         stages = () if self.base is None else self.base.case.overrides
         keys = tuple(p.gradient_key for p in self.effects)
         with_scale = (MODULUS,) if self.scale and not self.coupons_alone else ()
         case = Case(
-            (*stages, *self._material(simulated_factor), *self._extensions(simulated_factor, own)),
-            (*keys, *with_scale),
+            (
+                *stages,
+                *self._material(simulated_factor),
+                *(p.override(v) for p, v in zip(self.shifts, moved, strict=True)),
+                *self._extensions(simulated_factor, own),
+            ),
+            (*(p.key for p in self.shifts), *keys, *with_scale),
         )
         try:
             (found,) = simulate(self.measurement, self.config, [case], self.workers)
@@ -210,23 +227,29 @@ class EffectModel:
             for p in self.effects
         ]
         if not self.coupons_alone:
-            return found.readings, self._with_scale(found, factor, own, columns)
+            shifts = [found.slope(p.key) for p in self.shifts]
+            return found.readings, self._with_scale(found, factor, own, shifts, columns)
         readings = factor * found.readings
         columns = [factor * column for column in columns]
         first = [found.readings] if self.scale else []
         return readings, np.column_stack([*first, *columns])
 
     def _with_scale(
-        self, found: Simulated, factor: float, own: Sequence[float], columns: list[Vector]
+        self,
+        found: Simulated,
+        factor: float,
+        own: Sequence[float],
+        shifts: list[Vector],
+        columns: list[Vector],
     ) -> Matrix:
         if not self.scale:
-            return np.column_stack(columns)
+            return np.column_stack([*shifts, *columns])
         mu_MPa = self.measurement.tests[0].setup.applied(self.config).material.mu_MPa
         by_factor = found.slope(MODULUS) * mu_MPa
         for parameter, value in zip(self.effects, own, strict=True):
             if parameter.is_modulus:
                 by_factor = by_factor + found.slope(parameter.gradient_key) * value
-        return np.column_stack([by_factor, *columns])
+        return np.column_stack([by_factor, *shifts, *columns])
 
     def _without_effect(self, factor: float) -> tuple[Vector, Matrix]:
         """From the base simulation: by exact scaling, else linear in the factor."""

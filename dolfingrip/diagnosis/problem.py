@@ -82,6 +82,8 @@ class Problem:
         noise: by place in ``tracks``: channel of each test.
         led_std: of the reading of what is led, shape (n,).
         scale: the factor of all moduli, where fits find it beside the effects' parameters.
+        shifts: gap and regulator's zero, where they do so, too
+            (:mod:`dolfingrip.diagnosis.contact_shift`); else they are linear nuisances.
     """
 
     measurement: Measurement
@@ -92,6 +94,7 @@ class Problem:
     noise: Mapping[str, ChannelNoise]
     led_std: Vector
     scale: FreeParameter | None = None
+    shifts: tuple[FreeParameter, ...] = ()
 
     def take(self, values: np.ndarray) -> Vector:
         """Those of the readings that are kept, of an array over all."""
@@ -123,6 +126,9 @@ class Problem:
         in_scale: set[str] = set()
         if self.scale is not None:
             in_scale = {MODULUS, AREA} if coupons_alone(self.measurement) else {MODULUS}
+        fitted = {each.key.rpartition(".")[2] for each in self.shifts}
+        names = {"offset_kPa": "pressure_offset_kPa", "gap_mm": "plate_gap_mm"}
+        in_scale |= {names[key] for key in fitted}
         found = [
             Nuisance(each.name, self.take(each.change) * self.ratio)
             for each in self.base.nuisance_list

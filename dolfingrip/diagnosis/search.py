@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -12,6 +14,8 @@ from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.analysis import Analysis
 from dolfingrip.diagnosis.inference.posterior import LogPriors
+from dolfingrip.diagnosis.inference.screen import Score
+from dolfingrip.diagnosis.surface import SurfacePoint
 
 SINGLES: Final = 3
 """Leading effects that are fitted."""
@@ -34,38 +38,105 @@ CERTAINLY_NONE: Final = 0.9
 WORTH: Final = 0.01
 """Probability that a hypothesis needs to be worth a fit after the leading ones."""
 
+OFF: Final = 0.25
+"""Part of its change by which an effect is supposed to be off the surface between the screen's
+simulations, at most; where the leading effect is off its own by more, twice that."""
+
+LEAVES: Final = 3.0
+"""Standard deviations of χ² within which a fit leaves nothing but noise."""
+
+
+@dataclass
+class _Search:
+    """What is fitted, and what was tried."""
+
+    fitter: Fitter
+    analysis: Analysis
+    fits: dict[frozenset[str], Hypothesis]
+    scores: dict[str, Score]
+    tried: set[frozenset[str]] = field(default_factory=set)
+    points: dict[str, SurfacePoint | None] = field(default_factory=dict)
+
+    @property
+    def names(self) -> list[str]:
+        """Of the candidates, in their order."""
+        return [candidate.name for candidate in self.analysis.screen.candidates]
+
+    def conclusion(self) -> Conclusion:
+        """From what is fitted so far."""
+        return conclude(self.fitter.problem, self.analysis, self.fits)
+
+    def attempt(self, key: frozenset[str]) -> None:
+        """Fit a hypothesis, unless it is outrun."""
+        self.tried.add(key)
+        if len(key) == 1 and self._outrun(next(iter(key))):
+            return
+        problem = self.fitter.problem
+        best = max(self.fits.values(), key=lambda fit: fit.log_evidence(problem))
+        scores = [self.scores[name] for name in self.names if name in key]
+        found = self.fitter.effects(scores, self.fits, best if best.effects else None)
+        if found is not None:
+            self.fits[key] = found
+
+    def _point(self, name: str) -> SurfacePoint | None:
+        if name not in self.points:
+            self.points[name] = self.fitter.on_surface(self.scores[name], self.fits[NONE])
+        return self.points[name]
+
+    def _outrun(self, name: str) -> bool:
+        """Whether an effect stays far behind one whose fit leaves nothing but noise.
+
+        Its best place between the simulations of the screen tells what it leaves. To make that up,
+        it would have to be off there by a larger part of its own change than effects are.
+        """
+        problem = self.fitter.problem
+        point = self._point(name)
+        alone = [fit for key, fit in self.fits.items() if len(key) == 1]
+        if point is None or not alone:
+            return False
+        best = max(alone, key=lambda fit: fit.log_evidence(problem))
+        behind = best.log_evidence(problem) - point.log_evidence
+        left = best.covariance(problem).whiten(best.residual(problem.value))
+        n = len(left)
+        if float(left @ left) > n + LEAVES * math.sqrt(2 * n) or behind < BEHIND:
+            return False
+        off = max(OFF, 2 * self._off(best))
+        change = float(np.linalg.norm(problem.covariance.whiten(point.change)))
+        return math.sqrt(2 * behind) > off * change
+
+    def _off(self, fit: Hypothesis) -> float:
+        """By which part of its change a fitted effect is off its surface."""
+        (name,) = fit.effects
+        point = self._point(name)
+        if point is None:
+            return 0.0
+        problem = self.fitter.problem
+        lost = max(fit.log_evidence(problem) - point.log_evidence, 0.0)
+        change = float(np.linalg.norm(problem.covariance.whiten(point.change)))
+        return math.sqrt(2 * lost) / max(change, 1e-300)
+
 
 def search(
     fitter: Fitter, analysis: Analysis, none: Hypothesis
 ) -> dict[frozenset[str], Hypothesis]:
     """Fits of the base model, the leading effects and pairs, by the names of their effects."""
-    problem = fitter.problem
     fits = {NONE: none}
-    first = conclude(problem, analysis, fits)
+    first = conclude(fitter.problem, analysis, fits)
     if first.posterior.none > CERTAINLY_NONE:
         return fits
-    scores = {score.name: score for score in first.scores}
-    names = [candidate.name for candidate in analysis.screen.candidates]
-    tried: set[frozenset[str]] = set()
-
-    def attempt(key: frozenset[str]) -> None:
-        tried.add(key)
-        found = fitter.effects([scores[name] for name in names if name in key], none)
-        if found is not None:
-            fits[key] = found
-
+    own = _Search(fitter, analysis, fits, {score.name: score for score in first.scores})
     for name in _leading(first)[:SINGLES]:
-        attempt(frozenset([name]))
+        own.attempt(frozenset([name]))
     for _ in range(MORE):
-        best = _best_single(conclude(problem, analysis, fits), names)
-        if best is None or frozenset([best]) in tried:
+        best = _best_single(own.conclusion(), own.names)
+        if best is None or frozenset([best]) in own.tried:
             break
-        attempt(frozenset([best]))
+        own.attempt(frozenset([best]))
     for _ in range(PAIRS):
-        pair = _best_pair(conclude(problem, analysis, fits), analysis.priors, names)
-        if pair is None or pair in tried:
+        pair = _best_pair(own.conclusion(), analysis.priors, own.names)
+        if pair is None or pair in own.tried:
             break
-        attempt(pair)
+        own.attempt(pair)
     return fits
 
 

@@ -73,7 +73,10 @@ def fitted_nuisances(found: Diagnosis) -> dict[str, float]:
     information = np.eye(columns.shape[1]) + white[:, 1:].T @ white[:, 1:]
     zeta = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])[fit.jacobian.shape[1] :]
     names = [each.name for each in problem.linear_nuisances()]
-    return {name: float(z) for name, z in zip(names, zeta, strict=True)}
+    shifts = {each.key for each in problem.shifts}
+    moved = {p.key: float(z) for p, z in zip(fit.parameters, fit.zeta, strict=True)
+             if p.key in shifts}  # fmt: skip
+    return moved | {name: float(z) for name, z in zip(names, zeta, strict=True)}
 
 
 def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome.Diagnosis:

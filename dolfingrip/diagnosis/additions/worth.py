@@ -127,11 +127,15 @@ def _readings(
     """Readings of an addition as a fit has them, with derivatives by ζ."""
     if fit.model is None:
         raise FitFailure(f"{' with '.join(fit.effects)} is an instrument's")
+    # the gap and the regulator's zero of an addition are others, not those that were fitted
+    kept = fit.model.unshifted
     model = replace(
         fit.model, measurement=proposal.measurement, config=config, workers=workers,
-        base=None, scales=False, count=0, _known={},
+        base=None, scales=False, count=0, shifts=(), _known={},
     )  # fmt: skip
-    readings, slopes = model.evaluate(fit.values)
+    readings, own = model.evaluate([fit.values[i] for i in kept])
+    slopes = np.zeros((len(readings), len(fit.parameters)))
+    slopes[:, kept] = own
     by_zeta = [slope(p.prior, float(z)) for p, z in zip(fit.parameters, fit.zeta, strict=True)]
     return readings, slopes * np.array(by_zeta)
 

@@ -13,14 +13,17 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.diagnosis.gain.folds import folds
+from dolfingrip.diagnosis.gain.rivals import refitted, with_process
 from dolfingrip.diagnosis.hypothesis import Hypothesis
-from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.covariance import Covariance
+from dolfingrip.diagnosis.inference.arrays import Vector
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
 from dolfingrip.diagnosis.problem import Problem
 
 DRAWS: Final = 1000
 SEED: Final = 0
+OWN_SCALE: Final = "specimens, their scale fitted"
+"""Coupons that are left out but for one number, their scale: what is left is the law's alone."""
+
 EQUAL: Final = 1.1
 """A cause that is no worse than this by a rival's error is as good."""
 
@@ -44,9 +47,10 @@ def gains(problem: Problem, none: Hypothesis, cause: Hypothesis) -> list[GainRow
     """A row for each kind of fold and channel."""
     smooth = SmoothMisfit(problem.index, none.covariance(problem), problem.noise_std)
     found: list[GainRow] = []
+    coupons = bool((problem.index["experiment"] == "coupon").all())
     for kind, parts in folds(problem.index).items():
         predictions = [
-            (part, none.predicted(problem, ~part), _process(problem, none, smooth, ~part),
+            (part, refitted(problem, none, ~part), with_process(problem, none, smooth, ~part),
              cause.predicted(problem, ~part))
             for part in parts
         ]  # fmt: skip
@@ -56,7 +60,16 @@ def gains(problem: Problem, none: Hypothesis, cause: Hypothesis) -> list[GainRow
             own = [entry for entry in own if entry[0].any()]
             if len(own) > 1:
                 found.append(_row(kind, str(channel), problem, own))
+            if len(own) > 1 and coupons and kind == "specimens":
+                scaled = [(part, *(_scaled(problem, part, p) for p in rest)) for part, *rest in own]
+                found.append(_row(OWN_SCALE, str(channel), problem, scaled))
     return found
+
+
+def _scaled(problem: Problem, part: np.ndarray, predicted: Vector) -> Vector:
+    """With the scale that fits a part best, as of a cross-section that is not known."""
+    own = predicted[part]
+    return np.asarray(predicted * (float(own @ problem.value[part]) / float(own @ own)))
 
 
 def claimed(rows: Sequence[GainRow]) -> bool:
@@ -66,6 +79,7 @@ def claimed(rows: Sequence[GainRow]) -> bool:
     worse, and better than the process somewhere and as good in sum: a process that has seen the
     same place of another specimen repeats it as well as any cause.
     """
+    rows = [row for row in rows if row.left_out != OWN_SCALE]
     if not rows:
         return False
     nuisances = np.array([row.cause / row.nuisances for row in rows])
@@ -79,25 +93,6 @@ def claimed(rows: Sequence[GainRow]) -> bool:
         and process.min() < 1
         and np.exp(np.log(process).mean()) < EQUAL
     )
-
-
-def _process(problem: Problem, none: Hypothesis, smooth: SmoothMisfit, known: np.ndarray) -> Vector:
-    """The base model with the process that explains the known readings best."""
-    best, value = None, -np.inf
-    noise = problem.error_covariance.matrix[np.ix_(known, known)]
-    own = np.hstack([none.jacobian, problem.nuisances])
-    residual = none.residual(problem.value)[known]
-    factor = none.covariance(problem).factor
-    for system in smooth.systems:
-        # U √Λ are the whitened features; unwhitened they are the process at the size 1
-        features = factor @ (system.vectors * np.sqrt(system.values))
-        for size in smooth.sizes[::2]:
-            seen = np.hstack([own, size * features])[known]
-            density = Covariance.of(noise + seen @ seen.T).log_density(residual)
-            if density > value:
-                best, value = size * features, density
-    others: list[Matrix] = [] if best is None else [best]
-    return none.predicted(problem, known, others)
 
 
 def _row(

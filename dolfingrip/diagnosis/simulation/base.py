@@ -43,6 +43,7 @@ class BaseSimulation:
         nuisance_list: columns of :attr:`nuisances` with their names.
         mesh: (n, 1) what the mesh may get wrong; (n, 0) where it cannot be told.
         candidates: causes that may be named.
+        plain: on the ungraded mesh, without derivatives; None where there is none.
     """
 
     measurement: Measurement
@@ -51,6 +52,7 @@ class BaseSimulation:
     nuisance_list: Sequence[Nuisance]
     mesh: np.ndarray
     candidates: Sequence[Candidate]
+    plain: Simulated | None = None
 
     @property
     def readings(self) -> np.ndarray:
@@ -134,6 +136,7 @@ def simulate_base(
         nuisances(measurement, graded),
         error if np.nanmax(np.abs(error), initial=0.0) > ROUNDING else error[:, :0],
         candidates,
+        plain if flat else None,
     )
 
 

@@ -1,0 +1,74 @@
+"""Effects that change the readings in proportion to their strength: closed forms beside a fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from scipy.special import log_ndtr
+
+from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.screen import Score
+from dolfingrip.diagnosis.model import FreeParameter
+from dolfingrip.diagnosis.problem import Problem
+from dolfingrip.diagnosis.simulation.secants import Candidate
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.index import effect
+from dolfingrip.sections.tables import assigned
+
+STRENGTH: Final = "strength of "
+"""Begins the key of a strength by the ordinary one."""
+
+
+def with_linear(
+    problem: Problem,
+    names: tuple[str, ...],
+    beside: Hypothesis,
+    linear: Sequence[tuple[Score, Candidate]],
+) -> Hypothesis:
+    """``beside`` with effects that change the readings in proportion to their strength."""
+    columns, parameters, overrides = [], list(beside.parameters), list(beside.overrides)
+    for score, each in linear:
+        columns.append(problem.take(each.shapes[score.shape]) * each.spread)
+        low = 0.0 if each.one_sided else -math.inf
+        prior = Prior(0.0, each.spread, "by the ordinary strength")
+        parameters.append(FreeParameter(f"{STRENGTH}{each.name}", prior, low, math.inf))
+    jacobian = np.column_stack([beside.jacobian, *columns])
+    white = problem.covariance.whiten(np.column_stack([beside.residual(problem.value), jacobian]))
+    information = np.eye(jacobian.shape[1]) + white[:, 1:].T @ white[:, 1:]
+    zeta = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])
+    std = np.sqrt(np.diag(np.linalg.inv(information)))
+    correction = 0.0
+    first = len(beside.parameters)
+    for number, (score, each) in enumerate(linear, first):
+        if each.one_sided:
+            correction += float(log_ndtr(zeta[number] / std[number])) + math.log(2)
+            zeta[number] = max(zeta[number], 0.0)
+        strength = float(zeta[number]) * each.spread
+        overrides += _scaled(each.name, each.overrides[score.shape], strength)
+    readings = beside.readings + jacobian @ (zeta - np.append(beside.zeta, np.zeros(len(linear))))
+    return Hypothesis(
+        names, tuple(parameters), np.asarray(zeta, dtype=float), readings, jacobian,
+        beside.evaluations, None,
+        tuple(overrides), correction,
+    )  # fmt: skip
+
+
+def _scaled(name: str, overrides: Sequence[str], strength: float) -> list[str]:
+    """Overrides with the amplitudes at a strength by the ordinary one."""
+    found = []
+    for text in overrides:
+        key, value = assigned(text)
+        neutral = effect(name).neutral.get(key.rpartition(".")[2])
+        if neutral is None or isinstance(value, bool | str):
+            found.append(text)
+        elif isinstance(value, list):
+            rest = [float(entry) for entry in neutral]
+            found.append(
+                f"{key}={[a + strength * (b - a) for a, b in zip(rest, value, strict=True)]}"
+            )
+        else:
+            found.append(f"{key}={neutral + strength * (value - neutral)!r}")
+    return found

@@ -1,0 +1,112 @@
+"""From readings on the ungraded mesh to those on the graded one, by what an elastic curve tells.
+
+What a coarse mesh gets wrong grows with the deformation, so it is taken at the same reading, not at
+the same pressure: δ(y) = graded − ungraded along the base model's curve, where the ungraded one
+reads y. A softer finger bends further and is off by more. With moduli c times as large a force is
+off by c δ(F/c). Displacements of the tip, which turn round or stand still on the way, keep what
+they are off by at their pressure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation.groups import path_independent
+from dolfingrip.diagnosis.simulation.simulated import Simulated
+
+MAPPED: Final = frozenset({"angle_deg", "chord_angle_deg", "force_N"})
+"""Readings that grow with the load."""
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """δ of some readings: ``places`` in the list, known from ``low`` to ``high``."""
+
+    places: np.ndarray
+    delta: PchipInterpolator
+    low: float
+    high: float
+    is_force: bool
+
+
+@dataclass
+class MeshMap:
+    """What grading changes.
+
+    Attributes:
+        measurement: of all arrays.
+        graded, plain: base model on both meshes.
+    """
+
+    measurement: Measurement
+    graded: Simulated
+    plain: Simulated
+    _curves: list[_Curve] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Prepare the curves; what has none keeps the difference that it has at its pressure."""
+        listed = self.measurement.listed()
+        column, test = listed["column"].to_numpy(), listed["test"].to_numpy()
+        self._curves = []
+        for fine, rough in zip(self.graded.runs, self.plain.runs, strict=True):
+            if not path_independent(rough.config):
+                continue
+            mine = np.isin(test, rough.group.tests)
+            for name in set(column[mine]) & MAPPED:
+                at = rough.result.columns.get(str(name), np.empty(0))
+                values = fine.result.columns.get(str(name), np.empty(0))
+                count = min(len(at), len(values))
+                if rough.route.value[:count] != fine.route.value[:count]:
+                    continue
+                rising = _rising(at[:count])
+                if rising is not None:
+                    places = np.flatnonzero(mine & (column == name))
+                    order, at = rising
+                    delta = (values[:count] - rough.result.columns[str(name)][:count])[order]
+                    smooth = PchipInterpolator(at, delta)
+                    self._curves.append(_Curve(places, smooth, at[0], at[-1], name == "force_N"))
+
+    def to_graded(
+        self, readings: np.ndarray, jacobian: np.ndarray, factor: float = 1.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Readings, shape (n,), and derivatives, shape (n, p), as the graded mesh would have them.
+
+        Args:
+            readings, jacobian: on the ungraded mesh.
+            factor: of all moduli.
+        """
+        found = readings + np.nan_to_num(self.graded.readings - self.plain.readings)
+        slopes = jacobian.copy()
+        for curve in self._curves:
+            scale = factor if curve.is_force else 1.0
+            own = readings[curve.places] / scale
+            delta, slope = _interpolated(own, curve)
+            found[curve.places] = readings[curve.places] + scale * delta
+            slopes[curve.places] *= (1 + slope)[:, None]
+        return found, slopes
+
+
+def _rising(values: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Order in which values rise, and the values; None where the curve turns round."""
+    if len(values) < 3:
+        return None
+    steps = np.diff(values)
+    way = 1.0 if values[-1] > values[0] else -1.0
+    if (way * steps < 0).any():
+        return None
+    order = np.arange(len(values)) if way > 0 else np.arange(len(values))[::-1]
+    at = values[order]
+    new = np.concatenate([[True], np.diff(at) > 1e-9 * max(float(np.ptp(at)), 1e-12)])
+    return (order[new], at[new]) if new.sum() > 2 else None
+
+
+def _interpolated(values: np.ndarray, curve: _Curve) -> tuple[np.ndarray, np.ndarray]:
+    """δ and its slope; beyond the ends a straight line goes on."""
+    inside = np.clip(values, curve.low, curve.high)
+    slopes = curve.delta(inside, 1)
+    return curve.delta(inside) + slopes * (values - inside), slopes

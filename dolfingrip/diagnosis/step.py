@@ -1,0 +1,54 @@
+"""A hypothesis at given parameters, and a step of Gauss and Newton from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from dolfingrip.diagnosis.descent import Visited
+from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.laplace import slope, to_value, zeta_bounds
+from dolfingrip.diagnosis.model import EffectModel
+from dolfingrip.diagnosis.problem import Problem
+
+Evaluate = Callable[[Sequence[float]], tuple[Vector, Matrix]]
+"""Readings of all rows and their derivatives, of values."""
+
+
+def visit(problem: Problem, evaluate: Evaluate, model: EffectModel, zeta: Vector) -> Visited:
+    """The readings that are kept, and their derivatives, at ζ."""
+    pairs = [(p.prior, float(z)) for p, z in zip(model.parameters, zeta, strict=True)]
+    readings, slopes = evaluate([to_value(*pair) for pair in pairs])
+    by_zeta = np.array([slope(*pair) for pair in pairs])
+    return Visited(zeta, problem.take(readings), slopes[problem.kept] * by_zeta)
+
+
+def hypothesis_at(names: tuple[str, ...], model: EffectModel, place: Visited) -> Hypothesis:
+    """The hypothesis whose readings were computed there."""
+    values = [
+        to_value(p.prior, float(z)) for p, z in zip(model.parameters, place.zeta, strict=True)
+    ]
+    return Hypothesis(
+        names, tuple(model.parameters), place.zeta, place.readings, place.jacobian,
+        model.count, model, model.overrides(values),
+    )  # fmt: skip
+
+
+def stepped(problem: Problem, fit: Hypothesis) -> Hypothesis:
+    """One step of Gauss and Newton along the tangent, within the bounds."""
+    white = problem.covariance.whiten(np.column_stack([fit.residual(problem.value), fit.jacobian]))
+    information = np.eye(white.shape[1] - 1) + white[:, 1:].T @ white[:, 1:]
+    best = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])
+    low, high = zeta_bounds(
+        [p.prior for p in fit.parameters], [(p.low, p.high) for p in fit.parameters]
+    )
+    zeta: Vector = np.asarray(np.clip(best, low, high), dtype=float)
+    values = [to_value(p.prior, float(z)) for p, z in zip(fit.parameters, zeta, strict=True)]
+    assert fit.model is not None
+    return replace(
+        fit, zeta=zeta, readings=fit.readings + fit.jacobian @ (zeta - fit.zeta),
+        overrides=fit.model.overrides(values),
+    )  # fmt: skip
