@@ -66,6 +66,10 @@ class ClosedSurface:
         """The same surface elsewhere."""
         return ClosedSurface(self.points + by_mm, self.triangles)
 
+    def turned(self, turn: Floats) -> ClosedSurface:
+        """The same surface turned about the origin by a (3, 3) rotation."""
+        return ClosedSurface(self.points @ turn.T, self.triangles)
+
     def distances_mm(self, points: Floats) -> Floats:
         """(k,) signed distances of points, positive outside."""
         from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy

@@ -20,8 +20,10 @@ if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
-COARSE_MM = 7.0
-"""Size of the elements of the coarse preset, at edges, too."""
+COARSE_MM = 8.4
+"""Size of the elements of the coarse preset, at edges, too: half of a chamber's width, so that a
+whole finger is half of one and its mirror image. It bends 2 % less than the default mesh; with
+7 mm, a fifth more elements and none on the plane of symmetry, it bent 3.5 % less."""
 
 LEAST_STEP = 0.02
 """Part of the longest step below which none is tried: where food is squeezed out, shorter ones
@@ -94,8 +96,9 @@ class Grasp(Experiment):
             ),
         }
         mesh: dict[str, Any] = {"half": False}
-        if config.gripper.preset == "coarse" and config.mesh.edge_size_mm is None:
-            mesh["edge_size_mm"] = COARSE_MM
+        sized = config.mesh.size_mm is not None or config.mesh.edge_size_mm is not None
+        if config.gripper.preset == "coarse" and not sized:
+            mesh["edge_size_mm"] = mesh["size_mm"] = COARSE_MM
         return config.changed(mesh=mesh, solver=solver, gravity={"acceleration_m_s2": 0.0})
 
     def schedule(self, config: Config) -> Sequence[Stop]:

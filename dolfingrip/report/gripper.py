@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +14,13 @@ from scipy.spatial.transform import Rotation
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
-from dolfingrip.experiments.rigs.gripper import stands_of
+from dolfingrip.experiments.rigs.gripper import placed, stands_of
+from dolfingrip.experiments.rigs.symmetry import MIRROR, halved
 from dolfingrip.mechanics.model.placement import Placement, to_world
 from dolfingrip.report.columns import Columns
 from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
 from dolfingrip.report.scene import Image, View, no_display
-from dolfingrip.report.skin import Floats, Skin, extract_skin
+from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin
 from dolfingrip.report.theme import BLUE, GREEN, INK, PALE, scene_theme
 
 FOOD = "#E0B060"
@@ -34,6 +35,9 @@ FRAME_MS = 250
 """Time that each picture of the animation is shown."""
 
 MARGIN = 1.04
+
+IN_PLANE_MM = 1e-6
+"""Distance from the plane of symmetry within which a node lies in it."""
 
 
 @dataclass(frozen=True)
@@ -87,36 +91,46 @@ def _moments(
     files = list_steps(fields)
     grids = [read_grid(file) for file in files]
     mesh = read_mesh(grids[0])
-    skin = extract_skin(mesh, mirror=False)
-    found = stands_of(config, body)
-    placement = Placement.of(
-        skin.points,
-        np.array([stand.rotation for stand in found]),
-        np.array([stand.origin_mm for stand in found]),
-    )
+    skin, half = extract_skin(mesh, mirror=False), halved(config, body)
+    extent = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
+    placement = placed(stands_of(config, body), extent, half=half)
     rest, frames = placement.positions(skin.points), placement.frames(skin.points)
-    first = Rotation.from_rotvec(body.turn)
     moments = []
     for row, grid in enumerate(grids):
         displacement = read_point_data(grid, "displacement_mm", mesh.source)[skin.node]
         turn = [float(result[f"object_turn_{axis}_deg"][row]) for axis in "xyz"]
         place = [float(result[f"object_{axis}_mm"][row]) for axis in "xyz"]
-        turned = Rotation.from_rotvec(turn, degrees=True) * first
+        turned = Rotation.from_rotvec(turn, degrees=True)
         food = turned.apply(body.surface.points) + place
         table = float(result["table_z_mm"][row])
-        moments.append(Moment(rest + to_world(frames, displacement), food, table))
-    return _coloured(skin, placement), moments
+        fingers = rest + to_world(frames, displacement)
+        if half:
+            fingers = np.concatenate([fingers, fingers * MIRROR])
+        moments.append(Moment(fingers, food, table))
+    coloured = _coloured(skin, placement)
+    return (_completed(coloured) if half else coloured), moments
 
 
 def _coloured(skin: Skin, placement: Placement) -> Skin:
     """The skin with the finger that each point belongs to in place of its side."""
+    return replace(skin, side=placement.which(skin.points).astype(float))
+
+
+def _completed(skin: Skin) -> Skin:
+    """Half a thumb and finger B with their mirror images, without the thumb's section."""
+    section = (np.abs(skin.points[:, 1]) < IN_PLANE_MM) & (skin.side == 0)
+
+    def both(parts: Ints) -> Ints:
+        kept = parts[~section[parts].all(axis=1)]
+        return np.concatenate([kept, kept[:, ::-1] + len(skin.points)])
+
     return Skin(
-        skin.points,
-        skin.node,
-        placement.which(skin.points).astype(float),
-        skin.triangles,
-        skin.edges,
-        skin.creases,
+        np.concatenate([skin.points, skin.points * MIRROR]),
+        np.concatenate([skin.node, skin.node]),
+        np.concatenate([skin.side, np.where(skin.side == 0, 0.0, 2.0)]),
+        both(skin.triangles),
+        both(skin.edges),
+        both(skin.creases),
     )
 
 

@@ -19,7 +19,7 @@ class Gripper(Section):
     """A thumb A and two fingers B, C around a centre O, as in the paper's Fig. 5(c)."""
 
     preset: Literal["coarse", "default"] = Field(
-        "default", description="coarse: fingers of 13,000 dofs each, not graded to their edges"
+        "default", description="coarse: fingers of 11,000 dofs each, not graded to their edges"
     )
     pose: GripPose = Field("pinch", description="how fingers B and C are turned")
     alpha_deg: float | None = Field(
@@ -44,6 +44,11 @@ class Gripper(Section):
     settle_s: float = Field(0.5, gt=0, le=600, description="wait before the lift, and after it")
     lift_mm: float = Field(30.0, gt=0, le=500, description="way up")
     lift_mm_per_s: float = Field(30.0, gt=0, le=1000, description="speed of the lift")
+    half: bool | None = Field(
+        None,
+        description="compute half a thumb and one finger, the rest as its mirror image; "
+        "default: where fingers and food are symmetric",
+    )
     step_s: float = Field(0.2, gt=0, le=10, description="longest step in time")
     barrier_mm: float = Field(0.4, gt=0, le=10, description="distance at which food is felt")
     stiffness_MPa: float = Field(0.05, gt=0, description="of that barrier")

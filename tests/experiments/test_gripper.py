@@ -9,6 +9,7 @@ import pytest
 from experiments import small
 from mechanics import taylor
 from mpi4py import MPI
+from scipy.spatial import KDTree
 
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
@@ -26,12 +27,14 @@ FOOD = (
     "food.height_mm=24",
     "gripper.pose=pinch",
 )
+CLOSE = ("gripper.clearance_mm=0.2",)
 
 
-@pytest.fixture(scope="module")
-def touching() -> GripperModel:
+@pytest.fixture(scope="module", params=["false", "true"], ids=["whole", "half"])
+def touching(request: pytest.FixtureRequest) -> GripperModel:
     """Short fingers that just touch a block, all a little displaced, friction held."""
-    made = build_gripper(small.short(*FOOD, "gripper.clearance_mm=0.2"), MPI.COMM_SELF)
+    asked = small.short(*FOOD, *CLOSE, f"gripper.half={request.param}")
+    made = build_gripper(asked, MPI.COMM_SELF)
     model = made.model
     rng = np.random.default_rng(SEED)
     model.prescribe({"time_s": 0.05})
@@ -57,7 +60,8 @@ def test_derivatives(touching: GripperModel) -> None:
     """Of weight, inertia, contact and friction of placed fingers and a free body together."""
     print("seed", SEED)
     model = touching.model
-    assert (np.bincount(touching.placement.which(_skin(touching)), minlength=3) > 0).all()
+    placement = touching.placement
+    assert (np.bincount(placement.which(_skin(touching)), minlength=placement.count) > 0).all()
     reads = GraspReadings(touching, 1.0)
     assert (reads.normal_N() > 0).all()
     start = model.unknowns.owned()
@@ -67,7 +71,7 @@ def test_derivatives(touching: GripperModel) -> None:
     model.potential.carried.reset()
     model.heed(0.0)
     tangent.assemble()
-    taylor.check_derivatives(model, tangent, direction, 2e-3)
+    taylor.check_derivatives(model, tangent, direction, 5e-4)
 
 
 def _skin(made: GripperModel) -> np.ndarray:
@@ -79,11 +83,13 @@ def _skin(made: GripperModel) -> np.ndarray:
 
 def test_forces_on_the_object_are_those_of_the_potential(touching: GripperModel) -> None:
     """Sums by finger against the contact's own derivative by the pose."""
-    dofs = touching.model.u.x.array
+    dofs, copies = touching.model.u.x.array, touching.model.domain.copies
     reads = GraspReadings(touching, 1.0)
     rubbed = touching.rubbing.forces_N(dofs)[: len(touching.contact.touching.nodes)].sum(axis=0)
-    pressed = touching.contact.load_N(dofs)[:3]
-    np.testing.assert_allclose(reads.on_object_N().sum(axis=0), pressed + rubbed, atol=1e-12)
+    whole = touching.contact.load_N(dofs)[:3] + copies * rubbed
+    if copies == 2:  # a half's sideways force is borne by its mirror image
+        whole[1] = 0.0
+    np.testing.assert_allclose(reads.on_object_N().sum(axis=0), whole, atol=1e-12)
     # the rows of nodes and body together move nothing: friction is between them
     rows = touching.rubbing.forces_N(dofs)
     count = len(touching.contact.touching.nodes)
@@ -96,7 +102,7 @@ def test_fingers_stand_where_they_should(touching: GripperModel) -> None:
     which = touching.placement.which(
         touching.model.u.function_space.tabulate_dof_coordinates()[touching.contact.points.nodes]
     )
-    for i, stand in enumerate(touching.stands):
+    for i, stand in enumerate(touching.stands[: touching.placement.count]):
         mine = placed[which == i]
         assert mine[:, 2].max() == pytest.approx(stand.origin_mm[2])
         assert mine[:, 2].min() == pytest.approx(4.0)
@@ -115,9 +121,9 @@ def grasped(*overrides: str, out: Path | None = None) -> Result:
     return run("grasp", config, out=out, comm=MPI.COMM_SELF)
 
 
-def test_a_light_block_is_picked_up(tmp_path: Path) -> None:
+def test_a_light_block_is_picked_up(light: tuple[Result, Path]) -> None:
     """Momentum is balanced, nothing interpenetrates, left and right are mirror images."""
-    result = grasped("experiment.max_pressure_kPa=100", "food.density_kg_m3=300", out=tmp_path)
+    result, out = light
     assert result.failure is None
     assert result.outcome is not None
     print(result.outcome)
@@ -138,7 +144,92 @@ def test_a_light_block_is_picked_up(tmp_path: Path) -> None:
     assert last["pressure_mJ"] > 0
     assert abs(last["energy_error_mJ"]) < 0.01 * last["pressure_mJ"]
     assert 0 < last["force_closure"] <= 1
-    assert (tmp_path / "run.json").exists()
+    assert (out / "run.json").exists()
+
+
+EVEN = ("mesh.size_mm=8.4", "mesh.edge_size_mm=8.4")
+"""A whole finger of these is a half one and its mirror image, element by element."""
+
+
+def test_half_a_gripper_has_half_the_energy_of_the_whole() -> None:
+    """In states that are their own mirror image, friction included: so it has the same answers."""
+    print("seed", SEED)
+    half, whole = (
+        build_gripper(small.short(*FOOD, *EVEN, *CLOSE, f"gripper.half={given}"), MPI.COMM_SELF)
+        for given in ("true", "false")
+    )
+    image, factors = _image(half, whole)
+    rng = np.random.default_rng(SEED)
+    for time_s in (0.05, 0.1, 0.15):
+        moved = 0.01 * _free(half, rng.uniform(-1, 1, half.model.unknowns.owned().shape))
+        half.model.unknowns.set_owned(half.model.unknowns.owned() + moved)
+        nodes = half.model.u.x.array.reshape(-1, 3)[image] * factors
+        whole.model.u.x.array[:] = nodes.ravel()
+        for one, other in zip(half.pose.constants, whole.pose.constants, strict=True):
+            other.value = one.value
+        for made in (half, whole):
+            made.model.prescribe({"time_s": time_s, "pressure_kPa": 20.0})
+        terms = zip(half.model.all_terms, whole.model.all_terms, strict=False)
+        for part, all_of_it in terms:
+            found, wanted = part.value(half.model.u.x.array), all_of_it.value(whole.model.u.x.array)
+            print(part.name, 2 * found, wanted)
+            assert 2 * found == pytest.approx(wanted, rel=1e-9, abs=1e-12)
+        assert half.rubbing.value(half.model.u.x.array) > 0 or time_s == 0.05
+        reads = [GraspReadings(made, 1.0) for made in (half, whole)]
+        for name in ("normal_N", "on_object_N", "angles_deg"):
+            one, other = (getattr(each, name)() for each in reads)
+            np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-10, err_msg=name)
+        for made in (half, whole):
+            made.model.refresh()
+            made.model.accept_step()
+
+
+def _image(half: GripperModel, whole: GripperModel) -> tuple[np.ndarray, np.ndarray]:
+    """The node of the half behind each of the whole, and (n, 3) factors of its displacement."""
+
+    def local(made: GripperModel) -> tuple[np.ndarray, np.ndarray]:
+        points = made.model.u.function_space.tabulate_dof_coordinates()
+        which = made.placement.which(points)
+        return which, points - np.outer(which * made.placement.pitch_mm, [1.0, 0.0, 0.0])
+
+    which, points = local(whole)
+    mirrored = (which == 2) | ((which == 0) & (points[:, 1] < 0))
+    factors = np.where(mirrored[:, None], [1.0, -1.0, 1.0], 1.0)
+    own, there = local(half)
+    found = np.zeros(len(points), dtype=int)
+    for copy in (0, 1):
+        mine, places = np.flatnonzero(np.minimum(which, 1) == copy), np.flatnonzero(own == copy)
+        apart, nearest = KDTree(there[places]).query(points[mine] * factors[mine])
+        assert apart.max() < 1e-9
+        found[mine] = places[nearest]
+    return found, factors
+
+
+LIGHT = (*EVEN, "experiment.max_pressure_kPa=100", "food.density_kg_m3=300")
+
+
+@pytest.fixture(scope="module")
+def light(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
+    """A light block, grasped by a whole gripper, and the folder of that run."""
+    out = tmp_path_factory.mktemp("grasp")
+    return grasped(*LIGHT, "gripper.half=false", out=out), out
+
+
+def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path]) -> None:
+    """But for how far friction's normal forces may be behind."""
+    whole, half = light[0], grasped(*LIGHT)
+    assert half.facts["mesh"]["half"]
+    assert half.facts["mesh"]["dofs"] < 0.6 * whole.facts["mesh"]["dofs"]
+    assert half.outcome is not None
+    assert half.outcome.kind is Kind.PICKED_UP
+    for name in ("angle_A_deg", "angle_B_deg", "normal_A_N", "normal_C_N", "table_N"):
+        one, other = whole.column(name), half.column(name)
+        np.testing.assert_allclose(other, one, atol=0.03 * np.abs(one).max(), err_msg=name)
+
+
+def test_what_is_not_symmetric_has_no_half() -> None:
+    with pytest.raises(ConfigError, match=r"half = true: food.offset_y_mm = 1; allowed"):
+        grasped("gripper.half=true", "food.offset_y_mm=1")
 
 
 def test_without_pressure_it_stays_on_the_table() -> None:

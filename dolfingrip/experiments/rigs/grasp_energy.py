@@ -38,8 +38,9 @@ class EnergyBook:
     def book(self) -> None:
         """Book the converged step that the model is at the end of."""
         model, dofs = self._gripper.model, self._gripper.model.u.x.array
-        taken = sum(rubbing.dissipated_mJ(dofs) for rubbing in self._rubbing)
-        volume = float(model.comm.allreduce(fem.assemble_scalar(self._volume), MPI.SUM))
+        copies = model.domain.copies
+        taken = copies * sum(rubbing.dissipated_mJ(dofs) for rubbing in self._rubbing)
+        volume = copies * float(model.comm.allreduce(fem.assemble_scalar(self._volume), MPI.SUM))
         pressure = self._gripper.finger.cavity.value * KPA
         force, height = self._table_N(), model.controls["table_z_mm"].value
         stored = self._stored_mJ(taken) + pressure * volume
@@ -67,6 +68,7 @@ class EnergyBook:
         motion = gripper.motion
         inert = (motion, *self._rubbing)
         terms = [term for term in gripper.model.all_terms if not any(term is i for i in inert)]
-        elastic = sum(rubbing.value(dofs) for rubbing in self._rubbing) - taken
+        copies = gripper.model.domain.copies
+        meshed = sum(term.value(dofs) for term in (*terms, *self._rubbing))
         height_mJ = -float(motion.weight_N @ gripper.pose.coordinates[:3])
-        return sum(term.value(dofs) for term in terms) + elastic + height_mJ + motion.kinetic_mJ()
+        return copies * meshed - taken + height_mJ + motion.kinetic_mJ()

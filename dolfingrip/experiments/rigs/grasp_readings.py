@@ -6,9 +6,10 @@ import numpy as np
 from mpi4py import MPI
 from scipy.spatial.transform import Rotation
 
-from dolfingrip.experiments.results.outcome import COLUMNS, LETTERS, Moment
+from dolfingrip.experiments.results.outcome import COLUMNS, Moment
 from dolfingrip.experiments.rigs.grasp_energy import EnergyBook
 from dolfingrip.experiments.rigs.gripper import GripperModel
+from dolfingrip.experiments.rigs.symmetry import MIRROR
 from dolfingrip.mechanics.contact import force_closure
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.state import State
@@ -48,7 +49,9 @@ class GraspReadings:
         self._height = float(pose[2])
         self._start = Rotation.from_rotvec(pose[3:])
         self._velocity = np.zeros(3)
-        self._slip_mm = np.zeros(len(LETTERS))
+        self._place = pose[:3]
+        self._half = domain.half
+        self._slip_mm = np.zeros(gripper.placement.count)
         self._energy = EnergyBook(gripper)
         self._momentum_error_N = 0.0
         self.moments: list[Moment] = []
@@ -67,7 +70,7 @@ class GraspReadings:
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         sliding = gripper.rubbing.sliding(dofs)
         which = self._finger_of_node[sliding.keys[:, 0]]
-        for i in range(len(LETTERS)):
+        for i in range(len(self._slip_mm)):
             mine = which == i
             weight = float(sliding.normal_N[mine].sum())
             if weight > 0:
@@ -94,13 +97,13 @@ class GraspReadings:
         """m Δv/h = Σ F of the object, by the forces that each contact reports."""
         gripper, model = self._gripper, self._gripper.model
         step_s = model.time_s - before.controls["time_s"]
-        if step_s <= 0:
-            return
-        names = [number.name for number in gripper.pose.free[:3]]
         here = gripper.pose.coordinates[:3]
-        velocity = (here - np.array([before.numbers[name] for name in names])) / step_s
+        if step_s <= 0:
+            self._place = here
+            return
+        velocity = (here - self._place) / step_s
         change = 1e-3 * gripper.motion.body.mass_kg * (velocity - self._velocity) / step_s
-        self._velocity = velocity
+        self._velocity, self._place = velocity, here
         total = gripper.motion.weight_N + gripper.table.load_N() + self.on_object_N().sum(axis=0)
         total = total + self._table_friction_N()
         error = float(np.linalg.norm(change - total))
@@ -109,35 +112,43 @@ class GraspReadings:
     # -- forces ------------------------------------------------------------------------------------
 
     def normal_N(self) -> np.ndarray:
-        """(k,) sum of each finger's normal forces on the object."""
+        """(3,) sum of each finger's normal forces on the object."""
         gripper = self._gripper
         near = gripper.contact.near(gripper.model.u.x.array)
         sizes = np.linalg.norm(near.forces, axis=1)
         which = self._finger_of_point[near.rows]
-        return self._sum(np.bincount(which, sizes, len(LETTERS)))
+        found = self._sum(np.bincount(which, sizes, gripper.placement.count))
+        return self._each(found * [2, 1]) if self._half else found
+
+    def _each(self, found: np.ndarray) -> np.ndarray:
+        """(3,) of all fingers where finger C does as finger B."""
+        return found[[0, 1, 1]] if self._half else found
 
     def _sum(self, local: np.ndarray) -> np.ndarray:
         return np.asarray(self._comm.allreduce(local, MPI.SUM))
 
     def on_object_N(self) -> np.ndarray:
-        """(k, 3) force of each finger on the object, friction included."""
+        """(3, 3) force of each finger on the object, friction included."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         near = gripper.contact.near(dofs)
-        found = np.zeros((len(LETTERS), 3))
+        found = np.zeros((gripper.placement.count, 3))
         pushed = near.forces @ near.turned.matrix.T
         np.add.at(found, self._finger_of_point[near.rows], pushed)
         found = self._sum(found)
         nodes = gripper.contact.touching.nodes
         rubbed = gripper.rubbing.forces_N(dofs)[: len(nodes)]
         np.add.at(found, self._finger_of_node[nodes], rubbed)
-        return found
+        if not self._half:
+            return found
+        return np.array([found[0] + MIRROR * found[0], found[1], MIRROR * found[1]])
 
     def _table_friction_N(self) -> np.ndarray:
         """(3,) on the object."""
-        return -self._gripper.table_rubbing.forces_N(self._gripper.model.u.x.array)[0]
+        found = -self._gripper.table_rubbing.forces_N(self._gripper.model.u.x.array)[0]
+        return found + MIRROR * found if self._half else found
 
     def angles_deg(self) -> np.ndarray:
-        """(k,) rotation of each tip face's area vector about its finger's y, towards the food.
+        """(3,) rotation of each tip face's area vector about its finger's y, towards the food.
 
         That of the single finger, by the polygons between the face's nodes.
         """
@@ -149,8 +160,9 @@ class GraspReadings:
         )
         outward = np.sign(rest[:, 2])[:, None] * now  # a triangle may turn either way
         which = self._tip_of[tips.triangles[:, 0]]
-        sums = np.array([outward[which == i].sum(axis=0) for i in range(len(LETTERS))])
-        return np.degrees(np.arctan2(-sums[:, 0], sums[:, 2]))
+        count = self._gripper.placement.count
+        sums = np.array([outward[which == i].sum(axis=0) for i in range(count)])
+        return self._each(np.degrees(np.arctan2(-sums[:, 0], sums[:, 2])))
 
     def _closure(self) -> float:
         """See :func:`~dolfingrip.mechanics.contact.force_closure.margin`."""
@@ -162,6 +174,9 @@ class GraspReadings:
         arms, normals, sizes = (
             np.concatenate(self._comm.allgather(values)) for values in (near.arms, normals, sizes)
         )
+        if self._half:
+            arms, normals = (np.concatenate([v, MIRROR * v]) for v in (arms, normals))
+            sizes = np.concatenate([sizes, sizes])
         friction = gripper.finger.config.food.friction
         return float(self._comm.bcast(force_closure.margin(arms, normals, sizes, friction)))
 

@@ -16,6 +16,7 @@ from dolfingrip.mechanics.contact.distance import (
     SignedDistance,
 )
 from dolfingrip.mechanics.contact.sampled_distance import SampledDistance
+from dolfingrip.mechanics.contact.turned_shape import TurnedShape
 from dolfingrip.mechanics.model.rigid_body import RigidBody
 from dolfingrip.meshes import closed_surface
 from dolfingrip.meshes.closed_surface import MM3_PER_M3, ClosedSurface, level_set
@@ -42,19 +43,17 @@ LYING = Rotation.from_rotvec([-math.pi / 2, 0, 0])
 
 @dataclass(frozen=True)
 class GraspedBody:
-    """What is grasped, in its own axes with its centre of gravity at the origin.
+    """What is grasped, as it is put there, with its centre of gravity at the origin.
 
     Attributes:
         shape: its signed distance.
         surface: its skin, on the zeros of that distance.
         body: mass, inertia, and where it stands at first: on the table z = 0.
-        turn: (3,) rotation vector in which it is put there.
     """
 
     shape: SignedDistance
     surface: ClosedSurface
     body: RigidBody
-    turn: np.ndarray
 
 
 def grasped(food: Food) -> GraspedBody:
@@ -68,15 +67,18 @@ def grasped(food: Food) -> GraspedBody:
     if food.kind not in ("cube", "sausage-short", "sausage-long"):
         upright = _stable(surface.points)
     turned = Rotation.from_rotvec([0, 0, math.radians(food.turn_deg)]) * upright
+    if turned.magnitude() > 0:
+        shape = TurnedShape(shape, turned.as_matrix())
+        surface = surface.turned(turned.as_matrix())
     per_mm3 = food.density / MM3_PER_M3
-    lowest = float(turned.apply(surface.points)[:, 2].min())
+    lowest = float(surface.points[:, 2].min())
     body = RigidBody(
         NAME,
         per_mm3 * surface.volume_mm3,
         per_mm3 * surface.inertia_mm5(),
         (food.offset_x_mm, food.offset_y_mm, -lowest),
     )
-    return GraspedBody(shape, surface, body, turned.as_rotvec())
+    return GraspedBody(shape, surface, body)
 
 
 def _stable(points: np.ndarray) -> Rotation:

@@ -10,12 +10,12 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
 from dolfingrip.experiments.rigs.material import KG_M3_M_S2
+from dolfingrip.experiments.rigs.symmetry import SIDEWAYS, halved
 from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane
@@ -30,6 +30,7 @@ from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidMotion
 from dolfingrip.meshes.copies import side_by_side
 from dolfingrip.meshes.gripper import Stand, stands
+from dolfingrip.meshes.solid import SolidMesh
 
 GRAVITY_M_S2 = 9.81
 
@@ -39,12 +40,16 @@ RESTRAINT_MM = 1.0
 SKIN = ("skin", "tip")
 """Regions of a finger that may touch food."""
 
+ONE_FINGER = "skin of finger B"
+"""Region of a half gripper that may touch its own mirror image."""
+
 
 @dataclass(slots=True)
 class GripperModel:
     """Fingers, food and table.
 
-    The gripper stands still and the table moves, so that clamps stay where they are.
+    The gripper stands still and the table moves, so that clamps stay where they are. Where it is
+    its own mirror image, half a thumb and finger B are meshed (``model.domain.half``).
 
     Attributes:
         model: what is solved.
@@ -86,12 +91,11 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     """
     food = grasped(config.food)
     found = stands_of(config, food)
-    domain = _fingers(config, comm, found)
+    domain = _fingers(config, comm, found, half=halved(config, food))
     finger = build(config, domain, plate=False)
     u, gripper = finger.model.u, config.gripper
-    pose = food.body.pose(domain.mesh)
-    for constant, turn in zip(pose.constants[3:], food.turn, strict=True):
-        constant.value = turn
+    body = replace(food.body, held=SIDEWAYS) if domain.half else food.body
+    pose = body.pose(domain.mesh)
     height = fem.Constant(domain.mesh, PETSc.ScalarType(0.0))
     up = np.array([[0, 0, 1, 0, 0, 0.0]]).T
     table_pose = Pose([height], up, np.zeros(6))
@@ -99,11 +103,12 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     contact = RigidContact(u, domain, SKIN, food.shape, pose, barrier)
     skin = food.surface
     table = RigidPoints(
-        u, skin.points, skin.point_areas_mm2(), pose, Plane((0.0, 0.0, 1.0)), table_pose, barrier
-    )
+        u, skin.points, skin.point_areas_mm2(), pose, Plane((0.0, 0.0, 1.0)), table_pose, barrier,
+        copies=domain.copies,
+    )  # fmt: skip
     gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
-    _stand(pose, table, -float(gravity[2]) * food.body.mass_kg, gripper.barrier_mm)
-    motion = RigidMotion(food.body, pose, gravity, comm, restraint_mm=RESTRAINT_MM)
+    _stand(pose, table, -float(gravity[2]) * body.mass_kg, gripper.barrier_mm)
+    motion = RigidMotion(body, pose, gravity, comm, domain.copies, restraint_mm=RESTRAINT_MM)
     rubbing, table_rubbing = (
         Friction(touch, u, fem.Constant(domain.mesh, PETSc.ScalarType(coefficient)), title=title)
         for touch, coefficient, title in (
@@ -113,6 +118,8 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     )
     weight = config.material.density_kg_m3 * KG_M3_M_S2 * gravity
     further = [DeadWeight(u, domain, weight), motion, contact, rubbing, table, table_rubbing]
+    if domain.half:
+        further.append(_mirror_image(config, domain, u))
     fingers = finger.model
     model = replace(
         fingers,
@@ -138,8 +145,7 @@ def _stand(pose: Pose, table: RigidPoints, weight_N: float, width_mm: float) -> 
 
 def _extent(food: GraspedBody) -> Callable[[np.ndarray], float]:
     """How far food reaches along a way in the plane of the table, where it is put."""
-    points = Rotation.from_rotvec(food.turn).apply(food.surface.points)[:, :2]
-    points = points + np.array(food.body.centre_mm[:2])
+    points = food.surface.points[:, :2] + np.array(food.body.centre_mm[:2])
     return lambda way: float((points @ way).max())
 
 
@@ -152,10 +158,43 @@ def stands_of(config: Config, food: GraspedBody) -> list[Stand]:
     return stands(config.gripper, config.adapted().finger, _extent(food))
 
 
-def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand]) -> Domain:
-    """One reference mesh of all fingers, side by side."""
-    mesh = on_root(comm, lambda: side_by_side(solid(config), len(found)))
-    domain = distribute(comm, mesh)
-    rotations = np.array([stand.rotation for stand in found])
-    origins = np.array([stand.origin_mm for stand in found])
-    return replace(domain, placement=Placement.of(domain.mesh.geometry.x, rotations, origins))
+def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bool) -> Domain:
+    """One reference mesh of all fingers, side by side; of half a thumb and finger B for a half."""
+
+    def made() -> SolidMesh:
+        whole = solid(config)
+        if not half:
+            return side_by_side([whole] * len(found))
+        return side_by_side([solid(config.changed(mesh={"half": True})), whole])
+
+    domain = distribute(comm, on_root(comm, made))
+    x = domain.mesh.geometry.x[:, 0]
+    extent = comm.allreduce(x.min(initial=np.inf), MPI.MIN), comm.allreduce(x.max(), MPI.MAX)
+    domain = replace(domain, placement=placed(found, extent, half=half))
+    if not half:
+        return domain
+    assert domain.placement is not None
+    start = domain.placement.start_mm + domain.placement.pitch_mm
+    return domain.with_region(ONE_FINGER, SKIN, lambda points: points[0] > start)
+
+
+def placed(found: Sequence[Stand], extent_mm: tuple[float, float], *, half: bool) -> Placement:
+    """Where the fingers that are meshed stand.
+
+    Args:
+        found: thumb A, fingers B and C.
+        extent_mm: see :meth:`~dolfingrip.mechanics.model.placement.Placement.of`.
+        half: whether half a thumb and finger B are.
+    """
+    meshed = found[:2] if half else found
+    rotations = np.array([stand.rotation for stand in meshed])
+    origins = np.array([stand.origin_mm for stand in meshed])
+    return Placement.of(extent_mm, rotations, origins)
+
+
+def _mirror_image(config: Config, domain: Domain, u: fem.Function) -> RigidContact:
+    """Contact of finger B with its mirror image, which it can only meet in the plane y = 0."""
+    contact = config.contact
+    barrier = Smooth(contact.barrier_mm / 2, contact.stiffness_MPa)
+    still = Pose([], np.zeros((6, 0)), np.zeros(6))
+    return RigidContact(u, domain, (ONE_FINGER,), Plane((0.0, 1.0, 0.0)), still, barrier)

@@ -31,10 +31,17 @@ class Placement:
     start_mm: float
 
     @classmethod
-    def of(cls, points: np.ndarray, rotations: np.ndarray, origins_mm: np.ndarray) -> Self:
-        """Of copies with (n, 3) reference points, made by :mod:`~dolfingrip.meshes.copies`."""
-        low, high = float(points[:, 0].min()), float(points[:, 0].max())
-        return cls(rotations, origins_mm, *shares(low, high, len(rotations)))
+    def of(
+        cls, extent_mm: tuple[float, float], rotations: np.ndarray, origins_mm: np.ndarray
+    ) -> Self:
+        """Of copies made by :mod:`~dolfingrip.meshes.copies`.
+
+        Args:
+            extent_mm: least and largest x of all reference points, of all ranks.
+            rotations: R_i.
+            origins_mm: o_i.
+        """
+        return cls(rotations, origins_mm, *shares(*extent_mm, len(rotations)))
 
     @property
     def count(self) -> int:

@@ -1,0 +1,50 @@
+"""Whether a gripper with its food is its own mirror image in the plane y = 0."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.rigs.grasped import GraspedBody
+
+MIRROR = np.array([1.0, -1.0, 1.0])
+"""Factors of a point's image in y = 0."""
+
+EVEN_MM = 0.01
+"""Difference of a shape from its mirror image that is not felt: a part of the barrier's width."""
+
+SIDEWAYS = frozenset({"y_mm", "turn_x_rad", "turn_z_rad"})
+"""Coordinates of a body that its mirror image has with the other sign."""
+
+
+def halved(config: Config, food: GraspedBody) -> bool:
+    """Whether half a thumb and one finger are computed for the whole gripper.
+
+    Fingers B and C are mirror images in any pose. Loads in which left and right would part, as
+    where food is squeezed out sideways, are found with ``gripper.half = false`` alone.
+
+    Raises:
+        ConfigError: one line, where that is asked for and something is not symmetric.
+    """
+    asked = config.gripper.half
+    uneven = "" if asked is False else _uneven(config, food)
+    if asked and uneven:
+        raise ConfigError(f"gripper.half = true: {uneven}; allowed: what is its own mirror image")
+    return asked is not False and not uneven
+
+
+def _uneven(config: Config, food: GraspedBody) -> str:
+    """What is not its own mirror image; "" where all is."""
+    if config.mesh.file is not None:
+        return "mesh.file may be any solid"
+    skew = [name for name, film in config.film.all.items() if not film.symmetric]
+    if skew:
+        return f"film.{skew[0]}.fibre_deg is not symmetric"
+    if food.body.centre_mm[1]:
+        return f"food.offset_y_mm = {food.body.centre_mm[1]:g}"
+    points = food.surface.points
+    apart = food.shape.at(points * MIRROR).value - food.shape.at(points).value
+    most = float(np.abs(apart).max())
+    if most > EVEN_MM:
+        return f"the food differs from its mirror image by {most:.2g} mm"
+    return ""

@@ -1,0 +1,35 @@
+"""A shape that is turned in its own frame, as a sausage that is drawn upright and lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dolfingrip.mechanics.contact.distance import Bounds, Distances, SignedDistance
+
+
+@dataclass(frozen=True, slots=True)
+class TurnedShape:
+    """φ(Tᵀ y) of another shape's φ.
+
+    A body whose frame is turned like this starts at the rotation vector 0, about which its motions
+    in a plane of symmetry are turns about one axis.
+
+    Attributes:
+        shape: the other one.
+        turn: (3, 3) T.
+    """
+
+    shape: SignedDistance
+    turn: np.ndarray
+
+    @property
+    def bounds(self) -> Bounds:
+        """Those of the other one."""
+        return self.shape.bounds
+
+    def at(self, points: np.ndarray) -> Distances:
+        """See :class:`SignedDistance`."""
+        value, gradient, hessian = self.shape.at(points @ self.turn)
+        return Distances(value, gradient @ self.turn.T, self.turn @ hessian @ self.turn.T)
