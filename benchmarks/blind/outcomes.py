@@ -30,8 +30,8 @@ def _row(case: Judged) -> dict[str, Any]:
         "kind": case.kind,
         "full": case.full,
         "hidden": AND.join(case.hidden),
-        "strengths_sigma": AND.join(f"{each:.3g}" for each in case.strengths_sigma),
-        "unexplained_sigma": round(case.unexplained_sigma, 2),
+        "strengths_sigma": AND.join(f"{each:.6g}" for each in case.strengths_sigma),
+        "unexplained_sigma": round(case.unexplained_sigma, 5),
         **_told(case.said, ""),
         **_told(case.bound, "bound_"),
         "intervals": _written(case.intervals),
@@ -45,14 +45,14 @@ def _row(case: Judged) -> dict[str, Any]:
 def _told(opinion: Opinion, whose: str) -> dict[str, Any]:
     return {
         f"{whose}answer": opinion.answer,
-        f"{whose}probability": round(opinion.probability, 3),
+        f"{whose}probability": round(opinion.probability, 6),
         f"{whose}class": OR.join(opinion.leading),
         f"{whose}named": AND.join(OR.join(names) for names in opinion.named),
     }
 
 
 def _written(intervals: Sequence[Interval]) -> str:
-    return AND.join(f"{i.key}: {i.low:.4g}, {i.high:.4g}, {i.true:.4g}" for i in intervals)
+    return AND.join(f"{i.key}: {i.low:.10g}, {i.high:.10g}, {i.true:.10g}" for i in intervals)
 
 
 def read(file: Path) -> list[Judged]:

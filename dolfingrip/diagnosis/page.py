@@ -8,6 +8,10 @@ from dolfingrip.diagnosis import outcome
 
 CERTAIN: Final = 0.9
 
+LITTLE: Final = 1.0
+"""Expected ln Bayes factor below which an experiment tells nothing worth mentioning (Kass and
+Raftery 1995)."""
+
 
 def text(result: outcome.Diagnosis) -> str:
     """One page; its first three lines are the verdict."""
@@ -103,8 +107,7 @@ def _head(result: outcome.Diagnosis) -> list[str]:
         second = f"Fitted: {', '.join(f'{p.key} = {p.value:.3g}' for p in best.parameters)}."
     third = "Next experiment: none is needed to tell effects apart."
     if result.next_experiments:
-        one = result.next_experiments[0]
-        third = f"Next experiment: {one.name} ({one.minutes:.0f} minutes)."
+        third = f"Next experiment: {_proposed(result.next_experiments[0])}"
     elif result.verdict.answer == "none":
         third = "Next experiment: none; the readings agree with the model within their noise."
     elif result.verdict.answer == "unknown":
@@ -112,6 +115,14 @@ def _head(result: outcome.Diagnosis) -> list[str]:
             "Next experiment: repeat the measurement; look at the residuals for what is missing."
         )
     return [first, second, third]
+
+
+def _proposed(one: outcome.NextExperiment) -> str:
+    """What is proposed, and what may be expected of it."""
+    if one.gain < LITTLE:
+        return f"no addition of the list tells them apart; {one.name} would tell the most."
+    told = f"{one.name} ({one.minutes:.0f} minutes)"
+    return f"{told}." if one.splits else f"{told}; it may not tell all of them apart."
 
 
 def _gain(result: outcome.Diagnosis) -> list[str]:

@@ -63,6 +63,8 @@ def judge(
 ) -> tuple[list[AdditionWorth], list[str]]:
     """Additions in the order of what they tell per minute, and why some could not be judged.
 
+    Those that are expected to tell all tied effects apart come first.
+
     Args:
         problem: the readings so far.
         tied: fitted effects that they cannot tell apart, with their probabilities.
@@ -94,7 +96,7 @@ def judge(
                 bool((after[off] > APART).all()),
             )
         )
-    return sorted(found, key=lambda worth: -worth.gain_per_minute), failed
+    return sorted(found, key=lambda worth: (not worth.splits, -worth.gain_per_minute)), failed
 
 
 def _after(

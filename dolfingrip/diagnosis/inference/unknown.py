@@ -16,7 +16,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import eigh, svd
+from scipy.linalg import LinAlgError, eigh, svd
 
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector, log_mean_exp
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -143,7 +143,7 @@ class SmoothMisfit:
 
 
 def _system(features: Matrix, sizes: Sequence[float]) -> System:
-    vectors, singular, _ = svd(features, full_matrices=False, check_finite=False)
+    vectors, singular = _svd(features)
     keep = singular**2 > NEGLIGIBLE * max(float(singular[0] ** 2), 1e-300)
     return System(vectors[:, keep], singular[keep] ** 2, sizes)
 
@@ -201,3 +201,12 @@ def _root(kernel: Matrix) -> Matrix:
     values, vectors = eigh(kernel)
     keep = values > 1e-8 * values[-1]
     return np.asarray(vectors[:, keep] * np.sqrt(values[keep]))
+
+
+def _svd(features: Matrix) -> tuple[Matrix, Vector]:
+    """Left vectors and singular values; by plain iteration where divide and conquer fails."""
+    try:
+        vectors, singular, _ = svd(features, full_matrices=False, check_finite=False)
+    except LinAlgError:
+        vectors, singular, _ = svd(features, full_matrices=False, lapack_driver="gesvd")
+    return vectors, singular

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from diagnosis.inference import synthetic
+from scipy.linalg import LinAlgError, svd
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
+from dolfingrip.diagnosis.inference import unknown
 from dolfingrip.diagnosis.inference.screen import Screen
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
 
@@ -69,3 +73,20 @@ def test_readings_on_hold_are_smooth_in_the_logarithm_of_time() -> None:
     table.loc[table["branch"] == "unloading", "branch"] = "hold"
     misfit = SmoothMisfit(table, COVARIANCE, synthetic.noise_std(table))
     assert np.isfinite(misfit.log_evidence(np.ones((len(table), 1)))[0])
+
+
+def test_a_decomposition_that_fails_is_done_another_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """LAPACK's divide and conquer (gesdd) fails on some matrices, on which gesvd does not."""
+    table = synthetic.index()
+    arguments = table, synthetic.covariance(table), synthetic.noise_std(table)
+    residual = np.random.default_rng(3).normal(size=(len(table), 2))
+    usual = unknown.SmoothMisfit(*arguments).log_evidence(residual)
+
+    def fails(matrix: np.ndarray, **how: Any) -> Any:
+        if how.get("lapack_driver") != "gesvd":
+            raise LinAlgError("SVD did not converge")
+        return svd(matrix, **how)
+
+    monkeypatch.setattr(unknown, "svd", fails)
+    again = unknown.SmoothMisfit(*arguments).log_evidence(residual)
+    np.testing.assert_allclose(again, usual, rtol=1e-9)
