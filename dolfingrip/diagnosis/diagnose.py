@@ -41,6 +41,12 @@ from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.tried import check_effects, tried
 from dolfingrip.diagnosis.workers import staying
 
+MESH_UNKNOWN: Final = (
+    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
+    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
+)
+"""Said where there is no second mesh to compare with."""
+
 RIVAL: Final = 0.05
 """Probability by the leading effect's from which on an effect is worth being told apart."""
 
@@ -209,6 +215,8 @@ def diagnose_measurement(
 
 def _failures(base: BaseSimulation) -> list[str]:
     found = [f"base simulation: {each.sentence}" for each in base.failures]
+    if not base.mesh.size and any(t.experiment != "coupon" for t in base.measurement.tests):
+        found.append(MESH_UNKNOWN)
     for candidate in base.candidates:
         if candidate.failures and not len(candidate.shapes):
             why = candidate.failures[0].sentence
