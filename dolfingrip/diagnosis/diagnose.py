@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -27,7 +28,9 @@ from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.downstream import Downstream, compare, read_campaign
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.gain.gain import GainRow, claimed, gains
+from dolfingrip.diagnosis.gain.rivals import NuisanceFit
 from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.arrays import Vector
 from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.inference.posterior import Posterior
 from dolfingrip.diagnosis.inference.verdict import Verdict
@@ -136,6 +139,12 @@ class Diagnosis:
         area = area_spread(measurement) if coupons_alone(measurement) else 0.0
         config = self.problem.base.config
         return extend.parameters(config, fit, fit.estimates(self.problem), area)
+
+    @cached_property
+    def nuisances_fitted(self) -> Vector:
+        """The base model with its nuisances fitted as well as they can be, shape (n,)."""
+        everything = np.ones(len(self.problem.value), dtype=bool)
+        return NuisanceFit(self.problem, self.none).refitted(everything)
 
     @property
     def takes_part(self) -> float:
