@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, lsq_linear
 
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -22,6 +22,9 @@ from dolfingrip.diagnosis.model import FitFailure, FreeParameter
 
 SHIFT = 10.0
 """Added to ζ for scipy, whose first step is no longer than the start is from 0."""
+
+TINY = 1e-9
+"""Least room for a step, in ζ, where a place is on a bound."""
 
 BAD = 3.0
 """What stands for the readings where a simulation fails: these are off by so many times."""
@@ -73,6 +76,16 @@ class Descent:
                 off = covariance.whiten(after.readings - before.readings - straight)
                 length, found = own, float(np.linalg.norm(off)) / own**2
         return found
+
+
+def tangent_step(jac: Matrix, left: Vector, zeta: Vector, low: Vector, high: Vector) -> Vector:
+    """The step of Gauss and Newton within bounds: the least |left + jac step|, shape (p,)."""
+    free = -np.linalg.lstsq(jac, left, rcond=None)[0]
+    if ((zeta + free >= low) & (zeta + free <= high)).all():
+        return np.asarray(free)
+    # cutting the free step off at a bound would leave the other parameters where they are worse
+    lowest, highest = np.minimum(low - zeta, -TINY), np.maximum(high - zeta, TINY)
+    return np.clip(lsq_linear(jac, -left, bounds=(lowest, highest)).x, low - zeta, high - zeta)
 
 
 class _Ended(Exception):
@@ -135,7 +148,7 @@ def descend(
         white = covariance.whiten(np.column_stack([value - readings, here.jacobian]))
         left = np.concatenate([white[:, 0], zeta])
         jac = np.vstack([-white[:, 1:], np.eye(len(zeta))])
-        step = np.clip(zeta - np.linalg.lstsq(jac, left, rcond=None)[0], low, high) - zeta
+        step = tangent_step(jac, left, zeta, low, high)
         gain = 0.5 * float(left @ left - np.sum((left + jac @ step) ** 2))
         ended.last, ended.stepped, ended.visited = here, zeta + step, visited
         length = float(np.linalg.norm(white[:, 1:] @ step))

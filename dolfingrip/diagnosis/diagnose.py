@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Final
 
@@ -27,7 +28,9 @@ from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.downstream import Downstream, compare, read_campaign
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.gain.gain import GainRow, claimed, gains
+from dolfingrip.diagnosis.gain.rivals import NuisanceFit
 from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.arrays import Vector
 from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.inference.posterior import Posterior
 from dolfingrip.diagnosis.inference.verdict import Verdict
@@ -40,6 +43,12 @@ from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.tried import check_effects, tried
 from dolfingrip.diagnosis.workers import staying
+
+MESH_UNKNOWN: Final = (
+    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
+    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
+)
+"""Said where there is no second mesh to compare with."""
 
 RIVAL: Final = 0.05
 """Probability by the leading effect's from which on an effect is worth being told apart."""
@@ -131,6 +140,12 @@ class Diagnosis:
         config = self.problem.base.config
         return extend.parameters(config, fit, fit.estimates(self.problem), area)
 
+    @cached_property
+    def nuisances_fitted(self) -> Vector:
+        """The base model with its nuisances fitted as well as they can be, shape (n,)."""
+        everything = np.ones(len(self.problem.value), dtype=bool)
+        return NuisanceFit(self.problem, self.none).refitted(everything)
+
     @property
     def takes_part(self) -> float:
         """Probability that one of the leading class takes part, beside whatever else."""
@@ -209,6 +224,8 @@ def diagnose_measurement(
 
 def _failures(base: BaseSimulation) -> list[str]:
     found = [f"base simulation: {each.sentence}" for each in base.failures]
+    if not base.mesh.size and any(t.experiment != "coupon" for t in base.measurement.tests):
+        found.append(MESH_UNKNOWN)
     for candidate in base.candidates:
         if candidate.failures and not len(candidate.shapes):
             why = candidate.failures[0].sentence

@@ -53,7 +53,7 @@ def _pictures(found: Diagnosis) -> dict[str, Any]:
             value=problem.value,
             noise=problem.noise_std,
             configured=problem.simulated,
-            before=found.none.predicted(problem, everything),
+            before=found.nuisances_fitted,
             after=found.best.predicted(problem, everything),
         ),
         "cause": " with ".join(found.best.effects),

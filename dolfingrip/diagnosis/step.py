@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dolfingrip.diagnosis.descent import Visited
+from dolfingrip.diagnosis.descent import Visited, tangent_step
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import slope, to_value, zeta_bounds
@@ -40,12 +40,13 @@ def hypothesis_at(names: tuple[str, ...], model: EffectModel, place: Visited) ->
 def stepped(problem: Problem, fit: Hypothesis) -> Hypothesis:
     """One step of Gauss and Newton along the tangent, within the bounds."""
     white = problem.covariance.whiten(np.column_stack([fit.residual(problem.value), fit.jacobian]))
-    information = np.eye(white.shape[1] - 1) + white[:, 1:].T @ white[:, 1:]
-    best = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])
     low, high = zeta_bounds(
         [p.prior for p in fit.parameters], [(p.low, p.high) for p in fit.parameters]
     )
-    zeta: Vector = np.asarray(np.clip(best, low, high), dtype=float)
+    jac = np.vstack([-white[:, 1:], np.eye(white.shape[1] - 1)])
+    left = np.concatenate([white[:, 0], np.zeros(white.shape[1] - 1)])
+    # the residual is that at ζ = 0 along the tangent
+    zeta = tangent_step(jac, left, np.zeros(len(low)), low, high)
     values = [to_value(p.prior, float(z)) for p, z in zip(fit.parameters, zeta, strict=True)]
     assert fit.model is not None
     return replace(

@@ -32,7 +32,7 @@ def differences(found: Diagnosis) -> tuple[pd.DataFrame, list[str]]:
     all looks together.
     """
     problem = found.problem
-    fitted = found.none.predicted(problem, np.ones(len(problem.value), dtype=bool))
+    fitted = found.nuisances_fitted
     tables, units = [], {}
     for experiment in dict.fromkeys(problem.index["experiment"]):
         at = np.flatnonzero(problem.index["experiment"] == experiment)

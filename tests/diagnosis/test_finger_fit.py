@@ -12,7 +12,7 @@ from experiments import small
 
 from dolfingrip.diagnosis.conclude import NONE
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
+from dolfingrip.diagnosis.diagnose import MESH_UNKNOWN, Settings, diagnose_measurement
 from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.experiments import run
 
@@ -52,6 +52,7 @@ def test_hidden_softening_is_found_at_its_strength(tmp_path: Path) -> None:
     found = diagnose_measurement(read([file], config), config, Here(tmp_path / "store"), settings)
     assert meshes.ungraded(config)
     assert found.problem.errors.shape[1] == 1
+    assert MESH_UNKNOWN not in found.warnings
     fit = found.fits[frozenset(["mooney_rivlin"])]
     (_, strength) = fit.estimates(found.problem)
     print("C01", strength, "log evidence", fit.log_evidence(found.problem),

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.diagnosis.gain.folds import folds
-from dolfingrip.diagnosis.gain.rivals import refitted, with_process
+from dolfingrip.diagnosis.gain.rivals import NuisanceFit, with_process
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Vector
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
@@ -46,11 +46,12 @@ class GainRow:
 def gains(problem: Problem, none: Hypothesis, cause: Hypothesis) -> list[GainRow]:
     """A row for each kind of fold and channel."""
     smooth = SmoothMisfit(problem.index, none.covariance(problem), problem.noise_std)
+    nuisances = NuisanceFit(problem, none)
     found: list[GainRow] = []
     coupons = bool((problem.index["experiment"] == "coupon").all())
     for kind, parts in folds(problem.index).items():
         predictions = [
-            (part, refitted(problem, none, ~part), with_process(problem, none, smooth, ~part),
+            (part, nuisances.refitted(~part), with_process(problem, none, smooth, ~part),
              cause.predicted(problem, ~part))
             for part in parts
         ]  # fmt: skip

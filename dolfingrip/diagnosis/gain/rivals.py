@@ -1,6 +1,6 @@
 """Models without a cause, refitted as well as they can be: what a cause has to beat.
 
-The base model with its nuisances: the modulus by exact scaling and from several starts. As no
+The base model with its nuisances: the modulus by exact scaling, the best of its whole range. As no
 nuisance explains what a strong effect does, what is left is far above the noise; so the noise is
 taken as many times larger as makes the readings that are known most probable, lest the fit chase
 the most precise column at the cost of the others. And the base model with a Gaussian process.
@@ -8,37 +8,93 @@ the most precise column at the cost of the others. And the base model with a Gau
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
 
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
-from dolfingrip.diagnosis.inference.laplace import to_zeta
+from dolfingrip.diagnosis.inference.laplace import to_value, to_zeta
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
 from dolfingrip.diagnosis.problem import Problem
-from dolfingrip.diagnosis.step import hypothesis_at, visit
 
-FACTORS: Final = (0.5, 0.7, 1.0, 1.4, 2.0)
-"""Of the modulus of the fit to all readings: where a refit starts."""
+RANGE: Final = 2.5
+"""Of the modulus about that of the fit to all readings, to either side: a factor."""
+
+PLACES: Final = 41
+"""Moduli that the base model is scaled to."""
 
 LARGER: Final = tuple(float(4**k) for k in range(6))
 """Of the standard deviation of the noise: what is tried."""
 
-STEPS: Final = 6
-"""Of Gauss and Newton from each start."""
 
+class NuisanceFit:
+    """The base model with its nuisances, to be fitted to any part of the readings.
 
-def refitted(problem: Problem, none: Hypothesis, known: np.ndarray) -> Vector:
-    """All readings, shape (n,), by the base model fitted to those ``known``, shape (n,) of bool."""
-    found = []
-    for larger in LARGER:
-        own = _noisier(problem, larger)
-        fit = _sought(own, none, known)
-        found.append((_log_density(own, fit, known), own, fit))
-    _, own, fit = max(found, key=lambda each: each[0])
-    return fit.predicted(own, known)
+    Args:
+        problem: the readings.
+        none: the base model's fit to all of them.
+    """
+
+    def __init__(self, problem: Problem, none: Hypothesis) -> None:
+        self._none = none
+        self._problems = [
+            problem.with_noise({key: each.scaled(larger) for key, each in problem.noise.items()})
+            for larger in LARGER
+        ]
+        self._zeta: Vector = np.zeros(0)
+        model = none.model
+        if model is None or len(none.parameters) != 1 or model.base is None:
+            return
+        (parameter,) = none.parameters
+        ends = (none.values[0] / RANGE, none.values[0] * RANGE)
+        low, high = (to_zeta(parameter.prior, min(max(end, parameter.low), parameter.high))
+                     for end in ends)  # fmt: skip
+        self._zeta = np.asarray(np.linspace(low, high, PLACES), dtype=float)
+        rows = [
+            problem.take(model.evaluate([to_value(parameter.prior, float(z))])[0])
+            for z in self._zeta
+        ]
+        self._curve = CubicSpline(self._zeta, np.array(rows))
+
+    def refitted(self, known: np.ndarray) -> Vector:
+        """All readings, shape (n,), fitted to those ``known``, shape (n,) of bool."""
+        best, found = -np.inf, self._none.readings
+        for problem in self._problems:
+            columns = np.hstack([self._none.jacobian, problem.nuisances])[known]
+            noise = problem.error_covariance.matrix[np.ix_(known, known)]
+            fit = self._sought(problem, noise, known)
+            density = Covariance.of(noise + columns @ columns.T).log_density(
+                fit.residual(problem.value)[known]
+            )
+            if density > best:
+                best, found = density, fit.predicted(problem, known)
+        return found
+
+    def _sought(self, problem: Problem, noise: Matrix, known: np.ndarray) -> Hypothesis:
+        """At the modulus that fits the known readings best."""
+        if not self._zeta.size:
+            return self._none
+        columns = problem.nuisances[known]
+        covariance = Covariance.of(noise + columns @ columns.T)
+
+        def cost(zeta: float) -> float:
+            left = covariance.whiten((problem.value - self._curve(zeta))[known])
+            return float(left @ left) + zeta**2
+
+        left = covariance.whiten((problem.value - self._curve(self._zeta))[:, known].T)
+        costs = (left**2).sum(axis=0) + self._zeta**2
+        at = int(np.argmin(costs))
+        ends = self._zeta[max(at - 1, 0)], self._zeta[min(at + 1, PLACES - 1)]
+        zeta = float(minimize_scalar(cost, bounds=ends, method="bounded").x)
+        return replace(
+            self._none, zeta=np.array([zeta]), readings=np.asarray(self._curve(zeta)),
+            jacobian=np.asarray(self._curve(zeta, 1))[:, None],
+        )  # fmt: skip
 
 
 def with_process(
@@ -60,49 +116,3 @@ def with_process(
                 best, value = size * features, density
     others: list[Matrix] = [] if best is None else [best]
     return none.predicted(problem, known, others)
-
-
-def _noisier(problem: Problem, larger: float) -> Problem:
-    if larger == 1.0:
-        return problem
-    return problem.with_noise({key: each.scaled(larger) for key, each in problem.noise.items()})
-
-
-def _log_density(problem: Problem, fit: Hypothesis, known: np.ndarray) -> float:
-    """Of the known readings, about a fit."""
-    columns = np.hstack([fit.jacobian, problem.nuisances])[known]
-    noise = problem.error_covariance.matrix[np.ix_(known, known)]
-    return Covariance.of(noise + columns @ columns.T).log_density(
-        fit.residual(problem.value)[known]
-    )
-
-
-def _sought(problem: Problem, none: Hypothesis, known: np.ndarray) -> Hypothesis:
-    """The base model at the modulus that fits the known readings best."""
-    if none.model is None or len(none.parameters) != 1:
-        return none
-    columns = problem.nuisances[known]
-    noise = problem.error_covariance.matrix[np.ix_(known, known)]
-    covariance = Covariance.of(noise + columns @ columns.T)
-    (parameter,) = none.parameters
-    found = []
-    for by in FACTORS:
-        value = min(max(none.values[0] * by, parameter.low), parameter.high)
-        zeta = np.array([to_zeta(parameter.prior, value)])
-        for _ in range(STEPS):
-            here = _base(problem, none, zeta)
-            white = covariance.whiten(
-                np.column_stack([here.residual(problem.value), here.jacobian])[known]
-            )
-            best = float(white[:, 1] @ white[:, 0]) / (1 + float(white[:, 1] @ white[:, 1]))
-            ends = [to_zeta(parameter.prior, v) for v in (parameter.low, parameter.high)]
-            zeta = np.array([min(max(best, ends[0]), ends[1])])
-        here = _base(problem, none, zeta)
-        left = covariance.whiten((problem.value - here.readings)[known])
-        found.append((float(left @ left + zeta @ zeta), here))
-    return min(found, key=lambda each: each[0])[1]
-
-
-def _base(problem: Problem, none: Hypothesis, zeta: Vector) -> Hypothesis:
-    assert none.model is not None
-    return hypothesis_at((), none.model, visit(problem, none.model.evaluate, none.model, zeta))

@@ -25,6 +25,17 @@ def refused(file: Path) -> str:
     ("old", "new", "said"),
     [
         ("angle_deg", "angel_deg", "column angel_deg: unknown; did you mean angle_deg? allowed: "),
+        (
+            "pressure_kPa",
+            "pressure",
+            "column pressure: unknown; did you mean pressure_kPa?",
+        ),
+        (
+            "pressure_kPa",
+            "pressure_bar",
+            "column pressure_bar: unknown; did you mean ",
+        ),
+        ("time_s", "time", "column time: unknown; did you mean time_s? allowed: "),
         (",force_N", ",pressure_kPa", "column pressure_kPa: twice"),
         ("bending,A,1,loading,1", "bend,A,1,loading,1", "line 3: experiment = bend: unknown; "),
         ("bending,A,1,loading,1", "grasp,A,1,loading,1", "line 3: experiment = grasp: not simul"),

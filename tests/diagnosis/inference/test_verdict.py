@@ -178,6 +178,25 @@ def test_the_mesh_fools_who_does_not_count_it() -> None:
     assert ignored < 0.6
 
 
+def test_nuisances_wider_than_told_look_like_causes() -> None:
+    """Nothing in one measurement tells the two apart: hence a laboratory's own [nuisance]."""
+    seed, draws = 26, 60
+    print("seed", seed)
+    rng, table = np.random.default_rng(seed), synthetic.index()
+    noise, told = noise_matrix(table, synthetic.NOISE), synthetic.nuisances(table)
+    wide = total_covariance(noise, 8 * told)
+    residuals = wide.sample(rng, draws)
+    std, tried = synthetic.noise_std(table), synthetic.candidates(table)
+    alarms = [
+        np.mean([Analysis(table, believed, std, tried).verdict(r).answer != "none"
+                 for r in residuals.T])
+        for believed in (total_covariance(noise, told), wide)
+    ]  # fmt: skip
+    print(f"false alarms: as told {alarms[0]}, as they are {alarms[1]}")
+    assert alarms[0] > 0.15
+    assert alarms[1] <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / draws)
+
+
 def test_a_verdict_says_what_it_is() -> None:
     analysis = synthetic.analysis()
     change = synthetic.columns(analysis.index)
