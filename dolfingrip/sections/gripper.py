@@ -59,7 +59,7 @@ class Gripper(Section):
         description="compute half a thumb and one finger, the rest as its mirror image; "
         "default: where fingers and food are symmetric",
     )
-    step_s: float = Field(0.2, gt=0, le=10, description="longest step in time")
+    step_s: float = Field(0.15, gt=0, le=10, description="longest step in time")
     barrier_mm: float = Field(0.4, gt=0, le=10, description="distance at which food is felt")
     stiffness_MPa: float = Field(0.05, gt=0, description="of that barrier")
 
