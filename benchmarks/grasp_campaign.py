@@ -21,8 +21,8 @@ from dolfingrip.design.campaign.store import NAME, Store
 FOOD, POSE = "food.kind", "gripper.pose"
 PRESSURE, FRICTION = "experiment.max_pressure_kPa", "food.friction"
 
-OURS = ("gripper.preset=coarse", "solver.time_limit_s=1800")
-"""The coarse mesh; a grasp that takes longer ends with what it has."""
+OURS = ("gripper.preset=coarse", "gripper.clearance_mm=4", "solver.time_limit_s=1800")
+"""The coarse mesh, fingers near the food; a grasp that takes longer ends with what it has."""
 
 FAILED = "failure: "
 """Before the class of a grasp that ended early with nothing decided."""

@@ -63,7 +63,7 @@ def stands(
         if given is not None:
             return given
         beside = max(extent_mm(way) for way in ways) if extent_mm is not None else 0.0
-        return max(beside + gripper.clearance_mm - less, 0.0)
+        return max(beside + gripper.clearance - less, 0.0)
 
     thumb = reach(gripper.L_mm, 0.0, np.array([-1.0, 0.0]))
     radius = reach(gripper.R_mm, gripper.W_mm * across[1], across, mirrored)

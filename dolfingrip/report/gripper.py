@@ -192,6 +192,7 @@ def _surface(skin: Skin, finger: int) -> tuple[Any, np.ndarray]:
 
 
 def _table(moments: Sequence[Moment]) -> Any:
-    """A slab below the food, as wide as the fingers stand."""
-    low, high = moments[0].skin.min(axis=0) - 8, moments[0].skin.max(axis=0) + 8
+    """A slab below the food, as wide as that and the fingers stand."""
+    every = np.concatenate([moments[0].skin, moments[0].food])
+    low, high = every.min(axis=0) - 8, every.max(axis=0) + 8
     return pv.Box((low[0], high[0], low[1], high[1], -4.0, 0.0))

@@ -14,6 +14,13 @@ ALPHA_DEG: Final[dict[str, float]] = {"scoop": -45.0, "pinch": 90.0, "claw": 0.0
 """Rotation of fingers B and C where ``alpha_deg`` is not given. The paper has 0 for claw and 90°
 for pinch; for scoop, both fingers closest to the thumb, it has no number."""
 
+CLEARANCE_MM: Final[dict[str, float]] = {"scoop": 4.0, "pinch": 42.0, "claw": 4.0}
+"""Straight fingers beside the food, where no distances are given. The paper has no number. The
+pinch's is such that its cube is first picked up at its 150 kPa with μ = 0.38 (coarse preset)."""
+
+BESIDE_MM: Final = 4.0
+"""That of a pose with an ``alpha_deg`` of its own."""
+
 
 class Gripper(Section):
     """A thumb A and two fingers B, C around a centre O, as in the paper's Fig. 5(c)."""
@@ -34,8 +41,11 @@ class Gripper(Section):
     R_mm: float | None = Field(
         None, ge=0, le=300, description="B, C to rotation centres; default: beside the food"
     )
-    clearance_mm: float = Field(
-        4.0, gt=0, le=100, description="finger to food where L_mm, R_mm are not given"
+    clearance_mm: float | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="finger to food where L_mm, R_mm are not given; default: by pose",
     )
     tip_height_mm: float = Field(
         4.0, gt=0, le=300, description="of the straight fingers' tips above the table"
@@ -49,7 +59,7 @@ class Gripper(Section):
         description="compute half a thumb and one finger, the rest as its mirror image; "
         "default: where fingers and food are symmetric",
     )
-    step_s: float = Field(0.2, gt=0, le=10, description="longest step in time")
+    step_s: float = Field(0.15, gt=0, le=10, description="longest step in time")
     barrier_mm: float = Field(0.4, gt=0, le=10, description="distance at which food is felt")
     stiffness_MPa: float = Field(0.05, gt=0, description="of that barrier")
 
@@ -57,3 +67,10 @@ class Gripper(Section):
     def alpha(self) -> float:
         """Rotation of B and C (deg)."""
         return ALPHA_DEG[self.pose] if self.alpha_deg is None else self.alpha_deg
+
+    @property
+    def clearance(self) -> float:
+        """Finger to food where L and R are not given (mm)."""
+        if self.clearance_mm is not None:
+            return self.clearance_mm
+        return CLEARANCE_MM[self.pose] if self.alpha_deg is None else BESIDE_MM

@@ -26,6 +26,7 @@ FOOD = (
     "food.length_mm=30",
     "food.height_mm=24",
     "gripper.pose=pinch",
+    "gripper.clearance_mm=4",
 )
 CLOSE = ("gripper.clearance_mm=0.2",)
 

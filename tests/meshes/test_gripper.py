@@ -21,14 +21,16 @@ def ball(radius: float):  # type: ignore[no-untyped-def]
 @pytest.mark.parametrize("pose", POSES)
 def test_presets(pose: str) -> None:
     """All stand beside a ball, hang down and face it; B and C are mirror images."""
-    found = stands(Gripper(pose=pose), FINGER, ball(35.0))  # type: ignore[arg-type]
+    gripper = Gripper(pose=pose)  # type: ignore[arg-type]
+    found = stands(gripper, FINGER, ball(35.0))
+    assert gripper.clearance == (42.0 if pose == "pinch" else 4.0)
     assert [stand.name for stand in found] == ["thumb A", "finger B", "finger C"]
     for stand in found:
         np.testing.assert_allclose(stand.rotation @ stand.rotation.T, np.eye(3), atol=1e-15)
         assert np.linalg.det(stand.rotation) == pytest.approx(1)
         np.testing.assert_array_equal(stand.rotation[:, 2], [0, 0, -1])
         assert stand.origin_mm[2] == FINGER.length_mm + Gripper().tip_height_mm
-        assert stand.origin_mm[:2] @ stand.outward == pytest.approx(39.0)
+        assert stand.origin_mm[:2] @ stand.outward == pytest.approx(35 + gripper.clearance)
     mirror = np.diag([1, -1, 1])
     np.testing.assert_allclose(mirror @ found[1].origin_mm, found[2].origin_mm, atol=1e-12)
     # a finger is itself symmetric in its y
@@ -57,6 +59,12 @@ def test_the_papers_angles() -> None:
 def test_fingers_that_intersect_are_named(given: dict[str, object], said: str) -> None:
     with pytest.raises(ConfigError, match=rf"gripper: L_mm = .* R_mm = .*: {said}; allowed:"):
         stands(checked(Gripper, given), FINGER)
+
+
+def test_a_turn_of_its_own_has_no_preset_distance() -> None:
+    """The pinch's is set for its α alone; one that is given counts in any case."""
+    assert Gripper(alpha_deg=30.0).clearance == 4.0
+    assert Gripper(alpha_deg=30.0, clearance_mm=7.0).clearance == 7.0
 
 
 def test_a_finger_in_the_foods_way() -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from mpi4py import MPI
 
-from dolfingrip.config import Config, ConfigError
+from dolfingrip.config import Config
 from dolfingrip.experiments.protocol.grasping import lift_mm, lift_starts_s
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.results.outcome import Outcome, Ring, decided, judge
@@ -67,8 +67,6 @@ class GraspRig(Rig):
         Raises:
             ConfigError: on every rank, one line.
         """
-        if comm.size > 1:
-            raise ConfigError(f"grasp: {comm.size} ranks; allowed: one")
         with profile.phase("mesh and forms"):
             gripper = build_gripper(config, comm)
         return cls(config, gripper, profile)
