@@ -36,6 +36,8 @@ class BoxSolid:
         cavity, gaps: hollows inside and spaces outside, which overlap as they like.
         rising, falling: planes with the hollow side of a concave edge above and below them, where
             the mesh is graded.
+        walls: planes that thick walls begin at, graded on both sides where the mesh asks for that;
+            None: ``rising`` and ``falling``.
         regions: boxes of other material by name, later ones over earlier ones; what is in none of
             them is named ``rest``.
         rest: name of the remaining region; "" where there are no regions.
@@ -50,6 +52,15 @@ class BoxSolid:
     regions: Mapping[str, Sequence[Box]] = field(default_factory=dict)
     rest: str = ""
     cup_mm: float = 0.0
+    walls: Marks | None = None
+
+    def graded(self, axis: int, *, both_sides: bool) -> tuple[Sequence[float], Sequence[float]]:
+        """Planes across an axis above and below which the mesh is graded (mm)."""
+        if not both_sides:
+            return self.rising[axis], self.falling[axis]
+        walls = self.walls
+        every = [*self.rising[axis], *self.falling[axis]] if walls is None else walls[axis]
+        return every, every
 
     def planes(self, axis: int) -> Floats:
         """Coordinates of all faces across an axis (mm), in an order that the dimensions set."""

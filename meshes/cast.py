@@ -34,4 +34,5 @@ def box_solid(cast: Cast) -> BoxSolid:
         regions={"film": [((0.0, film), across, along)]},
         rest="body",
         cup_mm=cast.cup_mm,
+        walls=([film, roof], [*chamber], [*starts, *ends]),
     )

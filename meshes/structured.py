@@ -25,6 +25,9 @@ from dolfingrip.sections.specimen import Mesh
 GROWTH: Final = 7.0
 """Ratio of neighbouring cells' sizes away from a concave edge; the stress decays as r^-0.46."""
 
+GROWTH_IN_WALLS: Final = 5.0
+"""Of cells that grow into a thick wall, within which strain decays."""
+
 Bools = NDArray[np.bool_]
 
 SOLID, CAVITY, OUTSIDE = 0, 1, 2
@@ -79,9 +82,10 @@ def grid(dimensions: Dimensions, mesh: Mesh) -> Grid:
         walls[1] = walls[1][walls[1] > -THINNEST_MM]
         walls[1] = np.concatenate([[0.0], walls[1][walls[1] > THINNEST_MM]])
     _limit(boxes.body, mesh, size, edge)
+    marks = [boxes.graded(axis, both_sides=mesh.both_sides) for axis in range(3)]
+    growth = GROWTH_IN_WALLS if mesh.both_sides else GROWTH
     planes = [
-        _planes(walls[axis], boxes.rising[axis], boxes.falling[axis], size, edge, mesh.refine)
-        for axis in range(3)
+        _planes(walls[axis], marks[axis], (size, edge, growth), mesh.refine) for axis in range(3)
     ]
     return Grid(
         (planes[0], planes[1], planes[2]),
@@ -117,22 +121,22 @@ def _unique(values: Iterable[float]) -> Floats:
 
 def _planes(
     walls: Floats,
-    rising: Sequence[float],
-    falling: Sequence[float],
-    size: float,
-    edge: float,
+    marks: tuple[Sequence[float], Sequence[float]],
+    sizes: tuple[float, float, float],
     refine: int,
 ) -> Floats:
-    """Coordinates between and on ``walls``, fine above ``rising`` and below ``falling`` ones."""
+    """Coordinates between and on ``walls``, fine above the first ``marks`` and below the second.
+
+    ``sizes`` are the largest cell (mm), that at marks (mm), and the ratio of neighbours.
+    """
 
     def among(value: float, marked: Sequence[float]) -> bool:
         return any(abs(value - other) < THINNEST_MM / 10 for other in marked)
 
     lengths: list[float] = []
     for start, end in pairwise(walls):
-        lengths += _divide(
-            float(end - start), size, edge, among(start, rising), among(end, falling)
-        )
+        ends = among(start, marks[0]), among(end, marks[1])
+        lengths += _divide(float(end - start), sizes, ends)
     fine = np.repeat(np.array(lengths) / refine, refine)
     planes = walls[0] + np.concatenate([[0.0], np.cumsum(fine)])
     # on the walls to the last bit, so that symmetry plane, clamp and tip are exact
@@ -141,21 +145,24 @@ def _planes(
     return planes
 
 
-def _divide(length: float, size: float, edge: float, first: bool, last: bool) -> list[float]:
+def _divide(
+    length: float, sizes: tuple[float, float, float], ends: tuple[bool, bool]
+) -> list[float]:
     """Lengths of the cells of one interval, graded from the ends that are marked."""
+    size, edge, growth = sizes
     head: list[float] = []
     tail: list[float] = []
     rest = length
-    next_head, next_tail = edge if first else math.inf, edge if last else math.inf
+    next_head, next_tail = (edge if marked else math.inf for marked in ends)
     while min(next_head, next_tail) < rest / 2:
         if next_head <= next_tail:
             head.append(next_head)
             rest -= next_head
-            next_head *= GROWTH
+            next_head *= growth
         else:
             tail.append(next_tail)
             rest -= next_tail
-            next_tail *= GROWTH
+            next_tail *= growth
     count = max(1, math.ceil(rest / size - 1e-9))
     return [*head, *[rest / count] * count, *reversed(tail)]
 

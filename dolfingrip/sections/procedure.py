@@ -27,7 +27,7 @@ class Experiment(Section):
     max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
     step_kPa: float = Field(25.0, gt=0, description="a reading every so much")
     max_volume_ratio: float = Field(
-        2.0, gt=1, le=100, description="volume control: largest cavity, relative to rest"
+        2.0, gt=1, le=1000, description="volume control: largest cavity, relative to rest"
     )
     step_volume_ratio: float = Field(
         0.1, gt=0, le=10, description="volume control: a reading every so much"

@@ -161,6 +161,11 @@ class Mesh(Section):
         description="element size at concave edges; default: an eighth of the wall for "
         "hexahedra, size_mm for tetrahedra",
     )
+    both_sides: bool = Field(
+        False,
+        description="hexahedra alone: graded on the solid side of concave edges, too, as walls "
+        "much thicker than the chambers need",
+    )
     refine: int = Field(
         1, ge=1, le=16, description="hexahedra alone: each is divided so often along each axis"
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.newton.globalisation import ENOUGH, Globalisation, Verdict
+from dolfingrip.mechanics.newton.globalisation import ENOUGH, Globalisation, Verdict, _root
 
 
 class Line:
@@ -69,3 +69,16 @@ def test_damped_solves_search_every_step_and_allow_a_rising_residual() -> None:
         assert fraction == pytest.approx(expected, abs=0.0 if expected == 1 else 0.1)
         verdicts = [rules.judge(iteration, 10.0**iteration) for iteration in range(1, 8)]
         assert (Verdict.HOPELESS in verdicts) is not damped
+
+
+def test_a_step_far_too_long_is_searched_by_decades() -> None:
+    """A membrane's force, 1 − (x/s)³ for s = 1e-5: regula falsi alone takes thousands of values."""
+    calls = []
+
+    def work(fraction: float) -> float:
+        calls.append(fraction)
+        return (fraction / 1e-5) ** 3 - 1
+
+    found = _root(work, -1.0, 1.0)
+    assert abs(work(found)) <= ENOUGH
+    assert len(calls) <= 12

@@ -96,7 +96,7 @@ def strain_energies(
             found[region,] = base
         elif region in layers:
             name, film = layers[region]
-            found[region,] = [layer_energy(config, name, film, domain.mesh, known)]
+            found[region,] = [Coarsely(layer_energy(config, name, film, domain.mesh, known))]
         else:
             found[region,] = _own(region, config, domain, p, known)
     return found

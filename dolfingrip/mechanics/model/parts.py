@@ -90,7 +90,9 @@ def solid_parts(
     found = []
     for names, energies in by_part.items():
         apart = [each.energy for each in energies if isinstance(each, Coarsely)]
-        found.append(part([e for e in energies if not isinstance(e, Coarsely)], names, None))
+        finely = [each for each in energies if not isinstance(each, Coarsely)]
+        if finely:
+            found.append(part(finely, names, None))
         if apart:
             found.append(part(apart, names, coarse))
     return sorted(found, key=lambda each: each.rule is not None)

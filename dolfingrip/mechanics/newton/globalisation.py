@@ -46,6 +46,14 @@ ENOUGH = 0.3
 """Part of the work at the start of a step that may be left where a search ends."""
 
 
+OVERSHOT = 0.5
+"""Part of a step, as searched, below which the stress that follows it linearly means nothing."""
+
+STEEP, CLOSER = 100.0, 0.1
+"""Where the work is so many times that of the start, the search goes on at this part of the way: a
+membrane's force grows as the cube of its deflection, of which regula falsi hardly takes note."""
+
+
 class Verdict(Enum):
     """What a residual norm means."""
 
@@ -69,10 +77,13 @@ class Globalisation:
         settings: tolerances.
         residual_along: product of the residual at the model's present displacement with a step
             (mJ).
+        limp: the model has membranes, so that the first steps are searched, too.
 
     Attributes:
         bound: name of what cut the last step, "" if nothing did.
         far: the tangent is likely to be far from the one before.
+        overshot: the last step was one of the first of a model with membranes, and far too long:
+            flat ones have no stiffness across them until they are deflected.
     """
 
     def __init__(
@@ -80,10 +91,13 @@ class Globalisation:
         model: Model,
         settings: Solver,
         residual_along: Callable[[np.ndarray], float],
+        *,
+        limp: bool = False,
     ) -> None:
         self._model = model
         self._settings = settings
         self._residual_along = residual_along
+        self._limp = limp
         self.start()
 
     def start(
@@ -97,6 +111,7 @@ class Globalisation:
             damped: search along each step, and do not give up on a residual that rises.
         """
         self.bound = ""
+        self.overshot = False
         self.far = far
         self._damped = damped
         self._short = 0
@@ -169,8 +184,12 @@ class Globalisation:
     def fraction(self, step: np.ndarray) -> float:
         """The fraction of ``step`` (a local array of the unknowns) to take."""
         fraction, self.bound = self._model.admissible_step(step)
+        self.overshot = False
         if self._stagnates or (self.bound and self._settled):
             fraction = self._search(step, fraction)
+        elif self._limp and not self._settled:
+            fraction = self._search(step, fraction)
+            self.overshot = abs(fraction) < OVERSHOT
         self._short = self._short + 1 if abs(fraction) < SHORTEST_STEP else 0
         self._inverted = self._inverted + 1 if self.bound == INVERTED else 0
         return fraction
@@ -208,6 +227,8 @@ def _root(work: Callable[[float], float], first: float, end: float) -> float:
     found = end
     for _ in range(SEARCHED):
         found = near[0] - near[1] * (far[0] - near[0]) / (far[1] - near[1])
+        if far[1] > STEEP * abs(first):
+            found = near[0] + CLOSER * (far[0] - near[0])
         value = work(found)
         if abs(value) <= ENOUGH * abs(first):
             break

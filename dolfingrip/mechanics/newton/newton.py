@@ -67,7 +67,9 @@ class Newton:
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
-        self._globalisation = Globalisation(model, settings, self._residual_along)
+        self._globalisation = Globalisation(
+            model, settings, self._residual_along, limp=bool(model.potential.sheets)
+        )
         self._refreshing = Refreshing(model)
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
         self._condensation = None if model.p is None else Condensation(model)
@@ -133,7 +135,7 @@ class Newton:
         with self.profile.phase("tangent"):
             self._take(x)
             carried = self.model.potential.carried
-            if self._damped and carried is not None:
+            if carried is not None and (self._damped or self._globalisation.overshot):
                 carried.reset()  # only the energy's own tangent gives a descent direction
             before = self.tangent.matrix
             self.model.heed(float(snes.getFunctionNorm()))
