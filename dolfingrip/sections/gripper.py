@@ -16,7 +16,7 @@ for pinch; for scoop, both fingers closest to the thumb, it has no number."""
 
 CLEARANCE_MM: Final[dict[str, float]] = {"scoop": 4.0, "pinch": 42.0, "claw": 4.0}
 """Straight fingers beside the food, where no distances are given. The paper has no number. The
-pinch's is such that its cube is first picked up at its 150 kPa with its μ = 0.38 (coarse preset)."""
+pinch's is such that its cube is first picked up at its 150 kPa with μ = 0.38 (coarse preset)."""
 
 BESIDE_MM: Final = 4.0
 """That of a pose with an ``alpha_deg`` of its own."""
