@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,7 @@ class Moment:
 
 
 def draw(out: Path, config: Config, result: Columns) -> list[Path]:
-    """Write ``grasp.png``, the stages side by side, and ``grasp.gif``, all rows.
+    """Write ``grasp.png``, the stages side by side, ``grasp.gif`` and ``grasp.mp4``, all rows.
 
     Args:
         out: folder of a run, with its ``fields.pvd``.
@@ -71,13 +72,28 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     pressed = max((i for i, b in enumerate(branches) if b == "loading"), default=0)
     chosen = list(dict.fromkeys([0, pressed // 2, pressed, lifted]))
     strip = np.concatenate([images[i] for i in chosen], axis=1)
-    still, moving = out / "grasp.png", out / "grasp.gif"
+    still, moving, film = (out / f"grasp.{suffix}" for suffix in ("png", "gif", "mp4"))
     Pillow.fromarray(strip).save(still)
     frames = [Pillow.fromarray(image).resize(_halved(image)) for image in images]
     frames[0].save(
         moving, save_all=True, append_images=frames[1:], duration=FRAME_MS, loop=0, optimize=True
     )
-    return [still, moving]
+    write_film(film, images)
+    return [still, moving, film]
+
+
+def write_film(path: Path, images: Sequence[Image]) -> None:
+    """An MP4 in H.264 of pictures of one size, each shown for :data:`FRAME_MS`."""
+    import av
+
+    height, width = (2 * (length // 2) for length in images[0].shape[:2])  # even, as H.264 needs
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("libx264", rate=Fraction(1000, FRAME_MS))
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        for image in images:
+            cut = np.ascontiguousarray(image[:height, :width])
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(cut, format="rgb24")))
+        container.mux(stream.encode())
 
 
 def _halved(image: Image) -> tuple[int, int]:
