@@ -53,7 +53,7 @@ HIDDEN: Final[Sequence[tuple[str, tuple[tuple[str, int, float], ...]]]] = (
     ("coupon", (("permanent_set", 0, 1.0),)),
     ("short", ()),
     ("short", (("force_offset", 0, 2.0),)),
-    ("short", (("print_anisotropy", 0, 2.4),)),
+    ("short", (("print_anisotropy", 0, 1.2),)),
     ("short", (("soft_foam", 0, 1.0),)),
 )
 """Protocol and causes of each case: with form and strength."""

@@ -77,6 +77,11 @@ class Verdict:
     def sentence(self) -> str:
         """The verdict in words."""
         chance = f"probability {self.probability:.2f}"
+        if self.answer == "none" and self.probability < 0.5:
+            return (
+                f"no cause can be claimed (probability of none {self.probability:.2f}); readings "
+                "without a cause have such odds too often"
+            )
         if self.answer == "none":
             return f"no cause can be seen ({chance})"
         if self.answer == "unknown":

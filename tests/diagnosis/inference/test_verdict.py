@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from collections import Counter
 
 import numpy as np
@@ -209,7 +210,10 @@ def test_a_verdict_says_what_it_is() -> None:
     assert "cannot tell them apart" in tied.sentence()
     assert set(tied.names) == TIED
     assert tied.table[0].strength_sigma == pytest.approx(22.7, rel=0.1)
-    assert said(np.zeros(44)).sentence().startswith("no cause can be seen")
+    nothing = said(np.zeros(44))
+    assert nothing.sentence().startswith("no cause can be seen")
+    doubtful = replace(nothing, probability=0.2)
+    assert doubtful.sentence().startswith("no cause can be claimed (probability of none 0.20)")
     total = said(0.3 * change["set"])
     assert 0 <= total.none + total.unknown <= 1
 
