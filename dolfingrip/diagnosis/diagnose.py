@@ -6,9 +6,8 @@ diagnosis.outcome.verdict.answer     # "cause", "none" or "unknown"
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -16,8 +15,8 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.campaign import Standing
+from dolfingrip.diagnosis import cautions, contact_shift, selection
 from dolfingrip.diagnosis import conclude as conclusions
-from dolfingrip.diagnosis import contact_shift, extend, selection
 from dolfingrip.diagnosis.additions import worth
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.conclude import NONE, Conclusion
@@ -25,17 +24,12 @@ from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.noise import noise as instrument_noise
 from dolfingrip.diagnosis.data.suspicion import suspicions
-from dolfingrip.diagnosis.downstream import Downstream, compare, read_campaign
+from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.fit import Fitter
-from dolfingrip.diagnosis.gain.gain import GainRow, claimed, gains
-from dolfingrip.diagnosis.gain.rivals import NuisanceFit
-from dolfingrip.diagnosis.hypothesis import Hypothesis
-from dolfingrip.diagnosis.inference.arrays import Vector
-from dolfingrip.diagnosis.inference.laplace import Estimate
-from dolfingrip.diagnosis.inference.posterior import Posterior
-from dolfingrip.diagnosis.inference.verdict import Verdict
-from dolfingrip.diagnosis.model import area_spread, coupons_alone, modulus_parameter
-from dolfingrip.diagnosis.noise_check import NoiseDoubts, noise_doubts
+from dolfingrip.diagnosis.found import Diagnosis
+from dolfingrip.diagnosis.gain.gain import gains
+from dolfingrip.diagnosis.model import modulus_parameter
+from dolfingrip.diagnosis.noise_check import noise_doubts
 from dolfingrip.diagnosis.noise_model import NoiseModel, noise_model
 from dolfingrip.diagnosis.problem import Problem, index_of
 from dolfingrip.diagnosis.search import search
@@ -43,12 +37,6 @@ from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.tried import check_effects, tried
 from dolfingrip.diagnosis.workers import staying
-
-MESH_UNKNOWN: Final = (
-    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
-    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
-)
-"""Said where there is no second mesh to compare with."""
 
 RIVAL: Final = 0.05
 """Probability by the leading effect's from which on an effect is worth being told apart."""
@@ -75,89 +63,6 @@ class Settings:
     campaign: Path | None = None
     say: Callable[[str], None] = lambda text: None
     progress: Callable[[Standing], None] = lambda standing: None
-
-
-@dataclass
-class Diagnosis:
-    """Everything that was found, for tables, plots and texts.
-
-    Attributes:
-        problem: arrays of the readings.
-        noise: what was taken.
-        fits: of hypotheses.
-        conclusion: under the most probable model of the noise.
-        verdict: averaged over these models.
-        under: the verdict under each alone.
-        models: probability of each.
-        posterior: probabilities of all hypotheses, averaged over these models.
-        doubts: what speaks against the noise as believed.
-        gain: errors on what was left out.
-        next: additions, the best first.
-        downstream: what the extended model changes about a campaign's best designs.
-        suspicions: slips of units, signs and columns, a question each.
-        warnings: what else to beware of, a sentence each.
-        quick: whether it stopped after the screen.
-        simulated_s: time of all simulations on a worker each, those from the store included.
-    """
-
-    problem: Problem
-    noise: NoiseModel
-    fits: Mapping[frozenset[str], Hypothesis]
-    conclusion: Conclusion
-    verdict: Verdict
-    under: Mapping[str, Verdict]
-    models: Mapping[str, float]
-    posterior: Posterior
-    doubts: NoiseDoubts
-    gain: list[GainRow] = field(default_factory=list)
-    next: list[worth.AdditionWorth] = field(default_factory=list)
-    downstream: Downstream | None = None
-    suspicions: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    quick: bool = False
-    simulated_s: float = 0.0
-
-    @property
-    def none(self) -> Hypothesis:
-        """The base model, its modulus fitted."""
-        return self.fits[NONE]
-
-    @property
-    def best(self) -> Hypothesis:
-        """The fit that the verdict is about; the base model's where it names no cause."""
-        if self.verdict.answer != "cause":
-            return self.none
-        leaders = [found.names[0] for found in self.verdict.named]
-        for key in (frozenset(leaders), frozenset(leaders[:1])):
-            if key in self.fits:
-                return self.fits[key]
-        return self.none
-
-    def numbers(self, fit: Hypothesis) -> list[tuple[str, Estimate]]:
-        """Fitted numbers by key of the configuration, with 90 % intervals."""
-        measurement = self.problem.measurement
-        area = area_spread(measurement) if coupons_alone(measurement) else 0.0
-        config = self.problem.base.config
-        return extend.parameters(config, fit, fit.estimates(self.problem), area)
-
-    @cached_property
-    def nuisances_fitted(self) -> Vector:
-        """The base model with its nuisances fitted as well as they can be, shape (n,)."""
-        everything = np.ones(len(self.problem.value), dtype=bool)
-        return NuisanceFit(self.problem, self.none).refitted(everything)
-
-    @property
-    def takes_part(self) -> float:
-        """Probability that one of the leading class takes part, beside whatever else."""
-        names = [score.name for score in self.conclusion.scores]
-        own = [names.index(name) for each in self.verdict.named[:1] for name in each.names]
-        found = self.posterior
-        return found.with_either(own) + float(found.beside[own].sum()) if own else 0.0
-
-    @property
-    def gain_claimed(self) -> bool | None:
-        """Whether the cause beats both rivals; None where nothing was compared."""
-        return claimed(self.gain) if self.gain else None
 
 
 def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Settings) -> Diagnosis:
@@ -207,7 +112,7 @@ def diagnose_measurement(
     found = _name(measurement, base, workers, settings)
     doubts = [each.sentence() for each in suspicions(measurement, base.readings)]
     found.suspicions = doubts
-    found.warnings = [*measurement.warnings, *_failures(base), *found.warnings]
+    found.warnings = [*measurement.warnings, *cautions.of_simulation(base), *found.warnings]
     if settings.quick or found.verdict.answer != "cause":
         return found
     if found.best.effects:
@@ -219,17 +124,6 @@ def diagnose_measurement(
                 "nuisances or a process without cause: take it as a suspicion"
             )
     _propose(found, config, workers, settings)
-    return found
-
-
-def _failures(base: BaseSimulation) -> list[str]:
-    found = [f"base simulation: {each.sentence}" for each in base.failures]
-    if not base.mesh.size and any(t.experiment != "coupon" for t in base.measurement.tests):
-        found.append(MESH_UNKNOWN)
-    for candidate in base.candidates:
-        if candidate.failures and not len(candidate.shapes):
-            why = candidate.failures[0].sentence
-            found.append(f"{candidate.name} could not be tried: {why}")
     return found
 
 
@@ -277,31 +171,13 @@ def _name(
     doubts = noise_doubts(found[best], fits, noise)
     warnings = [
         *fitter.failures,
-        *_verdict_notes(verdict),
-        *_noise_notes(verdict, under_each, models),
+        *cautions.of_verdict(verdict),
+        *cautions.of_noise(verdict, under_each, models),
     ]
     return Diagnosis(
         found[best].problem, noise, fits, found[best], verdict, under_each, models, posterior,
         doubts, warnings=warnings, quick=settings.quick,
     )  # fmt: skip
-
-
-def _verdict_notes(verdict: Verdict) -> list[str]:
-    """The verdict's notes, those of all effects that cannot be seen in one."""
-    hidden = [score.name for score in verdict.scores if not score.visible]
-    notes = [n for n in verdict.notes if not n.endswith("cannot be seen in these readings")]
-    return [*notes, *([f"not to be seen in these readings: {', '.join(hidden)}"] if hidden else [])]
-
-
-def _noise_notes(
-    verdict: Verdict, under: Mapping[str, Verdict], models: Mapping[str, float]
-) -> list[str]:
-    """How the verdict depends on the noise."""
-    return [
-        f"with noise {name} (probability {models[name]:.2f}): {each.sentence()}"
-        for name, each in under.items()
-        if (each.answer, set(each.names)) != (verdict.answer, set(verdict.names))
-    ]
 
 
 def _propose(found: Diagnosis, config: Config, workers: Workers, settings: Settings) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import extend, page, summary
-from dolfingrip.diagnosis.diagnose import Diagnosis
+from dolfingrip.diagnosis.found import Diagnosis
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import pandas as pd
 from dolfingrip import __version__
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import extend, outcome
-from dolfingrip.diagnosis.diagnose import Diagnosis
+from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.multiple import holm
 from dolfingrip.diagnosis.inference.sentences import sentences

@@ -126,3 +126,14 @@ def test_a_mesh_file_counts_by_its_content(tmp_path) -> None:  # type: ignore[no
         base = Config().model_copy(update={"mesh": mesh})
         keys.append(plan.Plan(base, ("morph.xi1",), ({"morph.xi1": 0.1},)).designs()[0].key)
     assert keys[0] == keys[1] != keys[2]
+
+
+def test_a_switch_that_came_later_counts_where_it_is_on() -> None:
+    def key(**mesh: object) -> str:
+        base = Config().changed(mesh=mesh)
+        return plan.content_key(plan.decisive(base.model_dump(mode="json"), None))
+
+    older = Config().model_dump(mode="json")
+    del older["mesh"]["both_sides"]
+    assert key() == key(both_sides=False) == plan.content_key(plan.decisive(older, None))
+    assert key(both_sides=True) != key()

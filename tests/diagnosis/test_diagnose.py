@@ -17,7 +17,8 @@ from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, load
 from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.diagnose import Diagnosis, Settings, diagnose_measurement
+from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
+from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation.job import Job, JobResult

@@ -10,9 +10,10 @@ from diagnosis.data.files import written
 from diagnosis.simulation.here import Here
 from experiments import small
 
+from dolfingrip.diagnosis.cautions import MESH_UNKNOWN
 from dolfingrip.diagnosis.conclude import NONE
 from dolfingrip.diagnosis.data.measurement import read
-from dolfingrip.diagnosis.diagnose import MESH_UNKNOWN, Settings, diagnose_measurement
+from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
 from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.experiments import run
 

@@ -24,6 +24,10 @@ QUANTITIES = ("cog_offset_mm", "force_N")
 TIME_LIMIT = "time_limit_s"
 """Of the section ``solver``; it may differ from call to call of a campaign."""
 
+LATER_SWITCHES = ("both_sides",)
+"""Of the section ``mesh``, newer than stored results: they count where they are on, so that results
+from before are still found."""
+
 
 class Work(Protocol):
     """What a campaign computes: a plan of designs, or other simulations.
@@ -182,7 +186,12 @@ def decisive(config: dict[str, Any], digest: str | None) -> dict[str, Any]:
     """What a finished result depends on of a configuration, whose mesh file has this digest."""
     # not on the time that it was allowed
     solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
-    return {**config, "mesh": {**config["mesh"], "file": digest}, "solver": solver}
+    mesh = {
+        name: value
+        for name, value in config["mesh"].items()
+        if name not in LATER_SWITCHES or value is not False
+    }
+    return {**config, "mesh": {**mesh, "file": digest}, "solver": solver}
 
 
 def content_key(content: dict[str, Any]) -> str:

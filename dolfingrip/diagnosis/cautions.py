@@ -1,0 +1,45 @@
+"""What a diagnosis tells its reader to beware of, a sentence each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from dolfingrip.diagnosis.inference.verdict import Verdict
+from dolfingrip.diagnosis.simulation.base import BaseSimulation
+
+MESH_UNKNOWN: Final = (
+    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
+    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
+)
+"""Said where there is no second mesh to compare with."""
+
+
+def of_simulation(base: BaseSimulation) -> list[str]:
+    """What could not be simulated, and a mesh without another to compare with."""
+    found = [f"base simulation: {each.sentence}" for each in base.failures]
+    if not base.mesh.size and any(t.experiment != "coupon" for t in base.measurement.tests):
+        found.append(MESH_UNKNOWN)
+    for candidate in base.candidates:
+        if candidate.failures and not len(candidate.shapes):
+            why = candidate.failures[0].sentence
+            found.append(f"{candidate.name} could not be tried: {why}")
+    return found
+
+
+def of_verdict(verdict: Verdict) -> list[str]:
+    """The verdict's notes, those of all effects that cannot be seen in one."""
+    hidden = [score.name for score in verdict.scores if not score.visible]
+    notes = [n for n in verdict.notes if not n.endswith("cannot be seen in these readings")]
+    return [*notes, *([f"not to be seen in these readings: {', '.join(hidden)}"] if hidden else [])]
+
+
+def of_noise(
+    verdict: Verdict, under: Mapping[str, Verdict], models: Mapping[str, float]
+) -> list[str]:
+    """How the verdict depends on the noise."""
+    return [
+        f"with noise {name} (probability {models[name]:.2f}): {each.sentence()}"
+        for name, each in under.items()
+        if (each.answer, set(each.names)) != (verdict.answer, set(verdict.names))
+    ]
