@@ -25,6 +25,7 @@ from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import diagnose as analyser
 from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.data import measurement as measured
+from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
 
@@ -100,7 +101,7 @@ def diagnose_files(case: Case, files: Sequence[Path], out: Path, how: How) -> di
 
 def _diagnosed(
     files: Sequence[Path], config: Config, crew: StayingWorkers, settings: analyser.Settings
-) -> analyser.Diagnosis:
+) -> Diagnosis:
     """As the analyser's own, with the same workers for all cases."""
     crew.spent_s.clear()
     measurement, notes = selection.selected(measured.read(files, config), config)

@@ -10,7 +10,8 @@ from diagnosis.data.files import written
 from diagnosis.simulation.here import Here
 from experiments import small
 
-from dolfingrip.diagnosis import contact_shift, diagnose
+from dolfingrip.diagnosis import contact_shift
+from dolfingrip.diagnosis.cautions import MESH_UNKNOWN
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
 from dolfingrip.experiments import run
@@ -59,7 +60,7 @@ def test_a_moved_contact_is_no_cause(
     left = found.none.residual(found.problem.value)
     white = found.none.covariance(found.problem).whiten(left)
     chi_squared = float(white @ white)
-    assert diagnose.MESH_UNKNOWN in found.warnings  # as the short finger's mesh is not graded
+    assert MESH_UNKNOWN in found.warnings  # as the short finger's mesh is not graded
     print("chi squared", chi_squared, "of", len(left))
     if moves:
         assert found.verdict.answer == "none"
