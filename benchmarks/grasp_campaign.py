@@ -92,6 +92,11 @@ def outcomes(points: Sequence[Inputs], shared: Config, out: Path) -> list[Row]:
     return rows
 
 
+def places(asked: argparse.Namespace, table: Path) -> list[Path]:
+    """Where a table is written: into ``--out``, with ``--publish`` also at its own place."""
+    return [asked.out / table.name, *([table] if asked.publish else [])]
+
+
 def write_table(rows: Sequence[Row], path: Path) -> None:
     """A CSV of rows; nothing where there are none."""
     if not rows:
@@ -135,7 +140,7 @@ def publish(
         draw: draws the rows.
     """
     asked.out.mkdir(parents=True, exist_ok=True)
-    for path in (asked.out / table.name, *([table] if asked.publish else [])):
+    for path in places(asked, table):
         write_table(rows, path)
         if draw is not None and rows:
             draw(rows, path.with_suffix(".png"))

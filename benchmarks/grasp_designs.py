@@ -17,6 +17,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from benchmarks.grasp_campaign import places
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config
@@ -87,7 +88,7 @@ def main() -> int:
             )
         held = {} if best is None else {"held_N": best.weight_N, "normal_N": best.normal_N}
         rows.append({"design": name, "morph.xi1": xi1, "morph.xi2": xi2, **held})
-    for path in (asked.out / TABLE.name, *([TABLE] if asked.publish else [])):
+    for path in places(asked, TABLE):
         with path.open("w", encoding="utf-8", newline="") as file:
             names = ["design", "morph.xi1", "morph.xi2", "held_N", "normal_N"]
             table = csv.DictWriter(file, names, lineterminator="\n")

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.grasp_campaign import places
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config
@@ -89,7 +90,7 @@ def main() -> int:
     rows = [row(base.changed(gripper={"step_s": step_s}), asked.out) for step_s in steps]
     table = pd.DataFrame(rows)
     change = (table.iloc[:-1] / table.iloc[1:].to_numpy() - 1).abs() * 100
-    for path in (asked.out / TABLE.name, *([TABLE] if asked.publish else [])):
+    for path in places(asked, TABLE):
         table.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
     screen = console()
     screen.print(table.to_string(index=False), markup=False)

@@ -16,6 +16,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from benchmarks.grasp_campaign import places
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config
@@ -86,7 +87,7 @@ def main() -> int:
     other = configuration.load(None, OTHER_MESH, OURS)
     rows = [recovered(mu, base, other, asked.out) for mu in asked.friction or DENSITIES_KG_M3]
     table = pd.DataFrame(rows)
-    for path in (asked.out / TABLE.name, *([TABLE] if asked.publish else [])):
+    for path in places(asked, TABLE):
         table.to_csv(path, index=False, float_format="%.6g", lineterminator="\n")
     console().print(table.to_string(index=False), markup=False)
     return 0

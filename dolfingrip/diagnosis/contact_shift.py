@@ -30,8 +30,8 @@ FARTHEST: Final = 2.5
 NOTICED: Final = 0.5
 """By how much a derivative has to be wrong to matter, in standard deviations of the noise."""
 
-SHIFTS: Final[Mapping[str, str]] = {"pressure_offset_kPa": OFFSET, "plate_gap_mm": GAP}
-"""Nuisances that move the contact, and their parameters."""
+SHIFTS: Final = frozenset({"pressure_offset_kPa", "plate_gap_mm"})
+"""Nuisances that move the contact."""
 
 HIGHEST_kPa: Final = 100.0
 
@@ -44,8 +44,7 @@ def needed(problem: Problem, conclusion: Conclusion, none: Hypothesis) -> bool:
 
     Near its beginning a force moves along the pressure, by Δp = −(∂F/∂z z)/(∂F/∂p).
     """
-    force = ((problem.index["channel"] == "force_N")
-             & (problem.index["experiment"] == "blocked_force")).to_numpy()  # fmt: skip
+    force = _blocked_forces(problem)
     sizes = _fitted(problem, _most_probable(problem, conclusion, none))
     if problem.shifts or not force.any() or not parameters(problem) or not any(sizes.values()):
         return False
@@ -100,9 +99,7 @@ def start(problem: Problem) -> dict[str, float]:
     The force's curve is moved along the pressure, by Δp = −(∂F/∂gap)/(∂F/∂p) for each mm; the least
     squares of simulations alone would not find over the kink.
     """
-    base, index = problem.base, problem.index
-    force = ((index["channel"] == "force_N")
-             & (index["experiment"] == "blocked_force")).to_numpy()  # fmt: skip
+    base, force = problem.base, _blocked_forces(problem)
     by_gap = problem.take(base.simulated.slope(GAP))[force]
     slope = problem.take(base.by_led)[force]
     run = next(run for run in base.simulated.runs if run.group.experiment == "blocked_force")
@@ -110,7 +107,7 @@ def start(problem: Problem) -> dict[str, float]:
     curve_N = run.result.columns["force_N"]
     steepest = int(np.abs(by_gap).argmax())
     by_mm = float(by_gap[steepest]) / max(float(slope[steepest]), 1e-12)
-    pressure = index["pressure_kPa"].to_numpy(dtype=float)[force]
+    pressure = problem.index["pressure_kPa"].to_numpy(dtype=float)[force]
     own = {p.key: p for p in problem.shifts}
     assert problem.scale is not None
     best, found = np.inf, {p.key: p.prior.mean for p in (problem.scale, *problem.shifts)}
@@ -133,6 +130,13 @@ def start(problem: Problem) -> dict[str, float]:
     return found
 
 
+def _blocked_forces(problem: Problem) -> np.ndarray:
+    """Which readings are forces of a blocked finger, shape (n,) of bool."""
+    index = problem.index
+    found = (index["channel"] == "force_N") & (index["experiment"] == "blocked_force")
+    return np.asarray(found.to_numpy())
+
+
 def _on(curve_kPa: Vector, curve_N: Vector, at_kPa: Vector) -> Vector:
     """Force on a curve; 0 before it, and along a straight line behind it."""
     steepness = (curve_N[-1] - curve_N[-2]) / (curve_kPa[-1] - curve_kPa[-2])
@@ -152,14 +156,9 @@ def _most_probable(problem: Problem, conclusion: Conclusion, none: Hypothesis) -
 
 def _fitted(problem: Problem, fit: Hypothesis) -> dict[str, float]:
     """What moves the contact beside a fit, in standard deviations."""
-    columns = np.hstack([fit.jacobian, problem.nuisances])
-    white = problem.error_covariance.whiten(np.column_stack([fit.residual(problem.value), columns]))
-    information = np.eye(columns.shape[1]) + white[:, 1:].T @ white[:, 1:]
-    zeta = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])[fit.jacobian.shape[1] :]
-    names = [each.name for each in problem.linear_nuisances()]
     return {
-        name: min(max(float(z), -FARTHEST), FARTHEST)
-        for name, z in zip(names, zeta, strict=True)
+        name: min(max(z, -FARTHEST), FARTHEST)
+        for name, z in fit.fitted_nuisances(problem).items()
         if name in SHIFTS
     }
 

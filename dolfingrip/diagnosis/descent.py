@@ -17,7 +17,7 @@ from scipy.optimize import least_squares, lsq_linear
 
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
-from dolfingrip.diagnosis.inference.laplace import MARGIN, slope, to_value, to_zeta, zeta_bounds
+from dolfingrip.diagnosis.inference.laplace import MARGIN, slope, to_values, to_zeta, zeta_bounds
 from dolfingrip.diagnosis.model import FitFailure, FreeParameter
 
 SHIFT = 10.0
@@ -126,13 +126,10 @@ def descend(
     visited: list[Visited] = []
     ended = Descent(Visited(np.zeros(0), value, np.zeros((len(value), 0))), np.zeros(0))
 
-    def values(zeta: Vector) -> list[float]:
-        return [to_value(prior, float(z)) for prior, z in zip(priors, zeta, strict=True)]
-
     def misfit(shifted: Vector) -> Vector:
         zeta = shifted - SHIFT
         try:
-            readings, _ = evaluate(values(zeta))
+            readings, _ = evaluate(to_values(priors, zeta))
         except FitFailure:
             if not visited:
                 raise
@@ -141,7 +138,7 @@ def descend(
 
     def slopes(shifted: Vector) -> Matrix:
         zeta = shifted - SHIFT
-        readings, by_value = evaluate(values(zeta))
+        readings, by_value = evaluate(to_values(priors, zeta))
         factors = np.array([slope(p, float(z)) for p, z in zip(priors, zeta, strict=True)])
         here = Visited(zeta, readings, by_value * factors)
         visited.append(here)

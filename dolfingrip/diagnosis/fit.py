@@ -19,7 +19,7 @@ from dolfingrip.diagnosis import contact_shift
 from dolfingrip.diagnosis.descent import Descent, Visited, descend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.laplace import to_value
+from dolfingrip.diagnosis.inference.laplace import to_values
 from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.linear import with_linear
 from dolfingrip.diagnosis.model import (
@@ -76,6 +76,7 @@ class Fitter:
     workers: Workers
     say: Callable[[str], None]
     failures: list[str] = field(default_factory=list)
+    _points: dict[tuple[str, Hypothesis], SurfacePoint | None] = field(default_factory=dict)
 
     def none(self) -> Hypothesis:
         """The base model, its modulus fitted."""
@@ -155,6 +156,12 @@ class Fitter:
             score: of the effect, in the screen.
             beside: a fit whose parameters are free, too.
         """
+        key = score.name, beside
+        if key not in self._points:
+            self._points[key] = self._searched(score, beside)
+        return self._points[key]
+
+    def _searched(self, score: Score, beside: Hypothesis) -> SurfacePoint | None:
         each = self._candidate(score.name)
         config = self._config()
         if not can_be_fitted(each.name, each.overrides[score.shape], config):
@@ -180,8 +187,8 @@ class Fitter:
             point = self.on_surface(score, beside)
             assert point is not None
             found |= dict(zip((p.key for p in own), point.values, strict=True))
-            first = [to_value(p.prior, float(z))
-                     for p, z in zip(beside.parameters, point.zeta, strict=False)]  # fmt: skip
+            zeta = point.zeta[: len(beside.parameters)]
+            first = to_values((p.prior for p in beside.parameters), zeta)
             found |= dict(zip((p.key for p in beside.parameters), first, strict=True))
         return found
 

@@ -17,7 +17,7 @@ import numpy as np
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.evidence import INTERVAL
-from dolfingrip.diagnosis.inference.laplace import Estimate, to_value
+from dolfingrip.diagnosis.inference.laplace import Estimate, to_value, to_values
 from dolfingrip.diagnosis.model import EffectModel, FreeParameter
 from dolfingrip.diagnosis.problem import Problem
 
@@ -51,10 +51,7 @@ class Hypothesis:
     @property
     def values(self) -> list[float]:
         """Of the parameters, at the fit."""
-        return [
-            to_value(each.prior, float(zeta))
-            for each, zeta in zip(self.parameters, self.zeta, strict=True)
-        ]
+        return to_values((each.prior for each in self.parameters), self.zeta)
 
     @property
     def by_key(self) -> Mapping[str, float]:
@@ -90,6 +87,18 @@ class Hypothesis:
             )
             for p, z, s in zip(self.parameters, self.zeta, self.std(problem), strict=True)
         ]
+
+    def fitted_nuisances(self, problem: Problem) -> dict[str, float]:
+        """Linear nuisances beside the fit, by their standard deviations."""
+        columns = np.hstack([self.jacobian, problem.nuisances])
+        white = problem.error_covariance.whiten(
+            np.column_stack([self.residual(problem.value), columns])
+        )
+        information = np.eye(columns.shape[1]) + white[:, 1:].T @ white[:, 1:]
+        zeta = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])
+        names = [each.name for each in problem.linear_nuisances()]
+        own = zeta[self.jacobian.shape[1] :]
+        return {name: float(z) for name, z in zip(names, own, strict=True)}
 
     def predicted(
         self, problem: Problem, known: np.ndarray, others: Sequence[Matrix] = ()

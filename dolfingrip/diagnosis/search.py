@@ -55,7 +55,6 @@ class _Search:
     fits: dict[frozenset[str], Hypothesis]
     scores: dict[str, Score]
     tried: set[frozenset[str]] = field(default_factory=set)
-    points: dict[str, SurfacePoint | None] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
@@ -79,9 +78,7 @@ class _Search:
             self.fits[key] = found
 
     def _point(self, name: str) -> SurfacePoint | None:
-        if name not in self.points:
-            self.points[name] = self.fitter.on_surface(self.scores[name], self.fits[NONE])
-        return self.points[name]
+        return self.fitter.on_surface(self.scores[name], self.fits[NONE])
 
     def _outrun(self, name: str) -> bool:
         """Whether an effect stays far behind one whose fit leaves nothing but noise.

@@ -10,7 +10,7 @@ import numpy as np
 from dolfingrip.diagnosis.descent import Visited, tangent_step
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.laplace import slope, to_value, zeta_bounds
+from dolfingrip.diagnosis.inference.laplace import slope, to_values, zeta_bounds
 from dolfingrip.diagnosis.model import EffectModel
 from dolfingrip.diagnosis.problem import Problem
 
@@ -20,17 +20,15 @@ Evaluate = Callable[[Sequence[float]], tuple[Vector, Matrix]]
 
 def visit(problem: Problem, evaluate: Evaluate, model: EffectModel, zeta: Vector) -> Visited:
     """The readings that are kept, and their derivatives, at ζ."""
-    pairs = [(p.prior, float(z)) for p, z in zip(model.parameters, zeta, strict=True)]
-    readings, slopes = evaluate([to_value(*pair) for pair in pairs])
-    by_zeta = np.array([slope(*pair) for pair in pairs])
+    priors = [p.prior for p in model.parameters]
+    readings, slopes = evaluate(to_values(priors, zeta))
+    by_zeta = np.array([slope(prior, float(z)) for prior, z in zip(priors, zeta, strict=True)])
     return Visited(zeta, problem.take(readings), slopes[problem.kept] * by_zeta)
 
 
 def hypothesis_at(names: tuple[str, ...], model: EffectModel, place: Visited) -> Hypothesis:
     """The hypothesis whose readings were computed there."""
-    values = [
-        to_value(p.prior, float(z)) for p, z in zip(model.parameters, place.zeta, strict=True)
-    ]
+    values = to_values((p.prior for p in model.parameters), place.zeta)
     return Hypothesis(
         names, tuple(model.parameters), place.zeta, place.readings, place.jacobian,
         model.count, model, model.overrides(values),
@@ -47,7 +45,7 @@ def stepped(problem: Problem, fit: Hypothesis) -> Hypothesis:
     left = np.concatenate([white[:, 0], np.zeros(white.shape[1] - 1)])
     # the residual is that at ζ = 0 along the tangent
     zeta = tangent_step(jac, left, np.zeros(len(low)), low, high)
-    values = [to_value(p.prior, float(z)) for p, z in zip(fit.parameters, zeta, strict=True)]
+    values = to_values((p.prior for p in fit.parameters), zeta)
     assert fit.model is not None
     return replace(
         fit, zeta=zeta, readings=fit.readings + fit.jacobian @ (zeta - fit.zeta),

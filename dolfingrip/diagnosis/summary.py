@@ -68,15 +68,10 @@ def _edges(top: float) -> list[float]:
 def fitted_nuisances(found: Diagnosis) -> dict[str, float]:
     """Nuisances beside the best fit, by their standard deviations."""
     problem, fit = found.problem, found.best
-    columns = np.hstack([fit.jacobian, problem.nuisances])
-    white = problem.error_covariance.whiten(np.column_stack([fit.residual(problem.value), columns]))
-    information = np.eye(columns.shape[1]) + white[:, 1:].T @ white[:, 1:]
-    zeta = np.linalg.solve(information, white[:, 1:].T @ white[:, 0])[fit.jacobian.shape[1] :]
-    names = [each.name for each in problem.linear_nuisances()]
     shifts = {each.key for each in problem.shifts}
     moved = {p.key: float(z) for p, z in zip(fit.parameters, fit.zeta, strict=True)
              if p.key in shifts}  # fmt: skip
-    return moved | {name: float(z) for name, z in zip(names, zeta, strict=True)}
+    return moved | fit.fitted_nuisances(problem)
 
 
 def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome.Diagnosis:

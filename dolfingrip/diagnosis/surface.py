@@ -23,7 +23,7 @@ from scipy.optimize import least_squares
 
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Vector
-from dolfingrip.diagnosis.inference.laplace import MARGIN, to_value, to_zeta, zeta_bounds
+from dolfingrip.diagnosis.inference.laplace import MARGIN, to_value, to_values, to_zeta, zeta_bounds
 from dolfingrip.diagnosis.model import SCALE, FreeParameter
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation.secants import Candidate
@@ -90,7 +90,7 @@ class SecantSurface:
         ]
 
     def _values(self, zeta: Sequence[float] | Vector) -> list[float]:
-        return [to_value(p.prior, float(z)) for p, z in zip(self.parameters, zeta, strict=True)]
+        return to_values((p.prior for p in self.parameters), zeta)
 
     def change(self, zeta: Vector, factor: float = 1.0) -> Vector:
         """Of the readings, shape (n,).

@@ -12,7 +12,7 @@ whitened residual and J = ∂w/∂ζ (Gauss–Newton), the evidence is
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,6 +71,11 @@ def to_value(prior: Prior, zeta: float) -> float:
         return prior.mean + prior.spread * zeta
     variance = math.log1p((prior.spread / prior.mean) ** 2)
     return prior.mean * math.exp(math.sqrt(variance) * zeta - variance / 2)
+
+
+def to_values(priors: Iterable[Prior], zeta: Iterable[float]) -> list[float]:
+    """Values of parameters."""
+    return [to_value(prior, float(z)) for prior, z in zip(priors, zeta, strict=True)]
 
 
 def to_zeta(prior: Prior, value: float) -> float:
@@ -168,18 +173,15 @@ def fit(
     """
     count = 0
 
-    def values(zeta: Vector) -> list[float]:
-        return [to_value(prior, float(z)) for prior, z in zip(priors, zeta, strict=True)]
-
     def stacked(zeta: Vector) -> Vector:
         nonlocal count
         count += 1
-        return np.concatenate([residual(values(zeta)), zeta])
+        return np.concatenate([residual(to_values(priors, zeta)), zeta])
 
     def slopes(zeta: Vector) -> Matrix:
         assert jacobian is not None
         factors = np.array([slope(p, float(z)) for p, z in zip(priors, zeta, strict=True)])
-        return np.vstack([jacobian(values(zeta)) * factors, np.eye(len(zeta))])
+        return np.vstack([jacobian(to_values(priors, zeta)) * factors, np.eye(len(zeta))])
 
     def differences(zeta: Vector) -> Matrix:
         here = stacked(zeta)

@@ -66,10 +66,9 @@ class MeshMap:
                 rising = _rising(at[:count])
                 if rising is not None:
                     places = np.flatnonzero(mine & (column == name))
-                    order, at = rising
-                    delta = (values[:count] - rough.result.columns[str(name)][:count])[order]
-                    smooth = PchipInterpolator(at, delta)
-                    self._curves.append(_Curve(places, smooth, at[0], at[-1], name == "force_N"))
+                    order, own = rising
+                    smooth = PchipInterpolator(own, (values[:count] - at[:count])[order])
+                    self._curves.append(_Curve(places, smooth, own[0], own[-1], name == "force_N"))
 
     def to_graded(
         self, readings: np.ndarray, jacobian: np.ndarray, factor: float = 1.0
