@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -15,7 +15,7 @@ APART: float = 0.5
 def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
     """Solids of one depth, each shifted along x from the last by 1 + :data:`APART` of it.
 
-    They share no node; a surface group has the facets of all that have it.
+    They share no node; a surface group has the facets of all that have it, a region their cells.
     """
     shift = np.array([(1 + APART) * float(np.ptp(solids[0].points[:, 0])), 0.0, 0.0])
     first = np.cumsum([0, *(len(solid.points) for solid in solids)])
@@ -26,7 +26,22 @@ def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
         for name, found in solid.facets.items():
             facets.setdefault(name, []).append(found + start)
     joined = {name: np.concatenate(found) for name, found in facets.items()}
-    return SolidMesh(points, cells, joined)
+    counts = [len(solid.cells) for solid in solids]
+    return SolidMesh(points, cells, joined, all_rows([s.regions for s in solids], counts))
+
+
+def all_rows(each: Sequence[Mapping[str, Ints]], counts: Sequence[int]) -> dict[str, Ints]:
+    """Rows by name of solids that are put one after the other.
+
+    Args:
+        each: rows of each solid's own cells, or of their faces, by name.
+        counts: how many rows each solid has.
+    """
+    found: dict[str, list[Ints]] = {}
+    for rows, start in zip(each, np.cumsum([0, *counts]), strict=False):
+        for name, own in rows.items():
+            found.setdefault(name, []).append(own + start)
+    return {name: np.concatenate(rows) for name, rows in found.items()}
 
 
 def shares(low_mm: float, high_mm: float, count: int) -> tuple[float, float]:

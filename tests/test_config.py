@@ -122,6 +122,20 @@ def test_bad_input_is_one_line_with_key_value_and_range(assignment: str) -> None
     assert "\n" not in said
 
 
+def test_a_number_may_have_nothing_on_one_side_of_its_point() -> None:
+    made = config.load(None, ["food.friction=.12", "gripper.lift_mm=5."])
+    assert made.food.friction == 0.12
+    assert made.gripper.lift_mm == 5.0
+
+
+def test_a_low_pressure_needs_no_step_of_its_own() -> None:
+    made = config.load(None, ["experiment.max_pressure_kPa=10"])
+    assert made.experiment.step_kPa == 10.0
+    assert "step_kPa = 20.0: allowed" in _complaint(
+        "experiment.max_pressure_kPa=10", "experiment.step_kPa=20"
+    )
+
+
 def test_edges_are_no_coarser_than_the_rest() -> None:
     said = _complaint("mesh.size_mm=4", "mesh.edge_size_mm=5")
     assert said == "mesh.edge_size_mm = 5.0: allowed: above 0 and up to size_mm = 4 mm"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -12,6 +12,9 @@ from dolfingrip.sections.section import Section, check_up_to, outside
 Branch = Literal["loading", "unloading", "hold"]
 Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
 Values = Annotated[tuple[float, ...], Field(strict=False)]
+STEP_KPA = 25.0
+"""Between readings, where nothing is said of it."""
+
 Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
 Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 
@@ -25,7 +28,9 @@ class Experiment(Section):
         "until it cannot be raised, from there on the volume",
     )
     max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
-    step_kPa: float = Field(25.0, gt=0, description="a reading every so much")
+    step_kPa: float = Field(
+        STEP_KPA, gt=0, description="a reading every so much; by default at most the maximum"
+    )
     max_volume_ratio: float = Field(
         2.0, gt=1, le=1000, description="volume control: largest cavity, relative to rest"
     )
@@ -38,6 +43,17 @@ class Experiment(Section):
     hold_s: float = Field(0.0, ge=0, description="wait at the maximum of each cycle")
     rest_s: float = Field(0.0, ge=0, description="wait unpressurised after each cycle")
     hold_readings: int = Field(4, ge=1, le=1000, description="readings of a wait, ever sparser")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short_steps(cls, data: Any) -> Any:
+        """A step that nobody gave is no longer than the way to the highest pressure."""
+        if not isinstance(data, dict) or "step_kPa" in data:
+            return data
+        highest = data.get("max_pressure_kPa")
+        if isinstance(highest, int | float) and 0 < highest < STEP_KPA:
+            return {**data, "step_kPa": float(highest)}
+        return data
 
     @model_validator(mode="after")
     def _steps(self) -> Experiment:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,9 @@ from dolfingrip.sections.complaint import ConfigError
 POSTERIOR = "posterior"
 """Table beside the sections with what a fit to measurements left open."""
 
+SHORT_NUMBER = re.compile(r"[+-]?(\.\d+|\d+\.)([eE][+-]?\d+)?")
+"""Numbers such as .5 and 5., which TOML has not."""
+
 
 def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
     """Key and value of one ``section.key=value``; the value is read as TOML.
@@ -25,11 +29,11 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
     key, separator, text = assignment.partition("=")
     if not separator or not key.strip():
         raise ConfigError(f"{option} {assignment}: allowed: section.key=value")
+    text = text.strip()
     try:
-        value = tomllib.loads(f"v = {text.strip()}")["v"]
+        return key.strip(), tomllib.loads(f"v = {text}")["v"]
     except tomllib.TOMLDecodeError:
-        value = text.strip()
-    return key.strip(), value
+        return key.strip(), float(text) if SHORT_NUMBER.fullmatch(text) else text
 
 
 def override(data: dict[str, Any], assignment: str, *, replace: bool = True) -> None:

@@ -15,6 +15,7 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.results.outcome import Kind
 from dolfingrip.experiments.results.result import Result
+from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
 from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
 from dolfingrip.mechanics.newton.tangent import Tangent
@@ -183,6 +184,27 @@ def test_half_a_gripper_has_half_the_energy_of_the_whole() -> None:
         for made in (half, whole):
             made.model.refresh()
             made.model.accept_step()
+
+
+FILM = ("film.sheet.face=back", "film.sheet.Et_N_per_mm=50")
+
+
+@pytest.mark.parametrize("half", ["true", "false"])
+def test_each_finger_has_its_film(half: str) -> None:
+    """A gripper whose fingers are stretched by 1 % stores three times what one finger does."""
+
+    def stored_mJ(made: FingerModel) -> float:
+        model = made.model
+        model.u.interpolate(lambda x: np.array([0 * x[0], 0 * x[1], 0.01 * x[2]]))
+        return model.domain.copies * sum(term.value(model.u.x.array) for term in model.all_terms)
+
+    gripper = build_gripper(small.short(*FOOD, *EVEN, *FILM, f"gripper.half={half}"), MPI.COMM_SELF)
+    whole = "mesh.half=false"
+    one, without = (
+        stored_mJ(small.model(small.short(*EVEN, *film, whole), plate=False)) for film in (FILM, ())
+    )
+    assert one > 1.01 * without
+    assert stored_mJ(gripper.finger) == pytest.approx(3 * one, rel=1e-9)
 
 
 def _image(half: GripperModel, whole: GripperModel) -> tuple[np.ndarray, np.ndarray]:

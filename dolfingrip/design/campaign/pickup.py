@@ -96,7 +96,9 @@ class Trials:
             ConfigError: there is no such gripper.
         """
         inputs: Inputs = {PRESSURE: round(pressure_kPa, 9), FRICTION: round(friction, 9)}
-        plan = Plan(self.base, (PRESSURE, FRICTION), (inputs,), WANTED, self._objective)
+        step = min(self.base.experiment.step_kPa, pressure_kPa)
+        base = self.base.changed(experiment={"max_pressure_kPa": pressure_kPa, "step_kPa": step})
+        plan = Plan(base, (PRESSURE, FRICTION), (inputs,), WANTED, self._objective)
         design = plan.designs()[0]
         if design.key in self._known:
             return self._known[design.key]

@@ -16,7 +16,7 @@ from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
 from dolfingrip.experiments.rigs.material import KG_M3_M_S2
 from dolfingrip.experiments.rigs.symmetry import SIDEWAYS, halved
-from dolfingrip.experiments.rigs.undeformed import solid
+from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side
 from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane
 from dolfingrip.mechanics.contact.friction import Friction
@@ -28,9 +28,7 @@ from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.placement import Placement
 from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidMotion
-from dolfingrip.meshes.copies import side_by_side
 from dolfingrip.meshes.gripper import Stand, stands
-from dolfingrip.meshes.solid import SolidMesh
 
 GRAVITY_M_S2 = 9.81
 
@@ -161,13 +159,13 @@ def stands_of(config: Config, food: GraspedBody) -> list[Stand]:
 def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bool) -> Domain:
     """One reference mesh of all fingers, side by side; of half a thumb and finger B for a half."""
 
-    def made() -> SolidMesh:
-        whole = solid(config)
+    def all_made() -> Made:
+        whole = made(config)
         if not half:
             return side_by_side([whole] * len(found))
-        return side_by_side([solid(config.changed(mesh={"half": True})), whole])
+        return side_by_side([made(config.changed(mesh={"half": True})), whole])
 
-    domain = distribute(comm, on_root(comm, made))
+    domain = distribute(comm, *(on_root(comm, all_made) or (None, None, None)))
     x = domain.mesh.geometry.x[:, 0]
     extent = comm.allreduce(x.min(initial=np.inf), MPI.MIN), comm.allreduce(x.max(), MPI.MAX)
     domain = replace(domain, placement=placed(found, extent, half=half))

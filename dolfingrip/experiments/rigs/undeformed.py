@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
+from typing import NamedTuple
 
-import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.regions import parts_of, sheets_of
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
+from dolfingrip.meshes import copies
 from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.meshes.solid import Ints, SolidMesh
 from dolfingrip.meshes.structured import structured_mesh
 
 log = logging.getLogger(__name__)
@@ -46,6 +48,42 @@ def solid(config: Config) -> SolidMesh:
     return mesh
 
 
+class Made(NamedTuple):
+    """What :func:`~dolfingrip.mechanics.model.domain.distribute` takes, on rank 0.
+
+    Attributes:
+        solid: the mesh.
+        parts: rows of its cells by part.
+        sheets: rows of its cells' faces by membrane.
+    """
+
+    solid: SolidMesh
+    parts: dict[str, Ints]
+    sheets: dict[str, Ints]
+
+
+def made(config: Config) -> Made:
+    """The mesh of ``config``, the cells of its parts and the faces of its membranes.
+
+    Raises:
+        MeshError: one line, where one of them cannot be.
+    """
+    mesh = solid(config)
+    return Made(mesh, parts_of(config, mesh), sheets_of(config, mesh))
+
+
+def side_by_side(each: Sequence[Made]) -> Made:
+    """Solids in one mesh, see :func:`dolfingrip.meshes.copies.side_by_side`."""
+    solids = [one.solid for one in each]
+    cells = [len(one.cells) for one in solids]
+    faces = [count * len(solids[0].shape.faces) for count in cells]
+    return Made(
+        copies.side_by_side(solids),
+        copies.all_rows([one.parts for one in each], cells),
+        copies.all_rows([one.sheets for one in each], faces),
+    )
+
+
 def load_domain(config: Config, comm: MPI.Comm) -> Domain:
     """The mesh of ``config``, made on rank 0 and distributed.
 
@@ -53,16 +91,10 @@ def load_domain(config: Config, comm: MPI.Comm) -> Domain:
         ConfigError: on every rank.
     """
     config = config.adapted()
-    made = on_root(comm, lambda: _made(config))
-    domain = distribute(comm, *(made or (None, None, None)))
+    found = on_root(comm, lambda: made(config))
+    domain = distribute(comm, *(found or (None, None, None)))
     sideways = config.sideways()
     if domain.half and sideways is not None:
         key, value = sideways
         raise ConfigError(f"{key} = {value}: allowed: no y-part for a half finger")
     return domain
-
-
-def _made(config: Config) -> tuple[SolidMesh, dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """The mesh, the cells of its parts and the faces of its membranes."""
-    mesh = solid(config)
-    return mesh, parts_of(config, mesh), sheets_of(config, mesh)
