@@ -3,10 +3,11 @@
     scripts/run python -m benchmarks.planted_friction [--out out/planted_friction]
         [--friction 0.2 --friction 0.38 --friction 0.7] [--publish]
 
-The least pressure that picks up a cube is found on the coarse preset with a known friction, and
-``dolfingrip friction``'s search finds the friction from it on another mesh. A step r of pressures
-leaves μ open by about r/(p − p₀) of it, p₀ the pressure of first touch: so each cube is as heavy as
-its pick-up pressure needs to be 110 to 125 kPa. A call resumes one that was killed.
+The least pressures that pick up three cubes are found on the coarse preset with a known friction,
+and ``dolfingrip friction``'s search finds the friction from the first on another mesh. A step r of
+pressures leaves μ open by at least r/(p − p₀) of it, p₀ the pressure of first touch: so cubes are as
+heavy as pick-up pressures near 130 kPa need, and the second and third, whose weights differ by a
+part of what a step of pressure lifts, narrow the interval. A call resumes one that was killed.
 """
 
 from __future__ import annotations
@@ -20,7 +21,15 @@ from benchmarks.grasp_campaign import places
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config
-from dolfingrip.design.campaign.pickup import LIFT_MM, Trial, Trials, friction, pickup_pressure
+from dolfingrip.design.campaign.pickup import (
+    LIFT_MM,
+    FrictionFound,
+    Trial,
+    Trials,
+    friction,
+    narrowed,
+    pickup_pressure,
+)
 
 OURS = ("gripper.preset=coarse", "gripper.clearance_mm=4", f"gripper.lift_mm={LIFT_MM:g}")
 
@@ -28,7 +37,10 @@ OTHER_MESH = ("mesh.size_mm=7", "mesh.edge_size_mm=7")
 """A fifth more elements than the coarse preset's, elsewhere."""
 
 DENSITIES_KG_M3: Mapping[float, float] = {0.2: 2000.0, 0.38: 3800.0, 0.7: 8000.0}
-"""Of the cube, by the friction that is planted."""
+"""Of the first cube, by the friction that is planted."""
+
+HEAVIER = (1.0, 1.015, 1.03)
+"""Weights of the cubes relative to the first: 5 kPa lift about 4 % more."""
 
 RESOLUTION_KPA, START_KPA, TOLERANCE = 5.0, 115.0, 0.005
 
@@ -36,7 +48,7 @@ TABLE = Path(__file__).with_suffix(".csv")
 
 
 def recovered(planted: float, base: Config, other: Config, out: Path) -> dict[str, float]:
-    """Pick-up pressure with a friction, and what is found from it.
+    """Pick-up pressures with a friction, and what is found from them.
 
     Args:
         planted: the friction.
@@ -51,25 +63,33 @@ def recovered(planted: float, base: Config, other: Config, out: Path) -> dict[st
             f"  {trial.pressure_kPa:g} kPa, μ = {trial.friction:.4g}: {trial.outcome}", markup=False
         )
 
-    food = {"density_kg_m3": DENSITIES_KG_M3.get(planted, DENSITIES_KG_M3[0.38])}
-    screen.print(f"planted: μ = {planted:g}", markup=False)
-    planting = base.changed(food={**food, "friction": planted})
-    pressure = pickup_pressure(Trials(planting, out, show), RESOLUTION_KPA, START_KPA)
-    if pressure.least_kPa is None:
-        raise SystemExit(f"μ = {planted:g}: not picked up at any pressure")
-    screen.print(f"picked up from {pressure.least_kPa:g} kPa on; sought:", markup=False)
-    # the search starts from a friction that tells nothing of the planted one
-    trials = Trials(other.changed(food=food), out, show)
-    found = friction(trials, pressure.least_kPa, RESOLUTION_KPA, TOLERANCE)
-    return {
-        "planted": planted,
-        "density_kg_m3": food["density_kg_m3"],
-        "pickup_kPa": pressure.least_kPa,
-        "low": found.low,
-        "high": found.high,
-        "found": found.friction,
-        "error": found.friction - planted,
-    }
+    first = DENSITIES_KG_M3.get(planted, DENSITIES_KG_M3[0.38])
+    found: FrictionFound | None = None
+    row = {"planted": planted, "density_kg_m3": first}
+    for number, heavier in enumerate(HEAVIER, 1):
+        food = {"density_kg_m3": first * heavier}
+        screen.print(f"planted: μ = {planted:g}, cube {number}", markup=False)
+        planting = base.changed(food={**food, "friction": planted})
+        start = row.get("pickup_1_kPa", START_KPA)
+        pressure = pickup_pressure(Trials(planting, out, show), RESOLUTION_KPA, start).least_kPa
+        if pressure is None:
+            raise SystemExit(f"μ = {planted:g}: not picked up at any pressure")
+        screen.print(f"picked up from {pressure:g} kPa on; sought:", markup=False)
+        # the search starts from a friction that tells nothing of the planted one
+        trials = Trials(other.changed(food=food), out, show)
+        found = (
+            friction(trials, pressure, RESOLUTION_KPA, TOLERANCE)
+            if found is None
+            else narrowed(found, trials, pressure, RESOLUTION_KPA)
+        )
+        screen.print(f"μ from {found.low:.4g} to {found.high:.4g}", markup=False)
+        row |= {
+            f"pickup_{number}_kPa": pressure,
+            f"low_{number}": found.low,
+            f"high_{number}": found.high,
+        }
+    assert found is not None
+    return {**row, "found": found.friction, "error": found.friction - planted}
 
 
 def main() -> int:

@@ -39,17 +39,18 @@ def test_least_at_random() -> None:
             assert len(tried) <= 2
 
 
-WEIGHT_N, PER_KPA = 0.37, 0.0065
+WEIGHT_N, PER_KPA, DENSITY_KG_M3 = 0.37, 0.0065, 1000.0
 
 
 def grasp(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
     """Invented: normal forces of 0.0065 N for each kPa beyond 5 kPa; friction bears the weight."""
     pressure, mu = config["experiment"]["max_pressure_kPa"], config["food"]["friction"]
     normal = PER_KPA * max(pressure - 5.0, 0.0)
+    weight = WEIGHT_N * (config["food"].get("density_kg_m3") or DENSITY_KG_M3) / DENSITY_KG_M3
     outputs = {
-        "picked_up": float(mu * normal >= WEIGHT_N),
+        "picked_up": float(mu * normal >= weight),
         "normal_N": normal,
-        "weight_N": WEIGHT_N,
+        "weight_N": weight,
         "outcome_s": 1.0,
         "margin": 1.0,
     }
@@ -59,8 +60,8 @@ def grasp(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Ou
 OBJECTIVE = f"{__name__}:grasp"
 
 
-def least_kPa(mu: float) -> float:
-    return WEIGHT_N / (mu * PER_KPA) + 5
+def least_kPa(mu: float, heavier: float = 1.0) -> float:
+    return heavier * WEIGHT_N / (mu * PER_KPA) + 5
 
 
 @pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])
@@ -87,6 +88,25 @@ def test_calibration_recovers_friction(mu: float, tmp_path: Path) -> None:
     found = pickup.friction(trials, measured, 5.0, 0.002)
     assert found.low - 0.002 <= mu <= found.high + 0.002
     assert found.friction == pytest.approx(mu, abs=0.02)
+
+
+@pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])
+def test_more_objects_narrow_the_interval(mu: float, tmp_path: Path) -> None:
+    found, made = None, []
+    for heavier in (1.0, 1.01, 1.02):
+        measured = 5 * np.ceil(least_kPa(mu, heavier) / 5)
+        base = Config().changed(food={"density_kg_m3": DENSITY_KG_M3 * heavier})
+        trials = pickup.Trials(base, tmp_path, objective=OBJECTIVE)
+        if found is None:
+            first = found = pickup.friction(trials, measured, 5.0, 0.002)
+        else:
+            found = pickup.narrowed(found, trials, measured, 5.0)
+        made.append(len(trials.made))
+        assert first.low <= found.low <= found.high <= first.high
+        assert found.low - 0.002 <= mu <= found.high + 0.002
+    print(made, first, found)
+    assert found.high - found.low < first.high - first.low
+    assert max(made[1:]) <= 8
 
 
 def test_a_search_goes_on_where_it_was_killed(tmp_path: Path) -> None:

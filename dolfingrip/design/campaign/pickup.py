@@ -6,7 +6,7 @@ Each grasp is an answer in a spool, so that a search that was killed goes on whe
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -224,6 +224,41 @@ def friction(
     below = trials.at(pickup_kPa - resolution_kPa, at_pressure)
     at_lower = _least_friction(trials, pickup_kPa - resolution_kPa, below, tolerance)
     return FrictionFound(at_pressure, max(at_lower - tolerance, at_pressure), tolerance)
+
+
+def narrowed(
+    known: FrictionFound, trials: Trials, pickup_kPa: float, resolution_kPa: float
+) -> FrictionFound:
+    """What the pick-up pressure of another object leaves of an interval of friction.
+
+    Objects whose weights differ by a part of what a step of pressure lifts tell μ more closely than
+    the step does. Only grasps within the interval are made.
+
+    Args:
+        known: from other objects.
+        trials: grasps of this one.
+        pickup_kPa: its least pressure that picks up.
+        resolution_kPa: the step in which it was found.
+    """
+    low, high = round(known.low / known.tolerance), round(known.high / known.tolerance)
+
+    def least_at(pressure_kPa: float, start: int) -> Threshold:
+        return least(
+            lambda place: trials.at(pressure_kPa, place * known.tolerance).picked_up,
+            start,
+            low,
+            high,
+        )
+
+    at_pressure = least_at(pickup_kPa, low)
+    lowest = high if at_pressure.succeeds is None else at_pressure.succeeds
+    at_lower = least_at(pickup_kPa - resolution_kPa, high)
+    highest = low if at_lower.fails is None else at_lower.fails
+    return replace(
+        known,
+        low=lowest * known.tolerance,
+        high=max(lowest, highest) * known.tolerance,
+    )
 
 
 def _least_friction(trials: Trials, pressure_kPa: float, known: Trial, tolerance: float) -> float:
