@@ -5,8 +5,8 @@
 
 The least pressures that pick up three cubes are found on the coarse preset with a known friction,
 and ``dolfingrip friction``'s search finds the friction from the first on another mesh. A step r of
-pressures leaves μ open by at least r/(p − p₀) of it, p₀ the pressure of first touch: so cubes are as
-heavy as pick-up pressures near 130 kPa need, and the second and third, whose weights differ by a
+pressures leaves μ open by at least r/(p − p₀) of it, p₀ the pressure of first touch: so cubes are
+as heavy as pick-up pressures near 130 kPa need, and the second and third, whose weights differ by a
 part of what a step of pressure lifts, narrow the interval. A call resumes one that was killed.
 """
 
