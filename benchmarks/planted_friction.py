@@ -22,6 +22,7 @@ from dolfingrip import config as configuration
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config
 from dolfingrip.design.campaign.pickup import (
+    ESTIMATES,
     LIFT_MM,
     FrictionFound,
     Trial,
@@ -70,8 +71,13 @@ def recovered(planted: float, base: Config, other: Config, out: Path) -> dict[st
         food = {"density_kg_m3": first * heavier}
         screen.print(f"planted: μ = {planted:g}, cube {number}", markup=False)
         planting = base.changed(food={**food, "friction": planted})
-        start = row.get("pickup_1_kPa", START_KPA)
-        pressure = pickup_pressure(Trials(planting, out, show), RESOLUTION_KPA, start).least_kPa
+        near = row.get("pickup_1_kPa")
+        pressure = pickup_pressure(
+            Trials(planting, out, show),
+            RESOLUTION_KPA,
+            near or START_KPA,
+            estimates=0 if near else ESTIMATES,
+        ).least_kPa
         if pressure is None:
             raise SystemExit(f"μ = {planted:g}: not picked up at any pressure")
         screen.print(f"picked up from {pressure:g} kPa on; sought:", markup=False)

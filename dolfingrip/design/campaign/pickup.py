@@ -144,7 +144,11 @@ class Pickup:
 
 
 def pickup_pressure(
-    trials: Trials, resolution_kPa: float, start_kPa: float, highest_kPa: float = HIGHEST_kPa
+    trials: Trials,
+    resolution_kPa: float,
+    start_kPa: float,
+    highest_kPa: float = HIGHEST_kPa,
+    estimates: int = ESTIMATES,
 ) -> Pickup:
     """The least multiple of ``resolution_kPa`` at which the food is picked up.
 
@@ -157,6 +161,7 @@ def pickup_pressure(
         resolution_kPa: distance of pressures.
         start_kPa: pressure of the first grasp.
         highest_kPa: none above is tried.
+        estimates: grasps at most from which the pressure is estimated; 0 where the start is near.
     """
     friction = trials.base.food.friction
     highest = int(highest_kPa / resolution_kPa + 1e-9)
@@ -165,7 +170,7 @@ def pickup_pressure(
         return trials.at(place * resolution_kPa, friction)
 
     place = min(max(round(start_kPa / resolution_kPa), 1), highest)
-    for _ in range(ESTIMATES):
+    for _ in range(estimates):
         made = trial(place)
         if friction <= 0 or made.normal_N <= 0:
             break
