@@ -21,8 +21,8 @@ from benchmarks.grasp_campaign import places
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config
-from dolfingrip.design.campaign.pickup import Trial, Trials
 from dolfingrip.design.campaign.threshold import least
+from dolfingrip.design.campaign.trials import Trial, Trials
 
 DESIGNS: Mapping[str, tuple[float, float]] = {"original": (0.0, 0.0), "OD3": (0.306, -0.298)}
 """ξ1 and ξ2."""

@@ -10,7 +10,7 @@ import pytest
 from design import test_threshold as invented
 
 from dolfingrip.cli import app as cli
-from dolfingrip.design.campaign import pickup
+from dolfingrip.design.campaign import trials
 
 
 def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
@@ -25,11 +25,11 @@ def call(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
 def grasps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Invented ones in place of the solver's."""
 
-    class Invented(pickup.Trials):
+    class Invented(trials.Trials):
         def __init__(self, *given: object) -> None:
             super().__init__(*given, objective=invented.OBJECTIVE)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(pickup, "Trials", Invented)
+    monkeypatch.setattr(trials, "Trials", Invented)
 
 
 @pytest.mark.usefixtures("grasps")

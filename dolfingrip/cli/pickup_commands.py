@@ -20,7 +20,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.index import find
 
 if TYPE_CHECKING:
-    from dolfingrip.design.campaign.pickup import Trial, Trials
+    from dolfingrip.design.campaign.trials import Trial, Trials
 
 Food = Annotated[str | None, typer.Option(help="What is grasped, e.g. potato-large.")]
 Pose = Annotated[str | None, typer.Option(help="scoop, pinch or claw.")]
@@ -95,11 +95,11 @@ def friction(
     if not 1e-4 <= tolerance <= 0.5:
         raise ConfigError(f"--tolerance {tolerance:g}: allowed: 0.0001 to 0.5")
     base = _base(config, overrides, food, pose, preset)
-    from dolfingrip.design.campaign import pickup as search
+    from dolfingrip.design.campaign import calibration
 
     screen = console()
     with _trials(base, out, screen) as trials:
-        found = search.friction(trials, pickup_pressure, resolution, tolerance)
+        found = calibration.friction(trials, pickup_pressure, resolution, tolerance)
     _print(trials.made, screen)
     _write(trials.made, out / "friction.csv")
     screen.print(
@@ -125,7 +125,7 @@ def _base(
 ) -> Config:
     """The configuration of all grasps, with a short lift where none is asked for."""
     one_process("one process")
-    from dolfingrip.design.campaign.pickup import LIFT_MM
+    from dolfingrip.design.campaign.trials import LIFT_MM
 
     given = {
         "food.kind": food,
@@ -144,7 +144,7 @@ def _base(
 def _trials(base: Config, out: Path, screen: Console) -> Iterator[Trials]:
     """Grasps with a line for each."""
     check_writable(out)
-    from dolfingrip.design.campaign.pickup import Trials
+    from dolfingrip.design.campaign.trials import Trials
 
     with screen.status("grasping") as status:
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import pickup
+from dolfingrip.design.campaign import calibration, pickup
 from dolfingrip.design.campaign.answer import Outcome
 from dolfingrip.design.campaign.threshold import Threshold, least
+from dolfingrip.design.campaign.trials import Trials
 
 SEED = 7
 
@@ -68,7 +69,7 @@ def least_kPa(mu: float, heavier: float = 1.0) -> float:
 @pytest.mark.parametrize("start", [60.0, 150.0, 300.0])
 def test_pickup_pressure(mu: float, start: float, tmp_path: Path) -> None:
     base = Config().changed(food={"friction": mu})
-    trials = pickup.Trials(base, tmp_path, objective=OBJECTIVE)
+    trials = Trials(base, tmp_path, objective=OBJECTIVE)
     found = pickup.pickup_pressure(trials, 5.0, start)
     exact = least_kPa(mu)
     if exact > 300:
@@ -84,8 +85,8 @@ def test_pickup_pressure(mu: float, start: float, tmp_path: Path) -> None:
 @pytest.mark.parametrize("mu", [0.2, 0.38, 0.7])
 def test_calibration_recovers_friction(mu: float, tmp_path: Path) -> None:
     measured = 5 * np.ceil(least_kPa(mu) / 5)
-    trials = pickup.Trials(Config(), tmp_path, objective=OBJECTIVE)
-    found = pickup.friction(trials, measured, 5.0, 0.002)
+    trials = Trials(Config(), tmp_path, objective=OBJECTIVE)
+    found = calibration.friction(trials, measured, 5.0, 0.002)
     assert found.low - 0.002 <= mu <= found.high + 0.002
     assert found.friction == pytest.approx(mu, abs=0.02)
 
@@ -96,11 +97,11 @@ def test_more_objects_narrow_the_interval(mu: float, tmp_path: Path) -> None:
     for heavier in (1.0, 1.01, 1.02):
         measured = 5 * np.ceil(least_kPa(mu, heavier) / 5)
         base = Config().changed(food={"density_kg_m3": DENSITY_KG_M3 * heavier})
-        trials = pickup.Trials(base, tmp_path, objective=OBJECTIVE)
+        trials = Trials(base, tmp_path, objective=OBJECTIVE)
         if found is None:
-            first = found = pickup.friction(trials, measured, 5.0, 0.002)
+            first = found = calibration.friction(trials, measured, 5.0, 0.002)
         else:
-            found = pickup.narrowed(found, trials, measured, 5.0)
+            found = calibration.narrowed(found, trials, measured, 5.0)
         made.append(len(trials.made))
         assert first.low <= found.low <= found.high <= first.high
         assert found.low - 0.002 <= mu <= found.high + 0.002
@@ -111,19 +112,19 @@ def test_more_objects_narrow_the_interval(mu: float, tmp_path: Path) -> None:
 
 def test_a_search_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     """What is in the spool is not computed again; a torn file is none."""
-    first = pickup.Trials(Config(), tmp_path, objective=OBJECTIVE)
+    first = Trials(Config(), tmp_path, objective=OBJECTIVE)
     found = pickup.pickup_pressure(first, 5.0, 100.0)
     assert all(trial.computed for trial in first.made)
     spooled = sorted((tmp_path / "spool").glob("*.json"))
     assert len(spooled) == len(first.made)
     json.loads(spooled[0].read_text())
     spooled[0].write_text("{")
-    again = pickup.Trials(Config(), tmp_path, objective=OBJECTIVE)
+    again = Trials(Config(), tmp_path, objective=OBJECTIVE)
     assert pickup.pickup_pressure(again, 5.0, 100.0) == found
     assert sum(trial.computed for trial in again.made) == 1
 
 
 def test_no_friction_will_do(tmp_path: Path) -> None:
-    trials = pickup.Trials(Config(), tmp_path, objective=OBJECTIVE)
+    trials = Trials(Config(), tmp_path, objective=OBJECTIVE)
     with pytest.raises(ConfigError, match="no friction up to 2 picks the food up"):
-        pickup.friction(trials, 20.0, 5.0, 0.05)
+        calibration.friction(trials, 20.0, 5.0, 0.05)

@@ -1,0 +1,110 @@
+"""The friction that pick-up pressures tell of, by grasps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from dolfingrip.config import ConfigError
+from dolfingrip.design.campaign.threshold import Threshold, least
+from dolfingrip.design.campaign.trials import Trial, Trials
+
+LARGEST_FRICTION: Final = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class FrictionFound:
+    """The friction with which a pressure is the least that picks up.
+
+    Attributes:
+        low: least coefficient on the grid that picks up at that pressure.
+        high: the largest that does not at the next lower one; between the two the least pressure
+            that picks up is the measured one.
+        tolerance: of both ends.
+    """
+
+    low: float
+    high: float
+    tolerance: float
+
+    @property
+    def friction(self) -> float:
+        """The middle of the interval."""
+        return (self.low + self.high) / 2
+
+
+def friction(
+    trials: Trials, pickup_kPa: float, resolution_kPa: float, tolerance: float
+) -> FrictionFound:
+    """The friction for which ``pickup_kPa`` is the least pressure that picks up.
+
+    μ*(p) is the least friction with which pressure p picks up; it falls as p grows. A pick-up
+    pressure that was found in steps of the resolution r says that μ*(p) ≤ μ < μ*(p − r). Both are
+    searched for from μ = W/ΣN on, with ΣN of one grasp.
+
+    Args:
+        trials: grasps.
+        pickup_kPa: p.
+        resolution_kPa: r.
+        tolerance: of μ*.
+
+    Raises:
+        ConfigError: one line, where no friction does.
+    """
+    first = trials.at(pickup_kPa, trials.base.food.friction)
+    at_pressure = _least_friction(trials, pickup_kPa, first, tolerance)
+    below = trials.at(pickup_kPa - resolution_kPa, at_pressure)
+    at_lower = _least_friction(trials, pickup_kPa - resolution_kPa, below, tolerance)
+    return FrictionFound(at_pressure, max(at_lower - tolerance, at_pressure), tolerance)
+
+
+def narrowed(
+    known: FrictionFound, trials: Trials, pickup_kPa: float, resolution_kPa: float
+) -> FrictionFound:
+    """What the pick-up pressure of another object leaves of an interval of friction.
+
+    Objects whose weights differ by a part of what a step of pressure lifts tell μ more closely than
+    the step does. Only grasps within the interval are made.
+
+    Args:
+        known: from other objects.
+        trials: grasps of this one.
+        pickup_kPa: its least pressure that picks up.
+        resolution_kPa: the step in which it was found.
+    """
+    low, high = round(known.low / known.tolerance), round(known.high / known.tolerance)
+
+    def least_at(pressure_kPa: float, start: int) -> Threshold:
+        return least(
+            lambda place: trials.at(pressure_kPa, place * known.tolerance).picked_up,
+            start,
+            low,
+            high,
+        )
+
+    at_pressure = least_at(pickup_kPa, low)
+    lowest = high if at_pressure.succeeds is None else at_pressure.succeeds
+    at_lower = least_at(pickup_kPa - resolution_kPa, high)
+    highest = low if at_lower.fails is None else at_lower.fails
+    return replace(
+        known,
+        low=lowest * known.tolerance,
+        high=max(lowest, highest) * known.tolerance,
+    )
+
+
+def _least_friction(trials: Trials, pressure_kPa: float, known: Trial, tolerance: float) -> float:
+    """μ* at a pressure, on a grid of ``tolerance``; ``known`` is a grasp there."""
+    start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
+    found = least(
+        lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
+        round(start / tolerance),
+        1,
+        round(LARGEST_FRICTION / tolerance),
+    )
+    if found.succeeds is None:
+        raise ConfigError(
+            f"--pickup-pressure {pressure_kPa:g}: no friction up to {LARGEST_FRICTION:g} picks the "
+            "food up there; allowed: a higher pressure, or another pose"
+        )
+    return found.succeeds * tolerance

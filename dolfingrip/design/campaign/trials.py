@@ -1,0 +1,121 @@
+"""Grasps of one gripper and food by pressure and friction, each computed once.
+
+Each grasp is an answer in a spool, so that a search that was killed goes on where it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign import grasps
+from dolfingrip.design.campaign.answer import Answer
+from dolfingrip.design.campaign.evaluate import Task, work
+from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.design.campaign.spool import Spool
+
+PRESSURE: Final = "experiment.max_pressure_kPa"
+FRICTION: Final = "food.friction"
+
+LIFT_MM: Final = 10.0
+"""Way up in a trial: what slips does so within the first millimetres."""
+
+WANTED: Final = ("picked_up", "normal_N", "weight_N", "outcome_s", "margin")
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One grasp of a search.
+
+    Attributes:
+        pressure_kPa: of the fingers.
+        friction: of fingers on food.
+        picked_up: whether it was.
+        outcome: class, or that of the failure.
+        normal_N: sum of the normal forces before the lift; 0 of a failure.
+        weight_N: of the food.
+        computed: not known from before.
+        wall_s: its time.
+    """
+
+    pressure_kPa: float
+    friction: float
+    picked_up: bool
+    outcome: str
+    normal_N: float
+    weight_N: float
+    computed: bool
+    wall_s: float
+
+
+class Trials:
+    """Grasps of one gripper and food by pressure and friction, each computed once.
+
+    Args:
+        base: configuration that pressure and friction are put into.
+        out: folder, whose ``spool`` has the answers.
+        progress: called with each trial.
+        objective: import path of what computes a grasp.
+    """
+
+    def __init__(
+        self,
+        base: Config,
+        out: Path,
+        progress: Callable[[Trial], None] = lambda trial: None,
+        objective: str = grasps.OBJECTIVE,
+    ) -> None:
+        self.base = base
+        self._known: dict[str, Trial] = {}
+        self._spool = Spool((out / "spool").absolute())
+        self._progress = progress
+        self._objective = objective
+
+    @property
+    def made(self) -> list[Trial]:
+        """All trials so far, each once, in order."""
+        return list(self._known.values())
+
+    def at(self, pressure_kPa: float, friction: float) -> Trial:
+        """The grasp at a pressure and with a coefficient of friction.
+
+        Raises:
+            ConfigError: there is no such gripper.
+        """
+        inputs: Inputs = {PRESSURE: round(pressure_kPa, 9), FRICTION: round(friction, 9)}
+        step = min(self.base.experiment.step_kPa, pressure_kPa)
+        base = self.base.changed(experiment={"max_pressure_kPa": pressure_kPa, "step_kPa": step})
+        plan = Plan(base, (PRESSURE, FRICTION), (inputs,), WANTED, self._objective)
+        design = plan.designs()[0]
+        if design.key in self._known:
+            return self._known[design.key]
+        self._spool.folder.mkdir(parents=True, exist_ok=True)
+        known = self._spool.read(design.key) is not None
+        folder = str(self._spool.folder)
+        answer = work(Task(design.key, design.config, WANTED, self._objective, 1, folder))
+        if answer.failure_class == "geometry":
+            self._spool.forget(design.key)
+            raise ConfigError(answer.failure or "there is no such gripper")
+        trial = _trial(pressure_kPa, friction, answer, computed=not known)
+        self._known[design.key] = trial
+        self._progress(trial)
+        return trial
+
+
+def _trial(pressure_kPa: float, friction: float, answer: Answer, *, computed: bool) -> Trial:
+    outputs: dict[str, Any] = answer.outputs
+    outcome = (answer.curve or {}).get("outcome") or f"failure: {answer.failure_class}"
+    return Trial(
+        pressure_kPa,
+        friction,
+        outputs.get("picked_up") == 1.0,
+        str(outcome),
+        float(outputs.get("normal_N", 0.0)),
+        float(outputs.get("weight_N", 0.0)),
+        computed,
+        answer.wall_s or 0.0,
+    )
