@@ -123,9 +123,7 @@ def _scores(
 ) -> tuple[Score, ...]:
     """Evidence, direction and strength of the fits, the modulus left free."""
     none = fits[NONE]
-    free = problem.covariance.widened(FREE * none.jacobian) if none.jacobian.size else (
-        problem.covariance
-    )  # fmt: skip
+    free = none.widened(problem, FREE)
     found = []
     for i, score in enumerate(scores):
         key = frozenset([score.name])

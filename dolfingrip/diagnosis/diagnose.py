@@ -19,6 +19,7 @@ from dolfingrip.diagnosis import cautions, contact_shift, selection
 from dolfingrip.diagnosis import conclude as conclusions
 from dolfingrip.diagnosis.additions import worth
 from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.between import between
 from dolfingrip.diagnosis.conclude import NONE, Conclusion
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -155,20 +156,22 @@ def _name(
         problem = fitter.problem = contact_shift.with_shifts(problem)
         none = fitter.none()
         analysis = conclusions.screen(problem, none)
-    fits = {NONE: none} if settings.quick else search(fitter, analysis, none)
+    quick = settings.quick
+    fits = {NONE: none} if quick else search(fitter, analysis, none)
+    judged = between(fitter, analysis, none) if quick else fits
     found: dict[str, Conclusion] = {}
     for name, model in noise.others.items():
         believed = model is noise.noise or name == next(iter(noise.others))
         own = problem if believed else problem.with_noise(model)
         under = analysis if believed else conclusions.screen(own, none)
-        found[name] = conclusions.conclude(own, under, fits)
+        found[name] = conclusions.conclude(own, under, judged)
     posterior, models = conclusions.averaged(found, noise.prior)
     best = max(models, key=lambda name: models[name])
     thresholds = found[best].analysis.thresholds
     verdict = found[best].verdict(thresholds, posterior)
     under_each = {name: each.verdict(thresholds) for name, each in found.items()}
     settings.say("checking the noise")
-    doubts = noise_doubts(found[best], fits, noise)
+    doubts = noise_doubts(found[best], judged, noise)
     warnings = [
         *fitter.failures,
         *cautions.of_verdict(verdict),
@@ -176,7 +179,7 @@ def _name(
     ]
     return Diagnosis(
         found[best].problem, noise, fits, found[best], verdict, under_each, models, posterior,
-        doubts, warnings=warnings, quick=settings.quick,
+        doubts, warnings=warnings, quick=quick,
     )  # fmt: skip
 
 

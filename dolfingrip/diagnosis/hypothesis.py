@@ -36,6 +36,8 @@ class Hypothesis:
         model: gives readings at other parameters; None where the effect is linear.
         overrides: the configuration at the fit, as with ``--set``.
         correction: to ln Z, where a strength has one sign.
+        error: columns of one standard deviation of what the readings y* may be off by where they
+            were not simulated, shape (n, m); None where they were.
     """
 
     effects: tuple[str, ...]
@@ -47,6 +49,7 @@ class Hypothesis:
     model: EffectModel | None = field(default=None, repr=False)
     overrides: tuple[str, ...] = ()
     correction: float = 0.0
+    error: Matrix | None = field(default=None, repr=False)
 
     @property
     def values(self) -> list[float]:
@@ -63,8 +66,15 @@ class Hypothesis:
         return np.asarray(value - self.readings + self.jacobian @ self.zeta)
 
     def covariance(self, problem: Problem) -> Covariance:
-        """C + J Jᵀ."""
-        return problem.covariance.widened(self.jacobian)
+        """C + J Jᵀ, and what the readings may be off by."""
+        return self.widened(problem, 1.0)
+
+    def widened(self, problem: Problem, free: float) -> Covariance:
+        """The same with priors of all parameters ``free`` times as wide."""
+        columns = free * self.jacobian
+        if self.error is not None:
+            columns = np.hstack([columns, self.error])
+        return problem.covariance.widened(columns) if columns.size else problem.covariance
 
     def log_evidence(self, problem: Problem) -> float:
         """ln Z."""

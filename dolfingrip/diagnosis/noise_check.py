@@ -111,8 +111,7 @@ def _check(conclusion: Conclusion, fits: Fits) -> NoiseCheck:
     smooth = max(found.unknown, found.beside.max(initial=0.0))
     if key in fits and catalogue >= smooth:
         fit = fits[key]
-        columns = FREE * fit.jacobian
-        covariance = problem.covariance.widened(columns) if columns.size else problem.covariance
+        covariance = fit.widened(problem, FREE)
         return check_noise(problem.index, fit.residual(problem.value), covariance)
     residual = fits[NONE].residual(problem.value)
     return conclusion.analysis.check(residual, conclusion.analysis.findings(residual))

@@ -222,11 +222,14 @@ def as_candidate(problem: Problem, found: Candidate) -> inference.Candidate:
     """An effect's secants as the inference takes them."""
     # a coupon's change is in proportion to its modulus, which the readings tell
     size = np.where(problem.index["experiment"] == "coupon", problem.ratio, 1.0)
+    # tried on both sides: each has a change of its own, and a strength above 0
+    side = np.sign(found.parts)
     shapes = tuple(
-        inference.Shape(problem.take(change) * size, label)
-        for change, label in zip(found.shapes, found.labels, strict=True)
+        inference.Shape(problem.take(change) * size * sign, label)
+        for change, label, sign in zip(found.shapes, found.labels, side, strict=True)
     )
-    return inference.Candidate(found.name, shapes, spread=found.spread, one_sided=found.one_sided)
+    one_sided = found.one_sided or bool((side < 0).any())
+    return inference.Candidate(found.name, shapes, spread=found.spread, one_sided=one_sided)
 
 
 def noise_keys(index: pd.DataFrame) -> np.ndarray:

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from dolfingrip.diagnosis.hypothesis import Hypothesis
-from dolfingrip.diagnosis.inference.arrays import Vector
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import MARGIN, to_value, to_values, to_zeta, zeta_bounds
 from dolfingrip.diagnosis.model import SCALE, FreeParameter
 from dolfingrip.diagnosis.problem import Problem
@@ -46,14 +46,18 @@ class SurfacePoint:
 
     Attributes:
         zeta: of the parameters that were free beside the surface's, and of its own, shape (p,).
-        values: of the surface's own parameters.
+        parameters: the surface's own.
+        values: of these.
         change: of the readings by the effect there, shape (n,).
+        jacobian: of all readings by ``zeta`` there, shape (n, p).
         log_evidence: ln of the readings' density there, by Laplace's method.
     """
 
     zeta: Vector
+    parameters: tuple[FreeParameter, ...]
     values: tuple[float, ...]
     change: Vector
+    jacobian: Matrix
     log_evidence: float
 
 
@@ -184,7 +188,8 @@ class SecantSurface:
         log = -best.cost - 0.5 * float(np.linalg.slogdet(information)[1])
         log -= 0.5 * (problem.covariance.logdet + n * math.log(2 * math.pi))
         own = tuple(self._values(best.x[first:]))
-        return SurfacePoint(best.x, own, change(best.x), log)
+        slopes = -np.asarray(problem.covariance.factor @ best.jac[:n])
+        return SurfacePoint(best.x, self.parameters, own, change(best.x), slopes, log)
 
 
 def _by_modulus(problem: Problem, change: Vector) -> Vector:

@@ -24,6 +24,8 @@ def test_the_plan_is_that_of_the_seed() -> None:
     every = [each for half in halves.values() for each in half]
     assert len(every) >= 200
     assert sum(each.full for each in every) >= 40
+    assert all(each.full for each in every if "plate_tilt" in each.hidden)
+    assert any("plate_tilt" in each.hidden for each in every)
     assert len({each.seed for each in every}) == len(every)
     for half in halves.values():
         counts = pd.Series([each.kind for each in half]).value_counts(normalize=True)

@@ -98,6 +98,23 @@ def test_a_kind_scorer_would_be_found_out() -> None:
     assert of(exact)["class named first, labels shuffled"].value == 0.0
 
 
+def test_wide_classes_hold_wrong_labels_by_chance() -> None:
+    """Of eight effects, a class of four that always holds the cause: 3 of 7 wrong ones are in it.
+
+    A quarter of a hit, where the true label is one, too: as good as the readings allow.
+    """
+    names = ("a", "b", "c", "d", "e", "f", "g", "h")
+    tied = {n: names[:4] if n in names[:4] else names[4:] for n in names}
+    found = of([judged(i, "one", (n,), cause(*tied[n])) for i, n in enumerate(names)])
+    plain = found["class named first, labels shuffled"]
+    assert (plain.count, plain.value, plain.met) == (8, pytest.approx(3 / 7), False)
+    counted = found["… where a class of k effects counts 1/k"]
+    assert (counted.value, counted.met) == (pytest.approx(3 / 28), False)
+    few = [judged(i, "one", (n,), cause(n, names[i - 1])) for i, n in enumerate(names)]
+    counted = of(few)["… where a class of k effects counts 1/k"]
+    assert (counted.value, counted.met) == (pytest.approx(1 / 14), True)
+
+
 def test_a_verdict_that_is_worse() -> None:
     before = ci.Answered("a", "prony", "cause", "prony", True)
     assert not before.worse_than(before)

@@ -212,6 +212,17 @@ def test_quick_fits_nothing(store: Path, ninjaflex: Diagnosis, tmp_path: Path) -
     assert "Quick screen" in (tmp_path / "summary.md").read_text(encoding="utf-8")
 
 
+def test_a_strong_cause_is_no_unknown_one_to_the_screen(store: Path, tmp_path: Path) -> None:
+    """Of 200 standard deviations, so that its secants are off by many, and its surface by few."""
+    hidden = ("extensions.prony.g=[0.25]", "extensions.prony.tau_s=[8.0]")
+    found = diagnosed(made(tmp_path, *hidden), store, quick=True)
+    print(found.verdict.sentence(), found.conclusion.scores)
+    assert found.verdict.answer == "cause"
+    assert found.verdict.names == ("prony",)
+    outsider = made(tmp_path, *hidden, wrong=lambda x: 1 + 0.2 * np.sin(9 * x))
+    assert diagnosed(outsider, store, quick=True).verdict.answer == "unknown"
+
+
 def test_a_wrong_unit_is_suspected_in_the_first_line(store: Path, tmp_path: Path) -> None:
     file = made(tmp_path, wrong=lambda x: np.full_like(x, 101.97))
     found = diagnosed(file, store, quick=True)

@@ -142,6 +142,16 @@ class SmoothMisfit:
                 return np.asarray(system.vectors @ amplitudes)
 
 
+def smooth_changes(index: pd.DataFrame) -> Matrix:
+    """Features of one smooth process of variance 1, shape (n, features).
+
+    Its length scale is the middle one; branches and cycles are half alike, channels of experiments
+    apart.
+    """
+    table = _places(index)
+    return _features(table, LENGTHS[1], LIKENESS[1])
+
+
 def _system(features: Matrix, sizes: Sequence[float]) -> System:
     vectors, singular = _svd(features)
     keep = singular**2 > NEGLIGIBLE * max(float(singular[0] ** 2), 1e-300)
@@ -151,18 +161,23 @@ def _system(features: Matrix, sizes: Sequence[float]) -> System:
 def _processes(index: pd.DataFrame) -> list[Matrix]:
     """Features Φ of each process of variance 1, shape (n, features)."""
     table = _places(index)
-    places = table.drop_duplicates().reset_index(drop=True)
-    where = table.merge(places.reset_index(), how="left")["index"].to_numpy()
-    blocks = list(dict.fromkeys(places["block"]))
     block = table["block"].to_numpy()
+    blocks = list(dict.fromkeys(block))
     found = []
     for length in LENGTHS:
         for likeness in LIKENESS:
-            features = _root(_kernel(places, length, likeness))[where]
+            features = _features(table, length, likeness)
             found.append(features)
             if len(blocks) > 1:
                 found += [features * (block == name)[:, None] for name in blocks]
     return found
+
+
+def _features(table: pd.DataFrame, length: float, likeness: float) -> Matrix:
+    """Features at each place of the table; a place that is there twice has the same."""
+    places = table.drop_duplicates().reset_index(drop=True)
+    where = table.merge(places.reset_index(), how="left")["index"].to_numpy()
+    return _root(_kernel(places, length, likeness))[where]
 
 
 def _places(index: pd.DataFrame) -> pd.DataFrame:

@@ -37,6 +37,10 @@ HELD: Final[Mapping[str, tuple[str, ...]]] = {
 CURVED: Final = ("ogden", "line_lag")
 """Effects whose fingerprint changes its shape much with the amplitude: several amplitudes."""
 
+LOPSIDED: Final = ("plate_tilt",)
+"""Effects of either sign that change the readings otherwise on each side: tried on both. The gap
+is that of the plate's nearest place, so the sign of a tilt tells which end of the tip touches."""
+
 ALIKE: Final[Mapping[str, tuple[str, ...]]] = {
     "mullins": ("m_MPa", "beta"),
     "temperature_drift": ("tau_s",),
@@ -56,7 +60,8 @@ class Shape:
     Attributes:
         label: values of its parameters, for people.
         overrides: the same as with ``--set``.
-        part: strength by the ordinary one, which the change is divided by.
+        part: strength by the ordinary one, which the change is divided by; below 0 on the other
+            side.
         tilt_deg: turn of gravity in the plane of bending, from the direction that each test has.
     """
 
@@ -131,6 +136,9 @@ def _by_prior(effect: type[Effect]) -> Ordinary:
             value = _away(priors[key], way * APART)
             part = (value - _neutral(effect, key)) / steps[key]
             shapes.append(_shape(effect, {**held, key: value}, part))
+    if effect.name() in LOPSIDED:
+        opposite = {key: _neutral(effect, key) - steps[key] for key in amplitudes}
+        shapes.append(_shape(effect, {**opposite, **held}, -1.0))
     spread = max(
         math.hypot(priors[key].mean - _neutral(effect, key), priors[key].spread) / abs(steps[key])
         for key in amplitudes

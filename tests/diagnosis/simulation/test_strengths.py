@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import cast
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.problem import Problem, as_candidate
+from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.simulation.strengths import Ordinary, ordinary
 from dolfingrip.extensions.index import NAMES
 
@@ -60,6 +66,31 @@ def test_other_amplitudes_are_parts_of_the_ordinary_one() -> None:
     for shape in TRIED["ogden"].shapes:
         alpha = float(shape.overrides[0].split("=")[1])
         assert shape.part == pytest.approx((alpha - 2) / (1 - 2), rel=1e-4)
+
+
+def test_the_other_sign_of_what_differs_by_it_is_tried() -> None:
+    found = TRIED["plate_tilt"]
+    assert [shape.overrides for shape in found.shapes] == [
+        ("extensions.plate_tilt.offset_deg=2.0",), ("extensions.plate_tilt.offset_deg=-2.0",)
+    ]  # fmt: skip
+    assert [shape.part for shape in found.shapes] == [1.0, -1.0]
+
+
+def test_each_side_of_an_effect_has_its_own_change() -> None:
+    """As it is simulated at 2° and at −2°, either with strengths above 0."""
+    tried = TRIED["plate_tilt"]
+    simulated = np.array([[0.0, 0.01, 0.02], [0.0, 0.5, 0.4]])
+    found = Candidate(
+        "plate_tilt", tried.kind, simulated / [[shape.part] for shape in tried.shapes],
+        tuple(shape.label for shape in tried.shapes),
+        tuple(shape.overrides for shape in tried.shapes),
+        tuple(shape.part for shape in tried.shapes), tried.spread, tried.one_sided, "ungraded",
+    )  # fmt: skip
+    index = pd.DataFrame({"experiment": ["blocked_force"] * 3})
+    problem = SimpleNamespace(index=index, ratio=np.ones(3), take=lambda values: values)
+    taken = as_candidate(cast(Problem, problem), found)
+    assert taken.one_sided
+    np.testing.assert_allclose([shape.change for shape in taken.shapes], simulated)
 
 
 def of(name: str, *overrides: str) -> Ordinary:
