@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
+
+import numpy as np
 
 from dolfingrip.design.campaign.threshold import least
 from dolfingrip.design.campaign.trials import Trial, Trials
@@ -37,9 +40,9 @@ def pickup_pressure(
 ) -> Pickup:
     """The least multiple of ``resolution_kPa`` at which the food is picked up.
 
-    The first grasp tells how hard the fingers press. Where normal forces grow with the pressure and
-    friction bears the weight, W = μ ΣN at the pressure that is sought; so the next grasp is there.
-    Once that changes little, grasps on either side confirm it.
+    Each grasp tells how hard the fingers press. Where friction bears the weight, W = μ ΣN at the
+    pressure that is sought; so the next grasp is there, by the normal forces of those before it.
+    Then grasps on either side confirm it.
 
     Args:
         trials: grasps; the friction is that of their configuration.
@@ -55,16 +58,31 @@ def pickup_pressure(
         return trials.at(place * resolution_kPa, friction)
 
     place = min(max(round(start_kPa / resolution_kPa), 1), highest)
+    made: dict[int, Trial] = {}
+    fails, succeeds = 0, highest + 1
     for _ in range(estimates):
-        made = trial(place)
-        if friction <= 0 or made.normal_N <= 0:
-            break
-        guess = round(place * made.weight_N / (friction * made.normal_N))
-        # not far beyond what this grasp has shown
-        guess = min(guess, place) if made.picked_up else min(max(guess, place), 2 * place)
-        guess = min(max(guess, 1), highest)
-        if abs(guess - place) <= 1:
+        made[place] = trial(place)
+        if made[place].picked_up:
+            succeeds = min(succeeds, place)
+        else:
+            fails = max(fails, place)
+        # not far beyond what grasps have shown
+        guess = min(max(_bearing(made, friction), fails + 1), succeeds - 1, 2 * place, highest)
+        if succeeds <= fails + 1 or guess in made:
             break
         place = guess
-    found = least(lambda at: trial(at).picked_up, place, 1, highest)
+    low, high = max(fails, 1), min(succeeds, highest)
+    found = least(lambda at: trial(at).picked_up, place, low, high)
     return Pickup(*(None if place is None else place * resolution_kPa for place in found))
+
+
+def _bearing(made: Mapping[int, Trial], friction: float) -> int:
+    """The place at which μ ΣN is the weight: ΣN straight between grasps, and beyond the last."""
+    places = [0, *sorted(made)]
+    normals = np.maximum.accumulate([0.0, *(made[place].normal_N for place in places[1:])])
+    wanted = made[places[1]].weight_N / max(friction, 1e-9)
+    if wanted <= normals[-1]:
+        return round(float(np.interp(wanted, normals, places)))
+    if normals[-1] <= 0:
+        return 2 * places[-1]
+    return round(min(places[-1] * wanted / normals[-1], 2 * places[-1]))
