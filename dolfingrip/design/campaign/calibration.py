@@ -54,7 +54,9 @@ def friction(
     first = trials.at(pickup_kPa, trials.base.food.friction)
     at_pressure = _least_friction(trials, pickup_kPa, first, tolerance)
     below = trials.at(pickup_kPa - resolution_kPa, at_pressure)
-    at_lower = _least_friction(trials, pickup_kPa - resolution_kPa, below, tolerance)
+    at_lower = _least_friction(
+        trials, pickup_kPa - resolution_kPa, below, tolerance, round(at_pressure / tolerance)
+    )
     return FrictionFound(at_pressure, max(at_lower - tolerance, at_pressure), tolerance)
 
 
@@ -93,13 +95,23 @@ def narrowed(
     )
 
 
-def _least_friction(trials: Trials, pressure_kPa: float, known: Trial, tolerance: float) -> float:
-    """μ* at a pressure, on a grid of ``tolerance``; ``known`` is a grasp there."""
+def _least_friction(
+    trials: Trials, pressure_kPa: float, known: Trial, tolerance: float, low: int = 1
+) -> float:
+    """μ* at a pressure, on a grid of ``tolerance``.
+
+    Args:
+        trials: grasps.
+        pressure_kPa: the pressure.
+        known: a grasp there.
+        tolerance: distance of places.
+        low: place that no answer is below, as of a higher pressure.
+    """
     start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
     found = least(
         lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
         round(start / tolerance),
-        1,
+        low,
         round(LARGEST_FRICTION / tolerance),
     )
     if found.succeeds is None:
