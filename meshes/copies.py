@@ -21,21 +21,17 @@ def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
     first = np.cumsum([0, *(len(solid.points) for solid in solids)])
     points = np.concatenate([solid.points + i * shift for i, solid in enumerate(solids)])
     cells = np.concatenate([s.cells + start for s, start in zip(solids, first, strict=False)])
-    facets: dict[str, list[Ints]] = {}
-    for solid, start in zip(solids, first, strict=False):
-        for name, found in solid.facets.items():
-            facets.setdefault(name, []).append(found + start)
-    joined = {name: np.concatenate(found) for name, found in facets.items()}
-    counts = [len(solid.cells) for solid in solids]
-    return SolidMesh(points, cells, joined, all_rows([s.regions for s in solids], counts))
+    facets = all_rows([s.facets for s in solids], [len(s.points) for s in solids])
+    regions = all_rows([s.regions for s in solids], [len(s.cells) for s in solids])
+    return SolidMesh(points, cells, facets, regions)
 
 
 def all_rows(each: Sequence[Mapping[str, Ints]], counts: Sequence[int]) -> dict[str, Ints]:
     """Rows by name of solids that are put one after the other.
 
     Args:
-        each: rows of each solid's own cells, or of their faces, by name.
-        counts: how many rows each solid has.
+        each: rows of each solid's own points, cells or faces of cells, by name.
+        counts: how many of these each solid has.
     """
     found: dict[str, list[Ints]] = {}
     for rows, start in zip(each, np.cumsum([0, *counts]), strict=False):

@@ -156,7 +156,7 @@ def _claims(cases: Sequence[Judged]) -> list[Figure]:
         "of these right", "0.97", own, lambda case, opinion: opinion.right(case.hidden),
         at_least(0.97),
     )  # fmt: skip
-    exact = float(np.mean([case.bound.right(case.hidden) for case in best])) if best else np.nan
+    exact = _mean([case.bound.right(case.hidden) for case in best])
     return [made, Figure(right.name, right.target, right.value, exact, right.count, right.low,
                          right.high, right.met)]  # fmt: skip
 
@@ -164,11 +164,11 @@ def _claims(cases: Sequence[Judged]) -> list[Figure]:
 def _coverage(cases: Sequence[Judged]) -> Figure:
     inside = [each.covers for case in cases for each in case.intervals]
     exact = [each.covers for case in cases for each in case.bound_intervals]
-    value = float(np.mean(inside)) if inside else float("nan")
+    value = _mean(inside)
     low, high = interval(sum(inside), len(inside))
     return Figure(
         "90 % intervals that hold the truth", "0.85 to 0.95", value,
-        float(np.mean(exact)) if exact else float("nan"), len(inside), low, high,
+        _mean(exact), len(inside), low, high,
         0.85 <= value <= 0.95 if inside else None,
     )  # fmt: skip
 
@@ -180,9 +180,7 @@ def _cut(cases: Sequence[Judged]) -> Figure:
         for case in cases
         if case.cut is not None and case.bound_cut is not None and case.bound_cut >= CUTS
     ]
-    own, best = (float(np.mean(part)) for part in zip(*pairs, strict=True)) if pairs else (
-        float("nan"), float("nan"),
-    )  # fmt: skip
+    own, best = (_mean([pair[i] for pair in pairs]) for i in (0, 1))
     nan = float("nan")
     return Figure(
         "error on readings left out is cut by", "0.8 of the bound", own, best, len(pairs), nan, nan,
@@ -194,7 +192,7 @@ def _told(
     name: str, target: str, told: Sequence[tuple[Judged, bool | None]], level: float
 ) -> Figure:
     known = [bool(value) for _, value in told if value is not None]
-    value = float(np.mean(known)) if known else float("nan")
+    value = _mean(known)
     low, high = interval(sum(known), len(known))
     met = value >= level if known else None
     return Figure(name, target, value, float("nan"), len(known), low, high, met)
@@ -237,6 +235,7 @@ def _shuffled(cases: Sequence[Judged]) -> list[Figure]:
 
 
 def _mean(values: Sequence[float]) -> float:
+    """Not a number where there are none."""
     return float(np.mean(values)) if values else float("nan")
 
 
@@ -270,8 +269,8 @@ def by_protocol(cases: Sequence[Judged]) -> pd.DataFrame:
             {
                 "protocol": protocol, "cases": figure.count, "first": figure.value,
                 "low": figure.low, "high": figure.high, "bound": figure.bound,
-                "size of class": float(np.mean([len(c.said.leading) for c in own] or [np.nan])),
-                "bound's": float(np.mean([len(c.bound.leading) for c in own] or [np.nan])),
+                "size of class": _mean([len(c.said.leading) for c in own]),
+                "bound's": _mean([len(c.bound.leading) for c in own]),
             }
         )  # fmt: skip
     return pd.DataFrame(rows)

@@ -12,11 +12,11 @@ from dolfingrip.sections.section import Section, check_up_to, outside
 Branch = Literal["loading", "unloading", "hold"]
 Times = Annotated[tuple[Annotated[float, Field(ge=0)], ...], Field(strict=False)]
 Values = Annotated[tuple[float, ...], Field(strict=False)]
-STEP_KPA = 25.0
-"""Between readings, where nothing is said of it."""
-
 Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
 Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
+
+STEP_KPA = 25.0
+"""Between readings, where nothing is said of it."""
 
 
 class Experiment(Section):

@@ -75,18 +75,9 @@ def narrowed(
         resolution_kPa: the step in which it was found.
     """
     low, high = round(known.low / known.tolerance), round(known.high / known.tolerance)
-
-    def least_at(pressure_kPa: float, start: int) -> Threshold:
-        return least(
-            lambda place: trials.at(pressure_kPa, place * known.tolerance).picked_up,
-            start,
-            low,
-            high,
-        )
-
-    at_pressure = least_at(pickup_kPa, low)
+    at_pressure = _least(trials, pickup_kPa, known.tolerance, low, low, high)
     lowest = high if at_pressure.succeeds is None else at_pressure.succeeds
-    at_lower = least_at(pickup_kPa - resolution_kPa, high)
+    at_lower = _least(trials, pickup_kPa - resolution_kPa, known.tolerance, high, low, high)
     highest = low if at_lower.fails is None else at_lower.fails
     return replace(
         known,
@@ -108,15 +99,20 @@ def _least_friction(
         low: place that no answer is below, as of a higher pressure.
     """
     start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
-    found = least(
-        lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
-        round(start / tolerance),
-        low,
-        round(LARGEST_FRICTION / tolerance),
-    )
+    highest = round(LARGEST_FRICTION / tolerance)
+    found = _least(trials, pressure_kPa, tolerance, round(start / tolerance), low, highest)
     if found.succeeds is None:
         raise ConfigError(
             f"--pickup-pressure {pressure_kPa:g}: no friction up to {LARGEST_FRICTION:g} picks the "
             "food up there; allowed: a higher pressure, or another pose"
         )
     return found.succeeds * tolerance
+
+
+def _least(
+    trials: Trials, pressure_kPa: float, tolerance: float, start: int, low: int, high: int
+) -> Threshold:
+    """Places of friction, in units of ``tolerance``; see :func:`~.threshold.least`."""
+    return least(
+        lambda place: trials.at(pressure_kPa, place * tolerance).picked_up, start, low, high
+    )

@@ -88,7 +88,7 @@ class Trials:
         """
         inputs: Inputs = {PRESSURE: round(pressure_kPa, 9), FRICTION: round(friction, 9)}
         step = min(self.base.experiment.step_kPa, pressure_kPa)
-        base = self.base.changed(experiment={"max_pressure_kPa": pressure_kPa, "step_kPa": step})
+        base = self.base.changed(experiment={"step_kPa": step})
         plan = Plan(base, (PRESSURE, FRICTION), (inputs,), WANTED, self._objective)
         design = plan.designs()[0]
         if design.key in self._known:

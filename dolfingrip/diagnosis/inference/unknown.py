@@ -148,8 +148,8 @@ def smooth_changes(index: pd.DataFrame) -> Matrix:
     Its length scale is the middle one; branches and cycles are half alike, channels of experiments
     apart.
     """
-    table = _places(index)
-    return _features(table, LENGTHS[1], LIKENESS[1])
+    places, where = _distinct(_places(index))
+    return _root(_kernel(places, LENGTHS[1], LIKENESS[1]))[where]
 
 
 def _system(features: Matrix, sizes: Sequence[float]) -> System:
@@ -161,23 +161,23 @@ def _system(features: Matrix, sizes: Sequence[float]) -> System:
 def _processes(index: pd.DataFrame) -> list[Matrix]:
     """Features Φ of each process of variance 1, shape (n, features)."""
     table = _places(index)
+    places, where = _distinct(table)
     block = table["block"].to_numpy()
     blocks = list(dict.fromkeys(block))
     found = []
     for length in LENGTHS:
         for likeness in LIKENESS:
-            features = _features(table, length, likeness)
+            features = _root(_kernel(places, length, likeness))[where]
             found.append(features)
             if len(blocks) > 1:
                 found += [features * (block == name)[:, None] for name in blocks]
     return found
 
 
-def _features(table: pd.DataFrame, length: float, likeness: float) -> Matrix:
-    """Features at each place of the table; a place that is there twice has the same."""
+def _distinct(table: pd.DataFrame) -> tuple[pd.DataFrame, np.ndarray]:
+    """Each place of the table once, and the row of each reading's place among them."""
     places = table.drop_duplicates().reset_index(drop=True)
-    where = table.merge(places.reset_index(), how="left")["index"].to_numpy()
-    return _root(_kernel(places, length, likeness))[where]
+    return places, table.merge(places.reset_index(), how="left")["index"].to_numpy()
 
 
 def _places(index: pd.DataFrame) -> pd.DataFrame:

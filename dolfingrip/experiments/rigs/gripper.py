@@ -16,14 +16,14 @@ from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
 from dolfingrip.experiments.rigs.material import KG_M3_M_S2
 from dolfingrip.experiments.rigs.symmetry import SIDEWAYS, halved
-from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side
+from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
 from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.rigid_points import RigidPoints
 from dolfingrip.mechanics.model.dead_weight import DeadWeight
-from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
+from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.placement import Placement
 from dolfingrip.mechanics.model.pose import Pose
@@ -165,7 +165,7 @@ def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bo
             return side_by_side([whole] * len(found))
         return side_by_side([made(config.changed(mesh={"half": True})), whole])
 
-    domain = distribute(comm, *(on_root(comm, all_made) or (None, None, None)))
+    domain = spread(comm, all_made)
     x = domain.mesh.geometry.x[:, 0]
     extent = comm.allreduce(x.min(initial=np.inf), MPI.MIN), comm.allreduce(x.max(), MPI.MAX)
     domain = replace(domain, placement=placed(found, extent, half=half))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from mpi4py import MPI
@@ -84,6 +84,15 @@ def side_by_side(each: Sequence[Made]) -> Made:
     )
 
 
+def spread(comm: MPI.Comm, make: Callable[[], Made]) -> Domain:
+    """What rank 0 makes, distributed.
+
+    Raises:
+        ConfigError: on every rank.
+    """
+    return distribute(comm, *(on_root(comm, make) or (None, None, None)))
+
+
 def load_domain(config: Config, comm: MPI.Comm) -> Domain:
     """The mesh of ``config``, made on rank 0 and distributed.
 
@@ -91,8 +100,7 @@ def load_domain(config: Config, comm: MPI.Comm) -> Domain:
         ConfigError: on every rank.
     """
     config = config.adapted()
-    found = on_root(comm, lambda: made(config))
-    domain = distribute(comm, *(found or (None, None, None)))
+    domain = spread(comm, lambda: made(config))
     sideways = config.sideways()
     if domain.half and sideways is not None:
         key, value = sideways
