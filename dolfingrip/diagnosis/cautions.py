@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+import numpy as np
+
 from dolfingrip.diagnosis.inference.verdict import Verdict
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 
@@ -16,14 +18,30 @@ MESH_UNKNOWN: Final = (
 
 
 def of_simulation(base: BaseSimulation) -> list[str]:
-    """What could not be simulated, and a mesh without another to compare with."""
-    found = [f"base simulation: {each.sentence}" for each in base.failures]
+    """Effects that could not be simulated, and a mesh without another to compare with."""
+    found = []
     if not base.mesh.size and any(t.experiment != "coupon" for t in base.measurement.tests):
         found.append(MESH_UNKNOWN)
     for candidate in base.candidates:
         if candidate.failures and not len(candidate.shapes):
             why = candidate.failures[0].sentence
             found.append(f"{candidate.name} could not be tried: {why}")
+    return found
+
+
+def not_reached(base: BaseSimulation) -> list[str]:
+    """For each test, readings that the base simulation does not come to, and why."""
+    lost = ~np.isfinite(base.readings)
+    of_test = base.measurement.listed()["test"].to_numpy()
+    found = []
+    for test in base.measurement.tests:
+        own = of_test == test.number
+        if lost[own].any():
+            why = [each.sentence for each in base.failures if test in each.tests]
+            found.append(
+                f"{test.experiment} of {test.specimen}: the base simulation does not reach "
+                f"{lost[own].sum()} of {own.sum()} readings, which are left out: {'; '.join(why)}"
+            )
     return found
 
 

@@ -113,6 +113,7 @@ def diagnose_measurement(
     found = _name(measurement, base, workers, settings)
     doubts = [each.sentence() for each in suspicions(measurement, base.readings)]
     found.suspicions = doubts
+    found.not_reached = cautions.not_reached(base)
     found.warnings = [*measurement.warnings, *cautions.of_simulation(base), *found.warnings]
     if settings.quick or found.verdict.answer != "cause":
         return found
@@ -130,11 +131,17 @@ def diagnose_measurement(
 
 def _problem(measurement: Measurement, base: BaseSimulation) -> tuple[Problem, NoiseModel]:
     kept = np.flatnonzero(np.isfinite(base.readings) & np.isfinite(base.by_led))
-    if len(kept) < 2:
-        why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
-        raise ConfigError(f"the base simulation reaches no reading: {why}")
+    listed = measurement.listed()
+    reached = set(listed["test"].to_numpy()[kept])
+    for test in measurement.tests:
+        if test.number not in reached:
+            why = "; ".join(each.sentence for each in base.failures if test in each.tests)
+            raise ConfigError(
+                f"{test.experiment} of {test.specimen}: the base simulation reaches no reading: "
+                f"{why}"
+            )
     index = index_of(measurement).iloc[kept].reset_index(drop=True)
-    value = measurement.listed()["value"].to_numpy(dtype=float)[kept]
+    value = listed["value"].to_numpy(dtype=float)[kept]
     noise = noise_model(measurement, index, value, base.readings[kept], kept)
     led_std = instrument_noise(measurement).led[kept]
     scale = modulus_parameter(measurement, base.config)

@@ -20,6 +20,7 @@ from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis import extend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.parameter import scaled
 
 FORCE: Final = "force_N"
 COG: Final = "cog_offset_mm"
@@ -146,14 +147,11 @@ def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 def _extended(base: Config, config: Config, fit: Hypothesis) -> Config:
     """The campaign's configuration with the cause; its modulus by the fitted factor."""
     own = extend.extended(config, fit)
-    factor = own.material.mu_MPa / config.material.mu_MPa
-    material: dict[str, float] = {"mu_MPa": base.material.mu_MPa * factor}
-    if base.material.bulk_MPa is not None:
-        material["bulk_MPa"] = base.material.bulk_MPa * factor
+    factor = own.material.shear_MPa / config.material.shear_MPa
     own_effects = own.extensions.model_dump(mode="json", exclude_none=True)
     known = config.extensions.model_dump(mode="json", exclude_none=True)
     effects = {name: table for name, table in own_effects.items() if known.get(name) != table}
-    return base.changed(material=material, extensions=effects)
+    return base.overridden(scaled(base, factor)).changed(extensions=effects)
 
 
 def _forces(plan: Plan, out: Path, where: Where) -> list[float | None]:

@@ -12,6 +12,8 @@ from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.evidence import INTERVAL
 from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.model import SCALE
+from dolfingrip.diagnosis.simulation.nuisances import modulus_keys
+from dolfingrip.parameter import find, scaled
 
 
 def extended(config: Config, fit: Hypothesis) -> Config:
@@ -21,11 +23,8 @@ def extended(config: Config, fit: Hypothesis) -> Config:
     contacts' stiffness, which a change of the modulus carries with it, is as configured.
     """
     factor = fit.by_key.get(SCALE, 1.0)
-    material = {"mu_MPa": config.material.mu_MPa * factor}
-    if config.material.bulk_MPa is not None:
-        material["bulk_MPa"] = config.material.bulk_MPa * factor
     own = [text for text in fit.overrides if text.startswith("extensions.") or text in CHOICES]
-    return config.changed(material=material).overridden(own)
+    return config.overridden([*scaled(config, factor), *own])
 
 
 CHOICES = ("contact.self_contact=true", 'solver.element="P2"')
@@ -49,7 +48,8 @@ def parameters(
     for parameter, estimate in zip(fit.parameters, estimates, strict=True):
         if parameter.key == SCALE:
             wider = _widened(estimate, area_spread)
-            found.append(("material.mu_MPa", _times(wider, config.material.mu_MPa)))
+            own = find(config, modulus_keys(config))
+            found += [(each.key, _times(wider, each.value(config))) for each in own]
         else:
             found.append((parameter.key, _times(estimate, factor if parameter.is_modulus else 1)))
     return found

@@ -43,6 +43,7 @@ class Diagnosis:
         next: additions, the best first.
         downstream: what the extended model changes about a campaign's best designs.
         suspicions: slips of units, signs and columns, a question each.
+        not_reached: tests with readings that the base simulation does not reach, and why.
         warnings: what else to beware of, a sentence each.
         quick: whether it stopped after the screen.
         simulated_s: time of all simulations on a worker each, those from the store included.
@@ -61,6 +62,7 @@ class Diagnosis:
     next: list[worth.AdditionWorth] = field(default_factory=list)
     downstream: Downstream | None = None
     suspicions: list[str] = field(default_factory=list)
+    not_reached: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     quick: bool = False
     simulated_s: float = 0.0

@@ -15,13 +15,13 @@ from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import to_value
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.closed_forms import has_closed_form
-from dolfingrip.diagnosis.simulation.nuisances import MODULUS
+from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure, simulate
 from dolfingrip.diagnosis.simulation.strengths import HELD
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
-from dolfingrip.parameter import Entry, find
+from dolfingrip.parameter import Entry, find, moduli
 
 SCALE: Final = "modulus"
 """Name of the factor of all moduli among the parameters."""
@@ -71,7 +71,7 @@ def modulus_parameter(measurement: Measurement, config: Config) -> FreeParameter
 
     Of coupons alone, forces are in proportion to the cross-section, too, so the factor is of both.
     """
-    materials = {test.setup.applied(config).material.mu_MPa for test in measurement.tests}
+    materials = {str(moduli(test.setup.applied(config))) for test in measurement.tests}
     spread = max(test.setup.nuisances["modulus"] for test in measurement.tests)
     if coupons_alone(measurement):
         spread = math.hypot(spread, area_spread(measurement))
@@ -102,7 +102,7 @@ def free_parameters(name: str, overrides: Sequence[str], config: Config) -> list
     """What a fit of an effect finds: the parameters with a prior, but those that are held."""
     on = config.overridden(overrides)
     found = []
-    for key, prior in effect(name).priors().items():
+    for key, prior in effect(name).priors(config.material.shear_MPa).items():
         if key in HELD.get(name, ()):
             continue
         path = f"extensions.{name}.{key}"
@@ -205,7 +205,9 @@ class EffectModel:
         simulated_factor = 1.0 if self.coupons_alone else factor
         stages = () if self.base is None else self.base.case.overrides
         keys = tuple(p.gradient_key for p in self.effects)
-        with_scale = (MODULUS,) if self.scale and not self.coupons_alone else ()
+        with_scale: tuple[str, ...] = ()
+        if self.scale and not self.coupons_alone:
+            with_scale = modulus_keys(self.measurement.tests[0].setup.applied(self.config))
         case = Case(
             (
                 *stages,
@@ -244,8 +246,7 @@ class EffectModel:
     ) -> Matrix:
         if not self.scale:
             return np.column_stack([*shifts, *columns])
-        mu_MPa = self.measurement.tests[0].setup.applied(self.config).material.mu_MPa
-        by_factor = found.slope(MODULUS) * mu_MPa
+        by_factor = by_log_modulus(self.measurement, found) / factor
         for parameter, value in zip(self.effects, own, strict=True):
             if parameter.is_modulus:
                 by_factor = by_factor + found.slope(parameter.gradient_key) * value
@@ -264,8 +265,7 @@ class EffectModel:
                 for by in (1.0, 1 + step, 1 - step)
             )
             return here, ((more - less) / (2 * step * factor))[:, None]
-        mu_MPa = self.measurement.tests[0].setup.applied(self.config).material.mu_MPa
-        slope = base.slope(MODULUS) * mu_MPa
+        slope = by_log_modulus(self.measurement, base)
         return base.readings + (factor - 1) * slope, slope[:, None]
 
 

@@ -162,6 +162,9 @@ class Diagnosis(_Part):
     next_experiments: tuple[NextExperiment, ...] = ()
     downstream: Downstream | None = None
     suspicions: tuple[str, ...] = Field((), description="slips of units, signs and columns")
+    not_reached: tuple[str, ...] = Field(
+        (), description="tests with readings that the base simulation does not reach, and why"
+    )
     warnings: tuple[str, ...] = ()
     extended: Annotated[dict[str, Any], Field(description="what extended.toml changes")] = {}
     simulated_s: float = Field(

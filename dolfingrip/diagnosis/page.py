@@ -55,8 +55,8 @@ def text(result: outcome.Diagnosis) -> str:
     if not result.noise.sentences:
         lines.append("- as the laboratory tells it")
     lines += [f"- {each}" for each in result.noise.doubts]
-    if result.suspicions or result.warnings:
-        doubts = [*result.suspicions, *result.warnings]
+    doubts = [*result.suspicions, *result.not_reached, *result.warnings]
+    if doubts:
         lines += ["", "## Beware", "", *(f"- {each}" for each in doubts)]
     return "\n".join(lines) + "\n"
 
@@ -85,6 +85,8 @@ def _head(result: outcome.Diagnosis) -> list[str]:
         first += f" That {who} takes part, perhaps beside something else: {chance}."
     if result.suspicions:
         first += f" But check the data first: {result.suspicions[0]}"
+    if result.not_reached:
+        first += f" Not all readings are compared: {result.not_reached[0]}."
     if result.noise.too_small or result.noise.correlated:
         first += f" But the noise is not as believed: {result.noise.doubts[0]}."
     best = next((f for f in result.fits if f.effects and set(f.effects) <= {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,7 +11,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.inference import candidate as inference
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -40,12 +41,14 @@ def index_of(measurement: Measurement) -> pd.DataFrame:
     rows = measurement.readings.iloc[listed["row"].to_numpy()].reset_index(drop=True)
     test = listed["test"].to_numpy()
     rates = _rates(measurement)
+    designs = {test.number: _design(test) for test in measurement.tests}
     return pd.DataFrame(
         {
             "channel": listed["column"].to_numpy(),
             "run": test,
             "experiment": listed["experiment"].to_numpy(),
             "specimen": listed["specimen"].to_numpy(),
+            "design": np.array([designs[number] for number in test], dtype=object),
             "cycle": listed["cycle"].to_numpy(),
             "branch": listed["branch"].to_numpy(),
             "time_s": listed["time_s"].to_numpy(dtype=float),
@@ -54,6 +57,16 @@ def index_of(measurement: Measurement) -> pd.DataFrame:
             "rate_kPa_per_s": np.array([rates[number] for number in test], dtype=float),
         }
     )
+
+
+DRAWN: Final = ("finger", "cast", "pneunet", "morph", "material", "film")
+"""Sections of a set-up that tell how a specimen is drawn."""
+
+
+def _design(test: SpecimenTest) -> str:
+    """What a laboratory tells of a specimen's own dimensions and materials."""
+    own = {name: dict(test.setup.sections.get(name, {})) for name in DRAWN}
+    return json.dumps(own, sort_keys=True, default=str)
 
 
 def _rates(measurement: Measurement) -> dict[int, float]:

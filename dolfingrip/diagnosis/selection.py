@@ -1,14 +1,19 @@
-"""Which readings are compared: coupons between toe and the largest strain, and not too many."""
+"""Which readings are compared: coupons between toe and the largest strain, and not too many.
+
+Of a finger those up to the pressure that the laboratory tells, if any.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
+import pandas as pd
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 
 TOE: Final = 0.02
 """Nominal strain below which grips and slack are measured, too (ASTM D638, annex on the toe)."""
@@ -26,20 +31,16 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     readings = measurement.readings.copy()
     notes: list[str] = []
     for test in measurement.tests:
-        if test.experiment != "coupon":
-            continue
-        coupon = test.setup.applied(config).coupon
         rows = measurement.rows(test.number)
-        strain = rows["displacement_mm"].to_numpy() / coupon.gauge_length_mm
-        for inside, why in (
-            (strain <= coupon.max_strain, f"above a strain of {coupon.max_strain:g} "
-             "(coupon.max_strain: fingers stretch less)"),
-            (strain >= TOE, f"below a strain of {TOE:g} (grips settle there)"),
-        ):  # fmt: skip
-            if not inside.all() and inside.sum() >= FEWEST:
-                # the row stays, as what comes later depends on the way
-                readings.loc[rows.index[~inside], list(READING_COLUMNS)] = np.nan
-                notes.append(f"coupons: readings {why} are left out")
+        finger = test.led == "pressure_kPa"
+        for inside, why in _of_finger(test, rows) if finger else _of_coupon(test, rows, config):
+            if inside.all() or inside.sum() < (1 if finger else FEWEST):
+                continue
+            notes.append(why)
+            readings.loc[rows.index[~inside], list(READING_COLUMNS)] = np.nan
+            # a row stays where what comes later depends on the way
+            if finger and not inside[(~inside).argmax() :].any():
+                keep[rows.index[~inside]] = False
     every = -(-len(readings) // MOST)
     if every > 1:
         number = measurement.readings.groupby(["test", "cycle", "branch"]).cumcount().to_numpy()
@@ -51,3 +52,22 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     return Measurement(readings, measurement.tests, measurement.warnings), list(
         dict.fromkeys(notes)
     )
+
+
+def _of_coupon(
+    test: SpecimenTest, rows: pd.DataFrame, config: Config
+) -> Iterator[tuple[np.ndarray, str]]:
+    """Rows that are compared, and why the others are left out."""
+    coupon = test.setup.applied(config).coupon
+    strain = rows["displacement_mm"].to_numpy() / coupon.gauge_length_mm
+    most = f"above a strain of {coupon.max_strain:g} (coupon.max_strain: fingers stretch less)"
+    yield strain <= coupon.max_strain, f"coupons: readings {most} are left out"
+    toe = f"below a strain of {TOE:g} (grips settle there)"
+    yield strain >= TOE, f"coupons: readings {toe} are left out"
+
+
+def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndarray, str]]:
+    """Likewise."""
+    highest = test.setup.max_pressure_kPa
+    told = f"{highest:g} kPa (max_pressure_kPa beside {test.file.name})"
+    yield rows["pressure_kPa"].to_numpy() <= highest, f"readings above {told} are left out"

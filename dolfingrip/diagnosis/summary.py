@@ -143,6 +143,7 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
         ),
         downstream=_downstream(found),
         suspicions=tuple(found.suspicions),
+        not_reached=tuple(found.not_reached),
         warnings=tuple(found.warnings),
         extended=_changes(config, found),
         simulated_s=found.simulated_s,

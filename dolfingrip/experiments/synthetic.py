@@ -101,15 +101,17 @@ def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Con
         raise ConfigError(f"--nuisance {unknown[0]}: no effect; allowed: {', '.join(by_name)}")
     for name, effect in by_name.items():  # in the index' order, lest a draw depend on the asked one
         if name in names:
-            config = config.changed(extensions={name: _values(effect, rng)})
+            config = config.changed(
+                extensions={name: _values(effect, config.material.shear_MPa, rng)}
+            )
     return config
 
 
-def _values(effect: type[Effect], rng: np.random.Generator) -> dict[str, Any]:
+def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) -> dict[str, Any]:
     """Parameters of ``effect`` from their priors, drawn until they are allowed."""
     for _ in range(TRIES):
         values: dict[str, Any] = {}
-        for key, prior in effect.priors().items():
+        for key, prior in effect.priors(shear_MPa).items():
             value = draw(prior, rng)
             is_list = isinstance(effect.model_fields[key].default, tuple)
             values[key] = [value] if is_list else value

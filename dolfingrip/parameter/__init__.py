@@ -1,6 +1,7 @@
 """The numbers of a configuration that can change."""
 
 from dolfingrip.parameter.bounds import bounds_of
+from dolfingrip.parameter.moduli import moduli, scaled
 from dolfingrip.parameter.parameter import Entry, Parameter
 from dolfingrip.parameter.search import SHAPES, check_assignment, every, find, named
 
@@ -12,5 +13,7 @@ __all__ = [
     "check_assignment",
     "every",
     "find",
+    "moduli",
     "named",
+    "scaled",
 ]

@@ -137,6 +137,7 @@ def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
 def _of_table(
     config: Config, table: BaseModel, path: str, effect: Effect | None
 ) -> Iterator[Parameter]:
+    priors = effect.priors(config.material.shear_MPa) if effect else {}
     for key, info in type(table).model_fields.items():
         if f"{path}.{key}" in NUMERICAL:
             continue
@@ -150,7 +151,7 @@ def _of_table(
         if isinstance(table, Material) and key == "nu" and table.bulk_MPa is None:
             value = table.poisson
         for name, number, metadata in _numbers(key, value, info):
-            prior = effect.priors().get(key) if effect else PRIORS.get(f"{path}.{key}")
+            prior = priors.get(key) if effect else PRIORS.get(f"{path}.{key}")
             low, high = bounds(metadata)
             yield Parameter(
                 f"{path}.{name}",

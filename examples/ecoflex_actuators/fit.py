@@ -1,128 +1,203 @@
 """Fits what the coupon leaves open to measured bending, and writes it for ``dolfingrip predict``.
 
-    scripts/run python examples/ecoflex_actuators/fit.py
+    scripts/run python examples/ecoflex_actuators/fit.py [--only NUMBER]
 
-simulates each law below as each specimen (or finds it simulated in ``out/``), and compares
-pressures at equal angles. What a law gets wrong is kept as a factor on the pressure, by the growth
-of the cavity. Writes ``extended.toml`` beside this file.
+simulates each hypothesis (``laws.py``) as each specimen with two values of the modulus that the
+coupon leaves open, or finds it simulated in ``out/``. Pressures at an equal angle are interpolated
+between these values. They are in proportion to all moduli, whose factor is fitted, too. A fit to
+one specimen predicts the other. Writes ``fits.csv``, ``predicted.csv`` and ``extended.toml``.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from laws import HYPOTHESES, Hypothesis, changes
 from scipy.optimize import least_squares
+from specimens import CHAMBERS, HERE, Family, family, measured
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.experiments.material_fit import coupons, fit
-from dolfingrip.experiments.material_fit.law import LAWS
-from dolfingrip.experiments.prediction import further, simulated
+from dolfingrip.experiments.prediction import Curve, predict
 from dolfingrip.sections.posterior import Fit, Posterior, appended
 
-HERE = Path(__file__).resolve().parent
-COUPON = HERE.parent / "coupons" / "ecoflex30_uniaxial.csv"
+MODEL_KPA, SPECIMEN, ANGLE, CAMERA_DEG, BATCH = 0.5, 0.03, 0.1, 0.3, 0.1
+"""Standard deviations: of pressures at equal angles from a fit's; relative, of all moduli of one
+specimen; relative, of the angle; of the camera; relative, of the coupon's moduli from those of the
+batch that was cast."""
 
-LAWS_TRIED = ((2e-4, -3.366), (4e-4, -3.366))
-"""Modulus (MPa) and exponent of Ogden's term that governs biaxial tension. While the cavity grows
-from 6 to 42 times its volume, the first needs a factor on the pressure that varies by 2 % (c7) and
-4 % (c5), the second by 11 % (c5)."""
+INDEPENDENT = 6.0
+"""Readings that a curve is worth: what a fit leaves is smooth along it."""
 
-FILM_N_PER_MM = 3.0
-"""Stiffness Et of the film, before moduli are scaled."""
-
-MEMBERS = ((0, "c5-w7", 0.4), (0, "c7-w7", 0.4), (1, "c5-w7", 0.2))
-"""Law, specimen and weight of each fit."""
-
-CHAMBERS = {"c5-w7": 5, "c7-w7": 7}
-
-GROWTH = (1.5, 2, 3, 4, 6, 8, 11, 15, 20, 26, 33, 42, 52, 62, 72, 85, 100, 120)
-"""Of the cavity, where the factor is told."""
-
-SCALE = 1.17
-"""By which all moduli are greater than the coupon's: 1.19 for c5, 1.15 for c7 (all angles)."""
-
-MODEL_KPA, SPECIMEN, ANGLE, CAMERA_DEG = 0.5, 0.03, 0.1, 0.3
-"""Standard deviations: of pressures at equal angles from the fits'; relative, between specimens, as
-c5 and c7 differ; relative, of the angle, as each predicts the other's once chambers balloon; of the
-camera."""
+HELD_KPA = 32.5
+"""Up to this pressure the angle is compared: beyond, 1 kPa doubles it."""
 
 
-def law(mu_MPa: float, alpha: float) -> tuple[list[float], list[float]]:
-    """Moduli and exponents of three terms, one of them given, the others fitted to the coupon."""
-    data, chosen = coupons.read(COUPON), LAWS["ogden-3"]
-    measured, tolerance = fit.measured_MPa(data), fit.tolerances_MPa(data)
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """Modulus and scale that agree best with specimens.
 
-    def values(free: np.ndarray) -> np.ndarray:
-        return np.array([free[0], mu_MPa, np.exp(free[1]), free[2], alpha, free[3]])
+    Attributes:
+        modulus_MPa: of the term that the coupon leaves open.
+        scale: of all moduli, relative to the coupon's.
+        own: relative deviation of each specimen from that.
+        misfit: half the sum of squares of all deviations, in standard deviations, of as many
+            readings as are independent.
+        rms_kPa: of pressures at equal angles above 6°.
+    """
+
+    modulus_MPa: float
+    scale: float
+    own: tuple[float, ...]
+    misfit: float
+    rms_kPa: float
+
+
+def fitted(families: Sequence[Family], specimens: Sequence[str]) -> Fitted:
+    """The best fit to these specimens together."""
+    rows = []
+    for found, specimen in zip(families, specimens, strict=True):
+        pressure, angle = measured(specimen)
+        slope = np.maximum(np.gradient(angle, pressure), 0.05)
+        deviation = np.hypot(MODEL_KPA, CAMERA_DEG / slope)
+        inside = angle <= found.largest_deg
+        count = np.sqrt(INDEPENDENT / inside.sum())
+        rows.append((found, pressure[inside], angle[inside], deviation[inside] / count))
+
+    def apart_kPa(free: np.ndarray) -> list[np.ndarray]:
+        scales = np.exp(free[1]) * (1 + free[2:])
+        return [
+            scale * found.pressure_kPa(np.exp(free[0]), angle) - pressure
+            for scale, (found, pressure, angle, _) in zip(scales, rows, strict=True)
+        ]
 
     def residuals(free: np.ndarray) -> np.ndarray:
-        return np.asarray((fit.predicted_MPa(chosen, data, values(free)) - measured) / tolerance)
+        parts = [apart / row[3] for apart, row in zip(apart_kPa(free), rows, strict=True)]
+        return np.concatenate([*parts, free[2:] / SPECIMEN, [free[1] / BATCH]])
 
-    found = least_squares(
-        residuals,
-        [0.0195, np.log(7e-6), 2.0, 7.0],
-        x_scale=[0.01, 1, 1, 1],
-        bounds=([0, -25, 0.3, 3], [1, 0, 4.5, 10]),
+    low, high = np.log(families[0].moduli_MPa)
+    wide, many = high - low, len(specimens)
+    best = least_squares(
+        residuals, [(low + high) / 2, 0.1, *[0.0] * many],
+        bounds=([low - wide, -1, *[-0.3] * many], [high + wide, 1, *[0.3] * many]),
+    )  # fmt: skip
+    above = [apart[row[2] > 6] for apart, row in zip(apart_kPa(best.x), rows, strict=True)]
+    return Fitted(
+        float(np.exp(best.x[0])), float(np.exp(best.x[1])), tuple(map(float, best.x[2:])),
+        float(best.cost), float(np.sqrt(np.mean(np.concatenate(above) ** 2))),
+    )  # fmt: skip
+
+
+def posterior(fits: Mapping[Hypothesis, Fitted], specimens: int) -> Posterior:
+    """All fits by their probability, and what none of them explains.
+
+    Args:
+        fits: by hypothesis.
+        specimens: number of those that were fitted, whose mean the next one deviates from.
+    """
+    least = min(each.misfit for each in fits.values())
+    found = []
+    for tried, each in fits.items():
+        values = changes(tried, float(f"{each.modulus_MPa:.4g}"), each.scale)
+        found.append(
+            Fit(weight=max(round(float(np.exp(least - each.misfit)), 4), 1e-4), set=values)
+        )
+    spread = float(f"{SPECIMEN * np.sqrt(1 + 1 / specimens):.3g}")
+    return Posterior(
+        model_kPa=MODEL_KPA, specimen=spread, angle=ANGLE, reading_deg=CAMERA_DEG, fit=tuple(found)
     )
-    every = values(found.x)
-    return [float(f"{v:.6g}") for v in every[:3]], [float(f"{v:.6g}") for v in every[3:]]
 
 
-def changes(number: int, scale: float = 1.0) -> dict[str, object]:
-    """Keys of the configuration with a law's values, all moduli scaled."""
-    moduli, exponents = law(*LAWS_TRIED[number])
-    return {
-        "material.ogden_mu_MPa": [float(f"{scale * each:.6g}") for each in moduli],
-        "material.ogden_alpha": exponents,
-        "film.silk.Et_N_per_mm": float(f"{scale * FILM_N_PER_MM:.6g}"),
+def predicted(
+    fits: Mapping[Hypothesis, Fitted], families: Mapping[Hypothesis, Family], specimen: str
+) -> tuple[pd.DataFrame, dict[str, object]]:
+    """A specimen from fits to the other: interval at each reading, and how it agrees."""
+    pressure, angle = measured(specimen)
+    curves = [families[tried].curve(fit.modulus_MPa, fit.scale) for tried, fit in fits.items()]
+    found = predict(curves, posterior(fits, 1), pressure)
+    low, median, high = found.angle_deg
+    held = pressure <= HELD_KPA
+    table = pd.DataFrame(
+        {
+            "specimen": specimen, "pressure_kPa": pressure, "measured_deg": angle,
+            "chord_angle_deg": median, "low_deg": low, "high_deg": high,
+        }
+    )  # fmt: skip
+    return table.round(3), {
+        "specimen": specimen,
+        "ballooning_kPa": found.ballooning_kPa[1],
+        "low_kPa": found.ballooning_kPa[0],
+        "high_kPa": found.ballooning_kPa[2],
+        "measured_kPa": Curve.of(pressure, angle).ballooning_kPa,
+        "rms_deg_to_32.5_kPa": np.sqrt(np.mean((median[held] - angle[held]) ** 2)),
+        "inside": np.mean((low <= angle) & (angle <= high)),
     }
 
 
-def measured(specimen: str) -> tuple[np.ndarray, np.ndarray]:
-    """Pressures (kPa) and rising angles (deg) above 11 kPa, where the ramp begins."""
-    table = pd.read_csv(HERE / "bending.csv")
-    table = table[(table["specimen"] == specimen) & (table["pressure_kPa"] > 11)]
-    return table["pressure_kPa"].to_numpy(), table["chord_angle_deg"].cummax().to_numpy()
+def fits_of(
+    families: Mapping[Hypothesis, Mapping[str, Family]], names: Sequence[str]
+) -> dict[Hypothesis, Fitted]:
+    """The fit of each hypothesis to these specimens."""
+    return {tried: fitted([own[name] for name in names], names) for tried, own in families.items()}
 
 
-def fitted(base: Config, number: int, specimen: str, weight: float) -> Fit:
-    """A law with the factor on its pressures that makes it the specimen's."""
-    settings = base.changed(cast={"chambers": CHAMBERS[specimen]})
-    alone = Posterior(fit=(Fit(set=changes(number)),))
-    folder = Path("out") / "ecoflex_actuators" / f"{specimen}-{number}"
-    simulated(settings, alone, folder)
-    rows = pd.read_csv(folder / "fit-1" / "result.csv")
-    volume = rows["cavity_volume_mm3"].to_numpy()
-    growth, pressure, angle = further(
-        volume / volume[0], rows["pressure_kPa"].to_numpy(), rows["chord_angle_deg"].to_numpy()
-    )
-    true_kPa, true_deg = measured(specimen)
-    place = np.array(GROWTH, dtype=float)
-    at = np.interp(place, growth, angle)
-    inside = (at > true_deg[0]) & (at < true_deg[-1]) & (place <= growth[-1])
-    place, at = place[inside], at[inside]
-    factor = np.interp(at, true_deg, true_kPa) / np.interp(place, growth, pressure)
-    return Fit(
-        weight=weight,
-        set=changes(number),
-        growth=tuple(float(each) for each in place),
-        factor=tuple(round(float(each), 3) for each in factor),
-    )
+def table_of(fits: Mapping[Hypothesis, Fitted], names: Sequence[str]) -> pd.DataFrame:
+    """A row for each fit."""
+    shares = posterior(fits, len(names)).shares
+    return pd.DataFrame(
+        {
+            "exponent": tried.exponent, "film_N_per_mm": tried.film_N_per_mm,
+            "width_mm": tried.width_mm, "fitted_to": " ".join(names),
+            "modulus_MPa": each.modulus_MPa, "scale": each.scale,
+            "own": " ".join(f"{own:+.3f}" for own in each.own),
+            "rms_kPa": each.rms_kPa, "misfit": each.misfit, "probability": share,
+        }
+        for (tried, each), share in zip(fits.items(), shares, strict=True)
+    )  # fmt: skip
+
+
+def write(base: Config, fits: Mapping[Hypothesis, Fitted]) -> None:
+    """``extended.toml``: the best fit's configuration, and all fits."""
+    left = posterior(fits, len(CHAMBERS))
+    best = max(left.fit, key=lambda each: each.weight)
+    config = base.overridden([f"{key}={json.dumps(value)}" for key, value in best.set.items()])
+    text = appended(configuration.dumps(config), left)
+    (HERE / "extended.toml").write_text(text, encoding="utf-8")
 
 
 def main() -> None:
-    """Fit, and write ``extended.toml``."""
+    """Simulate, fit, print and write."""
+    parser = argparse.ArgumentParser(description="Fits to two measured actuators.")
+    parser.add_argument("--only", type=int, metavar="NUMBER", help="of a hypothesis, from 0")
+    only = parser.parse_args().only
     base = configuration.load(HERE / "c5-w7.toml")
-    fits = tuple(fitted(base, *member) for member in MEMBERS)
-    best = base.overridden([f"{key}={value}" for key, value in changes(0, SCALE).items()])
-    left = Posterior(
-        model_kPa=MODEL_KPA, specimen=SPECIMEN, angle=ANGLE, reading_deg=CAMERA_DEG, fit=fits
-    )
-    text = appended(configuration.dumps(best), left)
-    (HERE / "extended.toml").write_text(text, encoding="utf-8")
+    families = {
+        tried: {name: family(base, tried, name) for name in CHAMBERS}
+        for number, tried in enumerate(HYPOTHESES)
+        if only in (None, number)
+    }
+    both = tuple(CHAMBERS)
+    tables, readings, agreement = [], [], []
+    for name, other in (both, both[::-1]):
+        fits = fits_of(families, [name])
+        tables.append(table_of(fits, [name]))
+        rows, told = predicted(fits, {t: own[other] for t, own in families.items()}, other)
+        readings.append(rows)
+        agreement.append(told)
+    fits = fits_of(families, both)
+    tables.append(table_of(fits, both))
+    table = pd.concat(tables)
+    print(table.to_string(index=False, float_format="%.4g"))
+    print(pd.DataFrame(agreement).to_string(index=False, float_format="%.4g"))
+    if only is None:
+        table.to_csv(HERE / "fits.csv", index=False, float_format="%.5g", lineterminator="\n")
+        pd.concat(readings).to_csv(HERE / "predicted.csv", index=False, lineterminator="\n")
+        write(base, fits)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from extensions import trial
 
 from dolfingrip.experiments import Result, run
 from dolfingrip.extensions.bellows_friction import BellowsFriction
-from dolfingrip.extensions.effect import Effect
+from dolfingrip.extensions.effect import Effect, PRINTED_MPa
 from dolfingrip.extensions.index import EFFECTS, NAMES
 from dolfingrip.extensions.no_self_contact import NoSelfContact
 from dolfingrip.extensions.plate_friction import PlateFriction
@@ -81,6 +81,11 @@ def test_says_what_it_is(effect: type[Effect]) -> None:
         assert units.unit(key) or key in ORDINARY, key
     for info in effect.model_fields.values():
         assert info.description
+    silicone = effect.priors(0.02)
+    for key, prior in effect.priors().items():
+        factor = 0.02 / PRINTED_MPa if key.endswith("_MPa") else 1.0
+        assert silicone[key].mean == pytest.approx(factor * prior.mean)
+        assert silicone[key].spread == pytest.approx(factor * prior.spread)
 
 
 @pytest.mark.parametrize("effect", ENERGIES, ids=[effect.name() for effect in ENERGIES])

@@ -24,7 +24,7 @@ from dolfingrip.diagnosis.inference.noise import DEFAULTS
 from dolfingrip.diagnosis.model import FitFailure
 from dolfingrip.diagnosis.problem import AREA, MODULUS, Problem
 from dolfingrip.diagnosis.simulation import meshes
-from dolfingrip.diagnosis.simulation.nuisances import KEYS, neutral_stages, nuisances
+from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 
@@ -144,7 +144,7 @@ def _readings(
 
 def _nuisances(problem: Problem, proposal: Proposal, config: Config, workers: Workers) -> Matrix:
     """Nuisances of all readings; those of the same name are shared."""
-    case = Case(neutral_stages(config), KEYS, headroom=True)
+    case = Case(neutral_stages(config), keys(proposal.measurement, config), headroom=True)
     (base,) = simulate(proposal.measurement, config, [case], workers)
     new = {
         each.name: np.nan_to_num(each.change)

@@ -2,6 +2,7 @@
 
     experiment = ["bending", "blocked_force"]   # one text where there is one
     rate_kPa_per_s = 2.0                        # where the CSV has no time_s
+    max_pressure_kPa = 27.5                     # readings above are not compared
     [finger]                                    # what differs from the configuration's finger
     wall_mm = 1.8
     [plate]
@@ -20,6 +21,7 @@
     angle_deg = 0.2
     [nuisance]                                  # what the laboratory knows better, see NUISANCES
     pressure_gain = 0.005
+    cast.chamber_width_mm = 1.0                 # any number of the configuration, in its unit
 
 A coupon needs ``gauge_length_mm`` and ``area_mm2``, or a table ``[coupon]`` with
 ``gauge_length_mm``, ``width_mm`` and ``thickness_mm``. Texts under other keys, and
@@ -43,6 +45,7 @@ from dolfingrip.diagnosis.data.columns import (
     READING_COLUMNS,
     near,
 )
+from dolfingrip.parameter import named
 
 SECTIONS: Final = (
     "finger", "cast", "pneunet", "morph", "material", "film", "plate", "camera", "gravity",
@@ -52,7 +55,7 @@ SECTIONS: Final = (
 
 NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
     "modulus": (0.2, "relative, of the material"),
-    "wall": (0.05, "relative, of finger.wall_mm"),
+    "wall": (0.05, "relative, of the walls' thickness wall_mm"),
     "pressure_gain": (0.015, "relative, of the regulator's scale"),
     "pressure_offset_kPa": (2.0, "of the regulator's zero"),
     "plate_gap_mm": (0.3, "of the force sensor's place, each time it is set"),
@@ -69,9 +72,18 @@ NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
 CENTRES: Final = ("clamp", "tip")
 """Points of the simulated chord: the centres of the two faces."""
 
+HIGHEST_kPa: Final = 1e6
+"""Above all pressures."""
+
 STANDARD_GRAVITY_m_s2: Final = 9.81
 
-_DIRECT: Final = ("gauge_length_mm", "area_mm2", "rate_kPa_per_s", "rate_mm_per_s")
+_DIRECT: Final = (
+    "gauge_length_mm",
+    "area_mm2",
+    "rate_kPa_per_s",
+    "rate_mm_per_s",
+    "max_pressure_kPa",
+)
 _TABLES: Final = (*SECTIONS, "noise", "nuisance", "specimen", "angle")
 _NOTES: Final = ("temperature_C",)
 
@@ -85,9 +97,11 @@ class LabSetup:
         noise: standard deviation by column, in its unit, where the laboratory tells it.
         correlated_noise: likewise, of the part that drifts along a run.
         correlation_time_s: how long that part keeps; None: as long as a run.
-        nuisances: standard deviation by key of :data:`NUISANCES`, those told in place of the usual.
+        nuisances: standard deviation by key of :data:`NUISANCES`, those told in place of the usual;
+            and by key of the configuration.
         told: keys of the nuisances that the laboratory told.
         rate: of the ramps, in the led quantity's unit per second; None where it is not told.
+        max_pressure_kPa: readings above are not compared.
         chord: the points of ``chord_angle_deg``.
     """
 
@@ -100,6 +114,7 @@ class LabSetup:
     )
     told: frozenset[str] = frozenset()
     rate: float | None = None
+    max_pressure_kPa: float = HIGHEST_kPa
     chord: tuple[Any, Any] = CENTRES
 
     def applied(self, config: Config) -> Config:
@@ -210,7 +225,7 @@ class SetupFile:
         correlated = dict(correlated)
         lasting = correlated.pop("correlation_time_s", None)
         scale = {k: noise.pop(k) for k in ("specimen_scale",) if k in noise}
-        told = {**scale, **self._data.get("nuisance", {})}
+        told = {**scale, **_flat(self._data.get("nuisance", {}))}
         rate = "rate_mm_per_s" if experiment == "coupon" else "rate_kPa_per_s"
         numbers = {**self._data, **own}
         angle = self._data.get("angle", {})
@@ -222,9 +237,10 @@ class SetupFile:
             if lasting is None
             else self._number("noise.correlated.correlation_time_s", lasting),
             {k: std for k, (std, _) in NUISANCES.items()}
-            | self._spreads("nuisance", told, tuple(NUISANCES)),
+            | self._spreads("nuisance", told, (*NUISANCES, *self._parameters(told))),
             frozenset(told),
             self._number(rate, numbers[rate]) if rate in numbers else None,
+            self._number("max_pressure_kPa", numbers.get("max_pressure_kPa", HIGHEST_kPa)),
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
         )
 
@@ -274,12 +290,30 @@ class SetupFile:
                 )
         return {key: self._number(f"{table}.{key}", value, 0.0) for key, value in told.items()}
 
+    def _parameters(self, told: Mapping[str, Any]) -> tuple[str, ...]:
+        """Keys of the configuration among what is told."""
+        keys = tuple(key for key in told if "." in key)
+        for key in keys:
+            named(key, f"{self.file}: [nuisance]")
+        return keys
+
     def _number(self, key: str, value: Any, low: float | None = None) -> float:
         number = isinstance(value, int | float) and not isinstance(value, bool)
         allowed = "above 0" if low is None else f"at least {low:g}"
         if not number or not math.isfinite(value) or value < 0 or (low is None and value == 0):
             raise self._refuse(f"{key} = {value}: allowed: {allowed}")
         return float(value)
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Values of a table and of those below it, by dotted keys."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{before}{key}.")
+        else:
+            found[f"{before}{key}"] = value
+    return found
 
 
 def _merged(

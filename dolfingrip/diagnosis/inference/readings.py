@@ -16,7 +16,8 @@ COLUMNS = (
 """Columns that the table of readings must have. ``run`` is one uninterrupted measurement of one
 specimen, the same for all channels that were read during it."""
 
-OPTIONAL = ("rate_kPa_per_s", "displacement_mm")
+OPTIONAL = ("rate_kPa_per_s", "displacement_mm", "design")
+"""``design`` is alike where specimens are drawn alike, so that they repeat one another."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Which readings repeat one another: the same place of the same protocol, on another specimen."""
+"""Which readings repeat one another: the same place of the same protocol, on another specimen.
+
+Specimens that are drawn in different ways do not.
+"""
 
 from __future__ import annotations
 
@@ -41,6 +44,7 @@ def places(
     table["count"] = branch["time_s"].transform("size")
     keys = ["channel", "experiment", "branch", "place", "count"]
     keys += [name for name in ("specimen", "cycle") if name not in across]
+    keys += [name for name in ("design",) if name in table]
     same = table.groupby(keys, sort=False)
     number = same.ngroup()
     spread = same["pressure_kPa"].transform("max") - same["pressure_kPa"].transform("min")

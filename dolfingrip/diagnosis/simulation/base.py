@@ -21,7 +21,7 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import meshes, modulus, secants
-from dolfingrip.diagnosis.simulation.nuisances import KEYS, Nuisance, neutral_stages, nuisances
+from dolfingrip.diagnosis.simulation.nuisances import Nuisance, keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import ROUNDING, Candidate
 from dolfingrip.diagnosis.simulation.simulated import (
@@ -39,7 +39,7 @@ class BaseSimulation:
     Attributes:
         measurement: of all arrays.
         config: without set-ups and without candidates.
-        simulated: on the graded mesh, with derivatives by ``nuisances.KEYS``.
+        simulated: on the graded mesh, with derivatives by ``nuisances.keys``.
         nuisance_list: columns of :attr:`nuisances` with their names.
         mesh: (n, 1) what the mesh may get wrong; (n, 0) where it cannot be told.
         candidates: causes that may be named.
@@ -115,7 +115,10 @@ def simulate_base(
     mesh = () if same_mesh else flat
     lab = _heaviest(measurement, config)
     tried = secants.tried_effects(lab, effects)
-    wanted = [Case(stages, KEYS, headroom=True), *([Case(flat)] if flat else [])]
+    wanted = [
+        Case(stages, keys(measurement, config), headroom=True),
+        *([Case(flat)] if flat else []),
+    ]
     own = [secants.cases(each, lab, mesh) for each in tried]
     found = simulate(measurement, config, [*wanted, *(c for row in own for c in row)], workers)
     graded, plain = found[0], found[len(wanted) - 1]

@@ -20,14 +20,14 @@ from dolfingrip.diagnosis.simulation.strengths import Ordinary
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import find
 
-BY_SLOPE: Final[Mapping[str, str]] = {
-    "pressure_gain": nuisances.GAIN,
-    "pressure_offset": nuisances.OFFSET,
-    "plate_gap": nuisances.GAP,
-    "wall_offset": nuisances.WALL,
-    "base_layer_offset": nuisances.BASE_LAYER,
+BY_SLOPE: Final[Mapping[str, tuple[str, ...]]] = {
+    "pressure_gain": (nuisances.GAIN,),
+    "pressure_offset": (nuisances.OFFSET,),
+    "plate_gap": (nuisances.GAP,),
+    "wall_offset": nuisances.WALLS,
+    "base_layer_offset": (nuisances.BASE_LAYER,),
 }
-"""Parameter whose derivative an effect's change is, by effect; each is the effect's only one."""
+"""Parameter whose derivative an effect's change is, by effect; one for each kind of geometry."""
 
 
 def has_closed_form(name: str) -> bool:
@@ -43,11 +43,11 @@ def changes(
     Args:
         measurement: that ``base`` was simulated for.
         config: without the effect.
-        base: with the gradients ``nuisances.KEYS``.
+        base: with the gradients ``nuisances.keys``.
         tried: an effect for which :func:`has_closed_form` is true.
     """
     if tried.effect in BY_SLOPE:
-        slope = base.slope(BY_SLOPE[tried.effect])
+        slope = np.sum([base.slope(key) for key in BY_SLOPE[tried.effect]], axis=0)
         return np.array([slope * _step(config, tried, shape.overrides) for shape in tried.shapes])
     return np.array(
         [

@@ -43,24 +43,29 @@ class Leg:
     rows_at: np.ndarray
     core: int = 0
 
-    def weights(self, reached: int, rows_at: np.ndarray | None = None) -> np.ndarray:
+    def weights(
+        self, reached: int, rows_at: np.ndarray | None = None, outside: float = OUTSIDE
+    ) -> np.ndarray:
         """(rows, stops) weights with the first ``reached`` stops of the simulation.
 
         Args:
             reached: number of stops that there are readings of; the rest have no weight.
             rows_at: in place of the leg's own.
+            outside: how far beyond the stops that were reached rows are read.
 
         Returns:
             NaN in the rows that cannot be read, as the simulation did not come so far.
         """
         where = self.rows_at if rows_at is None else rows_at
-        return self._spread(where, reached, 0)
+        return self._spread(where, reached, 0, outside)
 
     def slopes(self, reached: int) -> np.ndarray:
         """(rows, stops) weights of the derivative by what the leg is read by."""
         return self._spread(self.rows_at, reached, 1)
 
-    def _spread(self, where: np.ndarray, reached: int, derivative: int) -> np.ndarray:
+    def _spread(
+        self, where: np.ndarray, reached: int, derivative: int, outside: float = OUTSIDE
+    ) -> np.ndarray:
         there = np.flatnonzero(self.stops < reached)
         found = np.zeros((len(where), len(self.stops)))
         if not there.size:
@@ -74,7 +79,7 @@ class Leg:
             found[np.ix_(inside, own)] = _spline_weights(self.at[own], where[inside], derivative)
         if there.size < len(self.stops):
             low, high = self.at[there].min(), self.at[there].max()
-            margin = OUTSIDE * (high - low)
+            margin = outside * (high - low)
             found[(where > high + margin) | (where < low - margin)] = np.nan
         return found
 

@@ -15,10 +15,15 @@ SHARE: Final = 0.3
 """Of the difference between graded and ungraded. Without it the mesh alone is taken for an effect:
 5.6 standard deviations on the reference finger (angle 0.3°, force 0.02 N)."""
 
+COARSER: Final = 2.0
+"""Elements at edges of other geometries than bellows, by the graded mesh's: the thick walls of a
+cast block, one element of 4 mm wide, do not bear 5 kPa."""
+
 
 def ungraded(config: Config) -> tuple[str, ...]:
     """Overrides that take the grading off; none where there is none to take off."""
     if config.mesh.file is not None or not config.hexahedra:
         return ()
-    size_mm, edge_mm = config.mesh.hexahedra_mm(config.finger)
-    return (f"mesh.edge_size_mm={size_mm!r}",) if edge_mm < size_mm else ()
+    size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
+    plain_mm = size_mm if config.geometry_table == "finger" else min(size_mm, COARSER * edge_mm)
+    return (f"mesh.edge_size_mm={plain_mm!r}",) if edge_mm < plain_mm else ()

@@ -10,12 +10,18 @@ taken as linear leaves 1.6 standard deviations unexplained, this none.
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
+from dolfingrip import parameter
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.simulated import Simulated
+
+MOST_BEYOND: Final = 10.0
+"""Part of the range of a path that ended early, by which its straight line is followed."""
 
 
 def scales(config: Config) -> bool:
@@ -36,15 +42,11 @@ def _is_neutral(effect: object) -> bool:
 
 def overrides(config: Config, factor: float) -> tuple[str, ...]:
     """What makes all moduli of ``config`` ``factor`` times as large, as with ``--set``."""
-    material = config.material
-    found = [
-        f"material.mu_MPa={material.mu_MPa * factor!r}",
+    return (
+        *parameter.scaled(config, factor),
         f"contact.stiffness_MPa={config.contact.stiffness_MPa * factor!r}",
         f"plate.stiffness_MPa={config.plate.stiffness_MPa * factor!r}",
-    ]
-    if material.bulk_MPa is not None:
-        found.append(f"material.bulk_MPa={material.bulk_MPa * factor!r}")
-    return tuple(found)
+    )
 
 
 def scaled(measurement: Measurement, base: Simulated, factor: float) -> np.ndarray:
@@ -54,7 +56,8 @@ def scaled(measurement: Measurement, base: Simulated, factor: float) -> np.ndarr
         measurement: that ``base`` was simulated for.
         base: with ``Case(headroom=True)``, or ``factor`` at least 1; each of its configurations
             has to fulfil :func:`scales`.
-        factor: above 0. Pressures beyond the headroom are extrapolated along a straight line.
+        factor: above 0. Pressures beyond the headroom, or beyond the last that the base reached,
+            are extrapolated along a straight line.
 
     Raises:
         ValueError: where the scaling is not exact.
@@ -71,7 +74,8 @@ def scaled(measurement: Measurement, base: Simulated, factor: float) -> np.ndarr
         for name in set(column[mine]):
             at = np.flatnonzero(mine & (column == name))
             values = run.result.columns.get(str(name), np.empty(0))
-            weights = leg.weights(len(values), leg.rows_at * by)
+            # a softer model may end before a reading that the base reaches
+            weights = leg.weights(len(values), leg.rows_at * by, outside=MOST_BEYOND)
             padded = np.zeros(len(leg.stops))
             padded[: len(values)] = values
             rows = np.full(len(measurement.readings), np.nan)

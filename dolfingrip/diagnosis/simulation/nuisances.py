@@ -3,8 +3,8 @@
 Each is a change of all readings at one standard deviation. They come from the forward
 sensitivities of one base simulation; the numbers are those of
 :data:`dolfingrip.diagnosis.data.lab_setup.NUISANCES`, or the laboratory's own, in the table
-``[nuisance]`` of its TOML. A modulus that is far off is not linear: see
-:mod:`dolfingrip.diagnosis.simulation.modulus`.
+``[nuisance]`` of its TOML. There it can give any parameter of the configuration one, too. A
+modulus that is far off is not linear: see :mod:`dolfingrip.diagnosis.simulation.modulus`.
 """
 
 from __future__ import annotations
@@ -15,19 +15,17 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.simulated import Simulated
+from dolfingrip.parameter import SHAPES, every, find, moduli
 
-MODULUS: Final = "material.mu_MPa"
-WALL: Final = "finger.wall_mm"
+WALLS: Final = tuple(f"{shape}.wall_mm" for shape in SHAPES)
 BASE_LAYER: Final = "finger.base_layer_mm"
 GAIN: Final = "extensions.pressure_gain.gain"
 OFFSET: Final = "extensions.pressure_offset.offset_kPa"
 GAP: Final = "plate.gap_mm"
-
-KEYS: Final = (MODULUS, WALL, BASE_LAYER, GAIN, OFFSET, GAP)
-"""Parameters that a base simulation is derived by; the base layer's serves an effect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +54,62 @@ def neutral_stages(config: Config) -> tuple[str, ...]:
     return tuple(found)
 
 
+def keys(measurement: Measurement, config: Config) -> tuple[str, ...]:
+    """Parameters that a base simulation is derived by; the base layer's serves an effect.
+
+    Raises:
+        ConfigError: one line, where a nuisance of the laboratory's own is no parameter of any test.
+    """
+    applied = [test.setup.applied(config) for test in measurement.tests]
+    found = [key for each in applied for key in modulus_keys(each)]
+    found += [*WALLS, BASE_LAYER, GAIN, OFFSET, GAP]
+    known = {parameter.key for each in applied for parameter in every(each)}
+    for key in _own(measurement):
+        if key not in known:
+            raise ConfigError(
+                f"[nuisance] {key}: no parameter of these tests; allowed: {', '.join(NUISANCES)}, "
+                f"{', '.join(sorted(known))}"
+            )
+        found.append(key)
+    return tuple(dict.fromkeys(found))
+
+
+def modulus_keys(config: Config) -> tuple[str, ...]:
+    """Parameters that :func:`by_log_modulus` needs the derivatives by."""
+    return tuple(key for key in moduli(config) if not key.endswith("bulk_MPa"))
+
+
+def by_log_modulus(measurement: Measurement, simulated: Simulated) -> np.ndarray:
+    """(n,) derivative of readings by the logarithm of a factor of all moduli.
+
+    Args:
+        measurement: that was simulated.
+        simulated: with the gradients :func:`modulus_keys`.
+    """
+    test = measurement.listed()["test"].to_numpy()
+    found = np.zeros(len(test))
+    for run in simulated.runs:
+        mine = np.isin(test, run.group.tests)
+        for parameter in find(run.config, modulus_keys(run.config)):
+            key = parameter.key
+            slope = simulated.slopes.get(key)
+            if slope is not None:
+                found[mine] += slope[mine] * parameter.value(run.config)
+    return found
+
+
+def _own(measurement: Measurement) -> tuple[str, ...]:
+    """Keys of the configuration that the laboratory gave a standard deviation."""
+    told = [key for test in measurement.tests for key in test.setup.nuisances]
+    return tuple(dict.fromkeys(key for key in told if key not in NUISANCES))
+
+
 def nuisances(measurement: Measurement, base: Simulated) -> list[Nuisance]:
     """All nuisances that change any reading.
 
     Args:
         measurement: with the laboratory's standard deviations.
-        base: simulated with the gradients :data:`KEYS`.
+        base: simulated with the gradients :func:`keys`.
     """
     listed = measurement.listed()
     test = listed["test"].to_numpy()
@@ -71,18 +119,20 @@ def nuisances(measurement: Measurement, base: Simulated) -> list[Nuisance]:
     def spread(key: str, scale: Callable[[Config], float] = lambda config: 1.0) -> np.ndarray:
         """(n,) standard deviation in the parameter's unit."""
         by_test = {
-            each.number: each.setup.nuisances[key] * scale(configs[each.number])
+            each.number: each.setup.nuisances.get(key, 0.0) * scale(configs[each.number])
             for each in measurement.tests
         }
         return np.array([by_test[number] for number in test])
 
-    stiffness = base.slope(MODULUS) * np.array([configs[number].material.mu_MPa for number in test])
+    stiffness = by_log_modulus(measurement, base)
+    walls = np.sum([base.slope(key) for key in WALLS], axis=0)
     found = [
         Nuisance("modulus", stiffness * spread("modulus")),
-        Nuisance("wall", base.slope(WALL) * spread("wall", lambda config: config.finger.wall_mm)),
+        Nuisance("wall", walls * spread("wall", lambda config: config.geometry.wall_mm)),
         Nuisance("pressure_gain", base.slope(GAIN) * spread("pressure_gain", _gain)),
         Nuisance("pressure_offset_kPa", base.slope(OFFSET) * spread("pressure_offset_kPa")),
         Nuisance("coupon_area", np.where(coupons, base.readings, 0.0) * spread("coupon_area")),
+        *(Nuisance(key, base.slope(key) * spread(key)) for key in _own(measurement)),
     ]
     found += _by_plate(measurement, base, configs, base.slope(GAP) * spread("plate_gap_mm"), test)
     names = list(dict.fromkeys(each.specimen for each in measurement.tests))

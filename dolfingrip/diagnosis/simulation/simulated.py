@@ -20,7 +20,7 @@ from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.parameter import SHAPES
+from dolfingrip.parameter import SHAPES, every
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,11 +184,13 @@ def _has(experiment: str, config: Config, key: str) -> bool:
         return experiment != "coupon" or effect.has("strain_energy") or effect.has("reading")
     if section == "plate":
         return experiment == "blocked_force"
-    if section in (*SHAPES, "morph"):
-        return experiment != "coupon" and (config.mesh.file is None or section == "morph")
-    if section == "film" or key.count(".") > 1:  # a region's own material
-        return experiment != "coupon"
-    return section != "gravity" or experiment != "coupon"
+    if section in SHAPES and config.mesh.file is not None:
+        return False
+    of_body = section in (*SHAPES, "morph", "film", "gravity") or key.count(".") > 1
+    if experiment == "coupon" and of_body:
+        return False
+    known = (parameter.key for parameter in every(config))
+    return any(name == key or name.startswith(f"{key}[") for name in known)
 
 
 def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGroup]) -> Simulated:

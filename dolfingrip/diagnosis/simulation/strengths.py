@@ -102,12 +102,12 @@ def ordinary(config: Config) -> list[Ordinary]:
         elif effect.name() == "gravity_pitch" and config.gravity.acceleration_m_s2:
             found.append(_askew(effect))
         else:
-            found.append(_by_prior(effect))
+            found.append(_by_prior(effect, config.material.shear_MPa))
     return found
 
 
-def _by_prior(effect: type[Effect]) -> Ordinary:
-    priors = effect.priors()
+def _by_prior(effect: type[Effect], shear_MPa: float) -> Ordinary:
+    priors = effect.priors(shear_MPa)
     amplitudes = [key for key in effect.neutral if key in priors]
     steps = {key: _step(effect, key, priors[key]) for key in amplitudes}
     middle = {key: _neutral(effect, key) + step for key, step in steps.items()}

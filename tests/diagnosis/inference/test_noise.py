@@ -44,6 +44,8 @@ def test_places_are_shared_by_specimens_or_by_cycles() -> None:
     other = table.copy()
     other.loc[other["specimen"] == "finger 1", "pressure_kPa"] += 20
     assert np.bincount(places(other)).max() == 1
+    drawn = table.assign(design=table["specimen"])
+    assert np.bincount(places(drawn)).max() == 1, "specimens that are drawn in different ways"
     with pytest.raises(ValueError, match="repeats across rate"):
         places(table, ("rate",))
 

@@ -14,7 +14,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
-from dolfingrip.diagnosis.simulation.nuisances import GAP, WALL
+from dolfingrip.diagnosis.simulation.nuisances import GAP
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.experiments import run
 
@@ -102,7 +102,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     free = of(measurement, "bending")
     assert not columns["plate_gap_mm"][free].any()
     np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.simulated.slope(GAP))
-    np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.simulated.slope(WALL))
+    np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.simulated.slope("finger.wall_mm"))
     ends = [
         one(measurement, store, f"extensions.pressure_gain.gain={gain}") for gain in (1.005, 0.995)
     ]

@@ -1,0 +1,97 @@
+"""Two measured actuators, and their simulations by each hypothesis."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from laws import Hypothesis, changes
+from scipy.interpolate import PchipInterpolator
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config
+from dolfingrip.experiments import run
+from dolfingrip.experiments.prediction import Curve
+
+HERE = Path(__file__).resolve().parent
+OUT = Path("out") / "ecoflex_actuators"
+
+CHAMBERS = {"c5-w7": 5, "c7-w7": 7}
+MOST_GROWTH = {"c5-w7": 70, "c7-w7": 80}
+"""Of the cavity: beyond nearly all measured angles."""
+
+
+def measured(specimen: str) -> tuple[np.ndarray, np.ndarray]:
+    """Pressures (kPa) and rising angles (deg) above 11 kPa, where the ramp begins."""
+    table = pd.read_csv(HERE / "bending.csv")
+    table = table[(table["specimen"] == specimen) & (table["pressure_kPa"] > 11)]
+    return table["pressure_kPa"].to_numpy(), table["chord_angle_deg"].cummax().to_numpy()
+
+
+def simulated(base: Config, tried: Hypothesis, modulus_MPa: float, specimen: str) -> pd.DataFrame:
+    """A free bending, from its folder where it is simulated."""
+    values = changes(tried, modulus_MPa).items()
+    own = base.overridden([f"{key}={json.dumps(value)}" for key, value in values]).changed(
+        cast={"chambers": CHAMBERS[specimen]},
+        experiment={"max_volume_ratio": MOST_GROWTH[specimen]},
+    )
+    name = (
+        f"{specimen}{tried.exponent:g}-{modulus_MPa:g}-{tried.film_N_per_mm:g}-{tried.width_mm:g}"
+    )
+    folder = OUT / name
+    file = folder / "run.json"
+    ended = file.exists() and "wall_s" in json.loads(file.read_text(encoding="utf-8"))
+    if not ended or configuration.load(file) != own:
+        print(f"simulating {name}", flush=True)
+        run("bending", own, out=folder)
+    return pd.read_csv(folder / "result.csv")
+
+
+@dataclass(frozen=True)
+class Family:
+    """A hypothesis, simulated as one specimen with both moduli.
+
+    Attributes:
+        moduli_MPa: both.
+        paths: pressure (kPa) and rising angle (deg) of each, (2, n).
+    """
+
+    moduli_MPa: tuple[float, float]
+    paths: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def largest_deg(self) -> float:
+        """Angle that both reach."""
+        return float(min(path[1, -1] for path in self.paths))
+
+    @cached_property
+    def _pressures(self) -> tuple[PchipInterpolator, ...]:
+        return tuple(PchipInterpolator(path[1], path[0]) for path in self.paths)
+
+    def pressure_kPa(self, modulus_MPa: float, angle_deg: np.ndarray) -> np.ndarray:
+        """Pressures at angles, (n,), linear in the logarithm of the modulus."""
+        low, high = np.log(self.moduli_MPa)
+        part = (np.log(modulus_MPa) - low) / (high - low)
+        one, other = (each(angle_deg) for each in self._pressures)
+        return np.asarray(one + part * (other - one))
+
+    def curve(self, modulus_MPa: float, scale: float) -> Curve:
+        """What is seen as the pressure rises."""
+        angle = np.linspace(0.0, self.largest_deg, 2000)
+        return Curve.of(scale * self.pressure_kPa(modulus_MPa, angle), angle)
+
+
+def family(base: Config, tried: Hypothesis, specimen: str) -> Family:
+    """Both simulations of a specimen."""
+    one, other = (_path(simulated(base, tried, mu, specimen)) for mu in tried.moduli_MPa)
+    return Family(tried.moduli_MPa, (one, other))
+
+
+def _path(table: pd.DataFrame) -> np.ndarray:
+    path = table[["pressure_kPa", "chord_angle_deg"]].to_numpy(dtype=float).T
+    rising = np.concatenate([[True], np.diff(np.maximum.accumulate(path[1])) > 0])
+    return path[:, rising]

@@ -1,0 +1,143 @@
+"""The base simulation of cast blocks: two specimens of silicone with a film, law of Ogden.
+
+Nothing was measured: what is simulated matters here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.data.files import written
+from diagnosis.simulation.here import Here
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.cautions import not_reached
+from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
+from dolfingrip.diagnosis.selection import selected
+from dolfingrip.diagnosis.simulation import modulus
+from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation.nuisances import keys
+from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+
+TOLD = """experiment = "bending"
+max_pressure_kPa = 8
+[finger]
+kind = "cast"
+[specimen.A.cast]
+chambers = 1
+[specimen.B.cast]
+chambers = 1
+wall_mm = 6.0
+[nuisance]
+film.silk.Et_N_per_mm = 0.5
+"""
+FILM = "film.silk.Et_N_per_mm"
+
+
+def block() -> Config:
+    return configuration.load(
+        None,
+        [
+            "finger.kind=cast", "cast.chambers=1", "contact.self_contact=false",
+            "mesh.size_mm=7", "mesh.edge_size_mm=2", "material.law=ogden",
+            "material.ogden_mu_MPa=[0.015, 0.005]", "material.ogden_alpha=[2.0, -2.0]",
+            "film.silk.model=layer", "film.silk.region=film", f"{FILM}=3.0", "solver.rtol=1e-9",
+        ],
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("store")
+
+
+@pytest.fixture(scope="module")
+def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
+    """Readings to 10 kPa, those up to 8 kPa compared."""
+    lines = ["experiment,specimen,time_s,branch,pressure_kPa,chord_angle_deg"]
+    lines += [f"bending,{who},{p},loading,{p},1" for who in "AB" for p in (2, 4, 6, 8, 10)]
+    folder = tmp_path_factory.mktemp("cast")
+    found, notes = selected(
+        read([written(folder, "\n".join(lines) + "\n", TOLD)], block()), block()
+    )
+    assert notes == ["readings above 8 kPa (max_pressure_kPa beside lab.csv) are left out"]
+    assert found.listed()["led"].max() == 8
+    return found
+
+
+@pytest.fixture(scope="module")
+def base(measurement: Measurement, store: Path) -> BaseSimulation:
+    return simulate_base(measurement, block(), Here(store), effects=())
+
+
+def with_all(measurement: Measurement, store: Path, *overrides: str) -> Simulated:
+    return simulate(measurement, block(), [Case(overrides)], Here(store))[0]
+
+
+def test_nuisances(base: BaseSimulation, measurement: Measurement, store: Path) -> None:
+    """Against central differences, and dα/dln c = −p dα/dp; what a laboratory names is one."""
+    columns = {each.name: each.change for each in base.nuisance_list}
+    assert list(columns) == [
+        "modulus", "wall", "pressure_gain", "pressure_offset_kPa", FILM,
+        "specimen_scale of A", "specimen_scale of B",
+    ]  # fmt: skip
+    pressure = measurement.listed()["led"].to_numpy()
+    exactly = -0.2 * pressure * base.by_led
+    np.testing.assert_allclose(columns["modulus"], exactly, atol=0.02 * np.abs(exactly).max())
+    ends = [with_all(measurement, store, f"{FILM}={3 + way}").readings for way in (0.05, -0.05)]
+    np.testing.assert_allclose(columns[FILM], 5 * (ends[0] - ends[1]), rtol=1e-3)
+    walls = 0.05 * np.where(measurement.listed()["specimen"] == "A", 7.0, 6.0)
+    np.testing.assert_allclose(columns["wall"], walls * base.simulated.slope("cast.wall_mm"))
+    assert (columns["wall"] < 0).all()
+
+
+def test_moduli_scale_exactly(base: BaseSimulation, measurement: Measurement, store: Path) -> None:
+    """Against simulations with the moduli of all terms and of the film changed."""
+    changes = modulus.overrides(base.simulated.runs[0].config, 1.25)
+    assert {"material.ogden_mu_MPa=[0.01875, 0.00625]", f"{FILM}=3.75"} <= set(changes)
+    there = with_all(measurement, store, *changes).readings
+    np.testing.assert_allclose(base.at_modulus(1.25), there, rtol=2e-3)
+
+
+def test_a_softer_finger_goes_on_straight_where_the_base_ended(
+    base: BaseSimulation, measurement: Measurement
+) -> None:
+    """Readings at 8 kPa of a modulus of 0.1 are at 80 kPa of the base's curve: far beyond."""
+    found = base.at_modulus(0.1)
+    assert np.isfinite(found).all()
+    assert (np.diff(found[:4]) > 0).all()
+
+
+def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path) -> None:
+    """60 kPa is beyond the limit point; a test of which nothing is left is refused."""
+    lines = "experiment,specimen,time_s,branch,pressure_kPa,chord_angle_deg\n"
+    lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
+    told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
+    ended = read([written(tmp_path, lines, told)], block())
+    (said,) = not_reached(simulate_base(ended, block(), Here(store), effects=()))
+    assert said.startswith(
+        "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
+        "stopped at "
+    )
+    lines += "".join(f"bending,B,{p},loading,{p},1\n" for p in (60, 70))
+    nothing = read([written(tmp_path, lines, told)], block())
+    with pytest.raises(ConfigError, match=r"^bending of B: the base simulation reaches no reading"):
+        diagnose_measurement(nothing, block(), Here(store), Settings(quick=True, effects=()))
+
+
+def test_a_nuisance_of_no_test_is_refused(tmp_path: Path) -> None:
+    lines = "experiment,time_s,branch,pressure_kPa,chord_angle_deg\n"
+    lines += "bending,1,loading,2,1\nbending,2,loading,4,2\n"
+    told = TOLD.partition("[specimen")[0]
+    other = written(tmp_path, lines, told + "[nuisance.finger]\ngap_mm=1\n")
+    with pytest.raises(
+        ConfigError, match=r"^\[nuisance\] finger.gap_mm: no parameter of these tes"
+    ):
+        keys(read([other], block()), block())
+    wrong = written(tmp_path, lines, told + "[nuisance.cast]\nwal_mm=1\n")
+    with pytest.raises(ConfigError, match=r"\[nuisance\] cast.wal_mm: .*did you mean cast.wall_mm"):
+        read([wrong], block())
