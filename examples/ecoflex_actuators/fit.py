@@ -34,6 +34,9 @@ batch that was cast."""
 INDEPENDENT = 6.0
 """Readings that a curve is worth: what a fit leaves is smooth along it."""
 
+LEAST = 0.01
+"""Probability, by the best fit's, of those that are worth a simulation."""
+
 HELD_KPA = 32.5
 """Up to this pressure the angle is compared: beyond, 1 kPa doubles it."""
 
@@ -162,11 +165,12 @@ def table_of(fits: Mapping[Hypothesis, Fitted], names: Sequence[str]) -> pd.Data
 
 
 def write(base: Config, fits: Mapping[Hypothesis, Fitted]) -> None:
-    """``extended.toml``: the best fit's configuration, and all fits."""
+    """``extended.toml``: the best fit's configuration, and all fits that count."""
     left = posterior(fits, len(CHAMBERS))
     best = max(left.fit, key=lambda each: each.weight)
+    count = tuple(each for each in left.fit if each.weight >= LEAST * best.weight)
     config = base.overridden([f"{key}={json.dumps(value)}" for key, value in best.set.items()])
-    text = appended(configuration.dumps(config), left)
+    text = appended(configuration.dumps(config), left.model_copy(update={"fit": count}))
     (HERE / "extended.toml").write_text(text, encoding="utf-8")
 
 

@@ -38,7 +38,6 @@ class Hypothesis:
 
 HYPOTHESES = (
     Hypothesis(-5.5, (6e-6, 8e-6)),
-    Hypothesis(-4.463, (2.5e-5, 4e-5)),
     Hypothesis(-7.0, (3.5e-7, 6e-7)),
     Hypothesis(-5.5, (6e-6, 8e-6), film_N_per_mm=10.0),
     Hypothesis(-5.5, (6e-6, 8e-6), width_mm=4.0),

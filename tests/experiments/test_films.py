@@ -14,7 +14,9 @@ from dolfingrip.experiments import run
 from dolfingrip.experiments.results.result import Result
 from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.experiments.rigs.perturbation import constant_values
+from dolfingrip.experiments.rigs.rest import go_to_rest
 from dolfingrip.experiments.rigs.undeformed import load_domain
+from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.parameter import every
 
 PAPER = (
@@ -96,6 +98,26 @@ def test_a_cast_block_bears_pressures_near_its_modulus() -> None:
     assert sum(result.column("iterations")) < 25
     assert config.load(None, silicone).integration == "selective"
     assert config.load(None, []).integration == "reduced"
+
+
+def test_a_block_with_a_layer_of_film_hangs() -> None:
+    """It sags as with a membrane, which has no weight either."""
+    sags = []
+    for model in ("layer", "membrane"):
+        hung = (
+            "finger.kind=cast", "cast.chambers=1", "cast.film_mm=0.02", "material.mu_MPa=0.0204",
+            f"film.silk.model={model}", "film.silk.region=film", "film.silk.Et_N_per_mm=1.0",
+            "contact.self_contact=false", "experiment.max_pressure_kPa=1", "experiment.step_kPa=1",
+            "mesh.size_mm=4", "mesh.edge_size_mm=1", "gravity.acceleration_m_s2=9.81",
+            "gravity.direction=[1,0,0]",
+        )  # fmt: skip
+        settings = config.load(None, hung)
+        finger = build(settings, load_domain(settings, MPI.COMM_SELF), plate=False)
+        assert go_to_rest(finger, Newton(finger.model, settings.solver)) is None
+        u = finger.model.u
+        sags.append(float(u.x.array.reshape(-1, 3)[:, 0].max()))
+    print("sags (mm)", sags)
+    assert sags[0] == pytest.approx(sags[1], rel=0.01)
 
 
 def test_a_region_of_the_same_material_is_none() -> None:

@@ -219,7 +219,7 @@ def _loads(site: Site) -> list[ufl.Form]:
     degree = site.u.function_space.ufl_element().degree
     cavity = site.domain.surface("cavity", quadrature_degree=2 * degree)
     pressing = cavity_pressure.energy(site.u, site.domain.mesh, site.pressure) * cavity
-    return [pressing, *weight_energy(site.domain, site.u, site.parameters)]
+    return [pressing, *weight_energy(site.config, site.domain, site.u, site.parameters)]
 
 
 def _enclosed(site: Site) -> ufl.Form:

@@ -14,6 +14,7 @@ from dolfingrip.experiments.rigs.regions import REST
 from dolfingrip.forms import gravity
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import CELL
+from dolfingrip.sections.setup import Setup
 
 KG_M3_M_S2 = 1e-9
 """N/mm³ per kg/m³ · m/s²."""
@@ -74,11 +75,15 @@ def weight(config: Config, part: str = REST) -> np.ndarray:
 
 
 def weight_energy(
-    domain: Domain, u: fem.Function, known: Mapping[str, fem.Constant]
+    config: Setup, domain: Domain, u: fem.Function, known: Mapping[str, fem.Constant]
 ) -> list[ufl.Form]:
     """Energies (mJ of the meshed part) of the dead weight, part by part; none without gravity.
 
+    A film that is a layer has none: the reduced rule leaves its elements modes without energy, and
+    at rest nothing else bears a weight on them.
+
     Args:
+        config: with the films.
         domain: with its parts.
         u: displacement (mm).
         known: constants by name, with those of :func:`weights_of`.
@@ -87,10 +92,12 @@ def weight_energy(
     rest = known[weight_name(REST)]
     if not np.any(rest.value):
         return []
+    layers = {film.region for film in config.film.layers.values()}
     if not domain.parts:
         return [gravity.energy(u, rest) * domain.volume(quadrature_degree=degree)]
     return [
         gravity.energy(u, known.get(weight_name(part), rest))
         * domain.volume(part, quadrature_degree=degree)
         for part in domain.parts
+        if part not in layers
     ]
