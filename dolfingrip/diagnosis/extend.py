@@ -48,7 +48,9 @@ def parameters(
     for parameter, estimate in zip(fit.parameters, estimates, strict=True):
         if parameter.key == SCALE:
             wider = _widened(estimate, area_spread)
-            own = find(config, modulus_keys(config))
+            # a film's stiffness goes along, but the modulus' interval is none of its own
+            keys = [key for key in modulus_keys(config) if key.startswith("material.")]
+            own = find(config, keys)
             found += [(each.key, _times(wider, each.value(config))) for each in own]
         else:
             found.append((parameter.key, _times(estimate, factor if parameter.is_modulus else 1)))
