@@ -1,37 +1,47 @@
 """Compute the simulations that are shipped, and write ``reference.npz`` of the diagnosis.
 
     scripts/run python -m benchmarks.reference_simulations [--workers 2] [--store FOLDER]
+    scripts/run python -m benchmarks.reference_simulations --only protocol,coupon
 
-The reference finger, bending and blocked force, three cycles at the ordinary settings: with
-derivatives by the nuisances, and with each effect of the catalogue; and those additions that are
-cheap: a slow cycle, a hold, coupons. About half an hour of processor.
-Can be stopped and started. To be run again where the mechanics change; until then a diagnosis
-checks the file by one simulation (:mod:`dolfingrip.diagnosis.simulation.shipped`).
+The reference finger, bending and blocked force, three cycles at the ordinary settings, with
+derivatives by the nuisances, and with each effect of the catalogue; and all additions that
+``dolfingrip plan-experiment`` judges for the paper's protocol. About three quarters of an hour of
+processor. Can be stopped and started: a call goes on where the one before it was, as long as the
+code is the same. With ``--only`` it computes these parts, and writes no file.
+
+To be run again where the code of an effect changes (that one is computed alone then), or where the
+mechanics change; until then a diagnosis checks the file by one simulation
+(:mod:`dolfingrip.diagnosis.simulation.shipped`).
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 from dolfingrip.config import Config
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.plan import read_alike
-from dolfingrip.diagnosis.simulation import shipped
+from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import StayingWorkers
 
-ADDED = ("slow_cycle", "hold", "coupon")
-"""Kinds of additions to the paper's protocol whose simulations are shipped, too."""
+PROTOCOL: Final = "protocol"
+"""The part that every diagnosis of the reference finger begins with; the others are additions."""
+
+PARTS: Final = (PROTOCOL, *rig.KINDS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,30 +62,51 @@ class Remembering(StayingWorkers):
         return found
 
 
+def measurements() -> Iterator[tuple[str, Measurement]]:
+    """What is simulated, with the part that it belongs to."""
+    yield PROTOCOL, reference_measurement()
+    paper, _ = rig.read(None, Config())
+    for proposal in proposals(paper, Config()):
+        yield proposal.kind, read_alike(proposal, paper)
+
+
+def code() -> str:
+    """Short digest of all code that results depend on: what other code computed is left alone."""
+    every = [sources.core_digest(), *(sources.effect_digest(name) for name in tried(None))]
+    return hashlib.sha256("".join(every).encode()).hexdigest()[:12]
+
+
 def main() -> None:
     """Compute what is missing, and write the file."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--store", type=Path, default=Path("out/reference_simulations"))
+    parser.add_argument("--only", default=",".join(PARTS), help=f"of {', '.join(PARTS)}")
     options = parser.parse_args()
+    parts = options.only.split(",")
+    for part in parts:
+        if part not in PARTS:
+            parser.error(f"--only {part}: allowed: {', '.join(PARTS)}")
 
     def say(standing: Standing) -> None:
         print(f"{standing.done} of {standing.total}, {standing.failed} failed", flush=True)
 
+    known = shipped.read()
+    if known is not None and known.core != sources.core_digest():
+        known = None
     with ExitStack() as stack:
         where = Where(workers=options.workers)
-        workers = Remembering(options.store, where, say, stack=stack)
-        simulate_base(reference_measurement(), Config(), workers, effects=tried(None))
-        paper, _ = rig.read(None, Config())
-        for proposal in proposals(paper, Config()):
-            if proposal.kind in ADDED:
-                own = read_alike(proposal, paper)
-                simulate_base(own, Config(), workers, effects=tried(None))
+        workers = Remembering(options.store / code(), where, say, stack=stack, known=known)
+        for part, measurement in measurements():
+            if part in parts:
+                print(part, flush=True)
+                simulate_base(measurement, Config(), workers, effects=tried(None))
     jobs, results = zip(*workers.asked.values(), strict=True)
-    shipped.write(shipped.FILE, jobs, results)
     seconds = sum(result.wall_s or 0.0 for result in results)
-    size_kB = shipped.FILE.stat().st_size / 1000
-    print(f"{shipped.FILE}: {len(jobs)} simulations of {seconds:.0f} s, {size_kB:.0f} kB")
+    print(f"{len(jobs)} simulations of {seconds:.0f} s")
+    if set(parts) == set(PARTS):
+        shipped.write(shipped.FILE, jobs, results)
+        print(f"{shipped.FILE}: {shipped.FILE.stat().st_size / 1000:.0f} kB")
 
 
 if __name__ == "__main__":

@@ -33,6 +33,9 @@ def diagnose(
         typer.Option(metavar="FOLDER", help="Of designs: the best by the extended model, too."),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Stop after the screen.")] = False,
+    anew: Annotated[
+        bool, typer.Option("--anew", help="Simulate what comes with the package, too.")
+    ] = False,
 ) -> None:
     """Find out what the simulation gets wrong about measured data, and why."""
     one_process("--workers, without mpirun")
@@ -46,7 +49,7 @@ def diagnose(
     names = effect_names(effects)
     with ending_with_workers(screen), progress.simulations(screen) as show:
         settings = work.Settings(
-                workers, store, quick, names, campaign,
+                workers, store, quick, names, campaign, anew,
                 lambda text: screen.print(text, soft_wrap=True),
                 show,
             )  # fmt: skip

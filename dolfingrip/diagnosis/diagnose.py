@@ -53,6 +53,7 @@ class Settings:
         quick: stop after the screen.
         effects: names of those that are tried; the whole catalogue where None.
         campaign: folder of a campaign whose best designs are computed with the extended model.
+        anew: compute the simulations that come with the package, too.
         say: told what is being done.
         progress: called with each simulation that is done.
     """
@@ -62,6 +63,7 @@ class Settings:
     quick: bool = False
     effects: Sequence[str] | None = None
     campaign: Path | None = None
+    anew: bool = False
     say: Callable[[str], None] = lambda text: None
     progress: Callable[[Standing], None] = lambda standing: None
 
@@ -85,7 +87,7 @@ def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Setting
         read_campaign(settings.campaign)
     measurement, notes = selection.selected(measured.read(files, config), config)
     store = settings.store or out / "simulations"
-    with staying(store, settings.workers, settings.progress) as workers:
+    with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
         found = diagnose_measurement(measurement, config, workers, settings)
         found.simulated_s = sum(workers.spent_s.values())
         if settings.campaign and found.best.effects and not settings.quick:

@@ -83,7 +83,11 @@ class StayingWorkers(Workers):
 
 @contextmanager
 def staying(
-    store: Path, workers: int, progress: Callable[[Standing], None]
+    store: Path,
+    workers: int,
+    progress: Callable[[Standing], None],
+    *,
+    anew: bool = False,
 ) -> Iterator[StayingWorkers]:
     """Workers that end with the ``with`` block.
 
@@ -91,8 +95,8 @@ def staying(
         store: folder of the results.
         workers: number of processes.
         progress: called with each simulation that is done.
+        anew: compute what comes with the package, too.
     """
+    known = None if anew else shipped.read()
     with ExitStack() as stack:
-        yield StayingWorkers(
-            store, Where(workers=workers), progress, stack=stack, known=shipped.read()
-        )
+        yield StayingWorkers(store, Where(workers=workers), progress, stack=stack, known=known)

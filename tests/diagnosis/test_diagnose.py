@@ -2,41 +2,26 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnosis.data.files import written
+from diagnosis.invented_coupon import TOLD, made, white
 from diagnosis.simulation.here import Here
 
 from dolfingrip import config as configuration
-from dolfingrip.cli import app as cli
-from dolfingrip.config import Config, load
+from dolfingrip.config import Config
 from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
 from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.selection import selected
-from dolfingrip.diagnosis.simulation.job import Job, JobResult
-from dolfingrip.experiments import run
 from dolfingrip.report import diagnosis as pictures
 
 COUPONS = Path(__file__).parents[2] / "examples/coupons/ninjaflex_uniaxial.csv"
 TRIED = ("mooney_rivlin", "prony", "yeoh", "gent", "force_gain", "force_offset")
-TOLD = """experiment = "coupon"
-gauge_length_mm = 33.0
-area_mm2 = 9.0
-[noise]
-force_N = 0.05
-displacement_mm = 0.0
-[noise.correlated]
-force_N = 0.02
-"""
-SEED = 7
 
 
 @pytest.fixture(scope="module")
@@ -50,10 +35,6 @@ def diagnosed(file: Path, store: Path, *, quick: bool = False) -> Diagnosis:
     return diagnose_measurement(measurement, Config(), Here(store), settings)
 
 
-def white(rng: np.random.Generator, count: int, std_N: float = 0.05) -> np.ndarray:
-    return std_N * rng.standard_normal(count)
-
-
 def drifting(rng: np.random.Generator, count: int, readings: float = 12.0) -> np.ndarray:
     """Of 0.05 N as it is told, but forgotten over so many readings only."""
     keeps = np.exp(-1 / readings)
@@ -61,28 +42,6 @@ def drifting(rng: np.random.Generator, count: int, readings: float = 12.0) -> np
     for fresh in rng.standard_normal(count - 1):
         found.append(keeps * found[-1] + np.sqrt(1 - keeps**2) * fresh)
     return 0.05 * np.array(found)
-
-
-def made(
-    folder: Path,
-    *overrides: str,
-    wrong: Callable[[np.ndarray], np.ndarray] = np.ones_like,
-    noise: Callable[[np.random.Generator, int], np.ndarray] = white,
-    told: str = TOLD,
-) -> Path:
-    """A coupon, up and down, simulated, multiplied by what is ``wrong``, and with noise."""
-    config = load(None, ["experiment.unload=true", "coupon.step_strain=0.02", *overrides])
-    curve = run("coupon", config)
-    names = ("time_s", "displacement_mm", "force_N")
-    time_s, travel_mm, force_N = (curve.column(name) for name in names)
-    noise_N = noise(np.random.default_rng(SEED), len(force_N))
-    print("seed", SEED)
-    rows = zip(
-        time_s, travel_mm, force_N * wrong(travel_mm / travel_mm.max()) + noise_N, strict=True
-    )
-    lines = ["time_s,displacement_mm,force_N", *(",".join(f"{x:.6g}" for x in row) for row in rows)]
-    folder.mkdir(exist_ok=True)
-    return written(folder, "\n".join(lines) + "\n", told)
 
 
 @pytest.fixture(scope="module")
@@ -228,84 +187,3 @@ def test_a_wrong_unit_is_suspected_in_the_first_line(store: Path, tmp_path: Path
     found = diagnosed(file, store, quick=True)
     text = write(found, Config(), [file], tmp_path).text
     assert "force in grams" in text.splitlines()[0]
-
-
-def test_command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    """With workers of its own; the second time it computes nothing."""
-    file, out = made(tmp_path / "lab"), tmp_path / "out"
-    options = ["--quick", "--workers", "1", "--effects", "force_gain", "--out", str(out)]
-    monkeypatch.setattr(sys, "argv", ["dolfingrip", "diagnose", str(file), *options])
-    said = []
-    for _ in range(2):
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        assert not ended.value.code
-        said.append(capfd.readouterr().out)
-    assert "No cause can be seen" in said[0]
-    assert "simulations" in said[0]
-    assert said[1].splitlines()[-4:] == said[0].splitlines()[-4:]
-    assert outcome.Diagnosis.read(out / "diagnosis.json").verdict.answer == "none"
-    assert {"summary.md", "extended.toml", "overlay.png"} <= {each.name for each in out.iterdir()}
-
-
-@dataclass(frozen=True, slots=True)
-class Dying(Here):
-    """Ends after some batches, as if killed."""
-
-    lives: list[int] = field(default_factory=list)
-    asked: list[str] = field(default_factory=list)
-
-    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
-        self.asked.extend(job.key for job in jobs)
-        if not self.lives:
-            raise KeyboardInterrupt
-        self.lives.pop()
-        return Here.results(self, jobs)
-
-
-def test_a_second_run_goes_on(tmp_path: Path) -> None:
-    """It gives what one run does, and asks for the same simulations in the same order."""
-    measurement, _ = selected(read([COUPONS]), Config())
-    settings = Settings(effects=("mooney_rivlin", "yeoh"))
-    first = Dying(tmp_path, lives=[1, 1, 1])
-    with pytest.raises(KeyboardInterrupt):
-        diagnose_measurement(measurement, Config(), first, settings)
-    second = Dying(tmp_path, lives=[1] * 99)
-    found = diagnose_measurement(measurement, Config(), second, settings)
-    assert second.asked[: len(first.asked)] == first.asked
-    assert found.verdict.names == ("mooney_rivlin",)
-
-
-@pytest.mark.parametrize(
-    ("csv", "toml", "options", "complaint"),
-    [
-        ("displacement_mm,force\n1,2\n", TOLD, [], "column force: unknown"),
-        ("displacement_mm,force_N\n1,2\n2,x\n", TOLD, [], "line 3: force_N = x: not a number"),
-        ("displacement_mm,force_N\n1,2\n2,3\n", "", [], "experiment: missing"),
-        ("displacement_mm,force_N\n1,2\n2,3\n", TOLD, ["--effects", "magic"], "--effects magic"),
-        ("displacement_mm,force_N\n1,2\n2,3\n", TOLD, ["--effects", "plate_gap"], "plate_gap"),
-    ],
-)
-def test_bad_input_is_one_line(
-    csv: str,
-    toml: str,
-    options: list[str],
-    complaint: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-) -> None:
-    file = written(tmp_path, csv, toml)
-    out = tmp_path / "out"
-    monkeypatch.setattr(
-        sys, "argv", ["dolfingrip", "diagnose", str(file), "-o", str(out), *options]
-    )
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert ended.value.code == 2
-    errors = capfd.readouterr().err
-    assert complaint in errors
-    assert errors.count("\n") == 1
-    assert not out.exists()

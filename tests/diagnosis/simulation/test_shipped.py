@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,17 @@ import pytest
 from diagnosis.simulation.here import Here
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.simulation import shipped, sources
+from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.groups import groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, simulate
 from dolfingrip.diagnosis.simulation.meshes import ungraded
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
+from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.shipped import Shipped
+from dolfingrip.diagnosis.tried import tried
+from dolfingrip.diagnosis.workers import staying
 
 UP_DOWN_mm = [0.0, 4.0, 8.0, 4.0, 0.0]
 
@@ -127,3 +133,44 @@ def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None
     assert len(opened(shipped.FILE).answers([job], computed)) == 1
     assert again == [job.key]
     assert shipped.FILE.stat().st_size < 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class Asking(Workers):
+    """Only hears what is asked for."""
+
+    asked: list[Job] = field(default_factory=list)
+
+    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
+        self.asked.extend(jobs)
+        raise KeyboardInterrupt
+
+
+def test_three_cycles_of_bending_and_blocked_force_find_all_at_hand(tmp_path: Path) -> None:
+    """As a laboratory reads them. Where this fails as an effect's code has changed, run
+    python -m benchmarks.reference_simulations."""
+    seed = 3
+    print("seed", seed)
+    planned = reference_measurement()
+    noise = {"pressure_kPa": 0.5, "angle_deg": 0.3, "force_N": 0.02}
+    rows = planned.readings.copy()
+    rows["pressure_kPa"] += 0.5 * np.random.default_rng(seed).standard_normal(len(rows))
+    tests = [replace(test, setup=LabSetup(noise=noise)) for test in planned.tests]
+    workers = Asking(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        simulate_base(replace(planned, readings=rows, tests=tests), Config(), workers,
+                      effects=tried(None))  # fmt: skip
+    asked = list({job.key: job for job in workers.asked}.values())
+    found = opened(shipped.FILE)
+    found.agrees = True
+    known = {job.key for job, _ in found.answers(asked, never)}
+    missing = [job for job in asked if job.key not in known]
+    print([(job.experiment, job.config.extensions) for job in missing])
+    assert len(asked) > 70
+    assert not missing
+
+
+def test_anew_believes_nothing(tmp_path: Path) -> None:
+    for anew in (False, True):
+        with staying(tmp_path, 1, lambda standing: None, anew=anew) as workers:
+            assert (workers.known is None) == anew

@@ -1,0 +1,104 @@
+"""The command ``diagnose``: a run that goes on where it was, and bad input."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from diagnosis.data.files import written
+from diagnosis.invented_coupon import TOLD, made
+from diagnosis.simulation.here import Here
+
+from dolfingrip.cli import app as cli
+from dolfingrip.config import Config
+from dolfingrip.diagnosis import outcome
+from dolfingrip.diagnosis.data.measurement import read
+from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
+from dolfingrip.diagnosis.selection import selected
+from dolfingrip.diagnosis.simulation.job import Job, JobResult
+
+COUPONS = Path(__file__).parents[2] / "examples/coupons/ninjaflex_uniaxial.csv"
+
+
+def test_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """With workers of its own; the second time it computes nothing."""
+    file, out = made(tmp_path / "lab"), tmp_path / "out"
+    options = ["--quick", "--workers", "1", "--effects", "force_gain", "--out", str(out)]
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", "diagnose", str(file), *options])
+    said = []
+    for _ in range(2):
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert not ended.value.code
+        said.append(capfd.readouterr().out)
+    assert "No cause can be seen" in said[0]
+    assert "simulations" in said[0]
+    assert said[1].splitlines()[-4:] == said[0].splitlines()[-4:]
+    assert outcome.Diagnosis.read(out / "diagnosis.json").verdict.answer == "none"
+    assert {"summary.md", "extended.toml", "overlay.png"} <= {each.name for each in out.iterdir()}
+
+
+@dataclass(frozen=True, slots=True)
+class Dying(Here):
+    """Ends after some batches, as if killed."""
+
+    lives: list[int] = field(default_factory=list)
+    asked: list[str] = field(default_factory=list)
+
+    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
+        self.asked.extend(job.key for job in jobs)
+        if not self.lives:
+            raise KeyboardInterrupt
+        self.lives.pop()
+        return Here.results(self, jobs)
+
+
+def test_a_second_run_goes_on(tmp_path: Path) -> None:
+    """It gives what one run does, and asks for the same simulations in the same order."""
+    measurement, _ = selected(read([COUPONS]), Config())
+    settings = Settings(effects=("mooney_rivlin", "yeoh"))
+    first = Dying(tmp_path, lives=[1, 1, 1])
+    with pytest.raises(KeyboardInterrupt):
+        diagnose_measurement(measurement, Config(), first, settings)
+    second = Dying(tmp_path, lives=[1] * 99)
+    found = diagnose_measurement(measurement, Config(), second, settings)
+    assert second.asked[: len(first.asked)] == first.asked
+    assert found.verdict.names == ("mooney_rivlin",)
+
+
+@pytest.mark.parametrize(
+    ("csv", "toml", "options", "complaint"),
+    [
+        ("displacement_mm,force\n1,2\n", TOLD, [], "column force: unknown"),
+        ("displacement_mm,force_N\n1,2\n2,x\n", TOLD, [], "line 3: force_N = x: not a number"),
+        ("displacement_mm,force_N\n1,2\n2,3\n", "", [], "experiment: missing"),
+        ("displacement_mm,force_N\n1,2\n2,3\n", TOLD, ["--effects", "magic"], "--effects magic"),
+        ("displacement_mm,force_N\n1,2\n2,3\n", TOLD, ["--effects", "plate_gap"], "plate_gap"),
+    ],
+)
+def test_bad_input_is_one_line(
+    csv: str,
+    toml: str,
+    options: list[str],
+    complaint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    file = written(tmp_path, csv, toml)
+    out = tmp_path / "out"
+    monkeypatch.setattr(
+        sys, "argv", ["dolfingrip", "diagnose", str(file), "-o", str(out), *options]
+    )
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 2
+    errors = capfd.readouterr().err
+    assert complaint in errors
+    assert errors.count("\n") == 1
+    assert not out.exists()
