@@ -107,6 +107,8 @@ def run_cases(asked: Asked) -> None:
     cases.table_of(half.cases).to_csv(folder / f"{asked.half}.csv", index=False)
     missing = len(half.cases) - made
     asked.screen.print(f"{made} cases in {folder}; {missing} wait for simulations", soft_wrap=True)
+    for line in half.failures():
+        asked.screen.print(f"not hidden: {line}", soft_wrap=True, markup=False)
 
 
 def run_diagnose(asked: Asked) -> None:
