@@ -128,7 +128,12 @@ def diagnose_measurement(
     return found
 
 
-def _problem(measurement: Measurement, base: BaseSimulation) -> tuple[Problem, NoiseModel]:
+def problem_of(measurement: Measurement, base: BaseSimulation) -> tuple[Problem, NoiseModel]:
+    """The readings that the base simulation reached, and the noise that is taken for them.
+
+    Raises:
+        ConfigError: one line, where it reached less than two.
+    """
     kept = np.flatnonzero(np.isfinite(base.readings) & np.isfinite(base.by_led))
     if len(kept) < 2:
         why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
@@ -145,7 +150,7 @@ def _name(
     measurement: Measurement, base: BaseSimulation, workers: Workers, settings: Settings
 ) -> Diagnosis:
     """Fits and verdict."""
-    problem, noise = _problem(measurement, base)
+    problem, noise = problem_of(measurement, base)
     fitter = Fitter(problem, workers, settings.say)
     none = fitter.none()
     settings.say("comparing effects")
