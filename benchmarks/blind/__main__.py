@@ -11,11 +11,22 @@ from typing import Final
 
 from rich.console import Console
 
-from benchmarks.blind import cases, controls, diagnoses, followup, full, library, report
+from benchmarks.blind import (
+    alarms,
+    cases,
+    controls,
+    diagnoses,
+    followup,
+    full,
+    generator,
+    library,
+    report,
+)
 from benchmarks.blind.cases import Case
 from benchmarks.blind.diagnoses import How
 from benchmarks.blind.judging import Folders, Half
 from benchmarks.blind.protocols import FINGERS, PROTOCOLS, PULL, WITH_COUPON
+from benchmarks.blind.response import Catalogue
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import console
 from dolfingrip.config import ConfigError
@@ -24,6 +35,7 @@ from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.simulation.runner import Workers
 
 OUT: Final = Path("out/blind")
+DRAWS: Final = 400
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +50,7 @@ class Asked:
         workers: number of processes.
         quick: diagnose by closed forms alone.
         retry_failed: simulate again what failed.
+        draws: measurements without a cause, by protocol.
         screen: where progress is shown.
     """
 
@@ -48,6 +61,7 @@ class Asked:
     workers: int
     quick: bool
     retry_failed: bool
+    draws: int
     screen: Console
 
     @property
@@ -107,6 +121,8 @@ def run_cases(asked: Asked) -> None:
     cases.table_of(half.cases).to_csv(folder / f"{asked.half}.csv", index=False)
     missing = len(half.cases) - made
     asked.screen.print(f"{made} cases in {folder}; {missing} wait for simulations", soft_wrap=True)
+    for line in half.failures():
+        asked.screen.print(f"not hidden: {line}", soft_wrap=True, markup=False)
 
 
 def run_diagnose(asked: Asked) -> None:
@@ -160,6 +176,23 @@ def run_controls(asked: Asked) -> None:
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
 
 
+def run_alarms(asked: Asked) -> None:
+    """Many measurements without a cause of each protocol: alarms.csv (only where asked for)."""
+    found = {}
+    known = generator.causes()
+    with (
+        progress.shown(asked.screen, "draws", at_once=True) as show,
+        diagnoses.with_crew(asked.how) as how,
+    ):
+        for name in asked.only:
+            own = library.of_protocol(PROTOCOLS[name], asked.folders.library)
+            catalogue = Catalogue(PROTOCOLS[name], own, known)
+            found[name] = alarms.draw(catalogue, asked.out / "alarms", how, asked.draws, show)
+    table = alarms.table(found)
+    table.to_csv(asked.out / "alarms" / "alarms.csv", index=False)
+    asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
+
+
 def run_score(asked: Asked) -> None:
     """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv, confusion.png."""
     half = Half(planned(asked), asked.folders)
@@ -179,7 +212,10 @@ STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
     "next": run_next,
     "score": run_score,
     "controls": run_controls,
+    "alarms": run_alarms,
 }
+ORDINARY: Final = tuple(name for name in STAGES if name != "alarms")
+"""Those that are run where none is named."""
 
 
 def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
@@ -192,7 +228,9 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
         description="Hidden causes, their diagnosis, and what exact evidence allows. A call goes "
         f"on where the one before it was stopped. Stages: {told}",
     )
-    parser.add_argument("stages", nargs="*", metavar="STAGE", help="default: all, in order")
+    parser.add_argument(
+        "stages", nargs="*", metavar="STAGE", help="default: all but alarms, in order"
+    )
     parser.add_argument(
         "--half", choices=cases.HALVES, default=cases.HALVES[0], help="of the cases"
     )
@@ -207,6 +245,10 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="default: 1")
     parser.add_argument("--out", type=Path, default=OUT, metavar="FOLDER", help=f"default: {OUT}")
     parser.add_argument("--quick", action="store_true", help="diagnose by closed forms alone")
+    parser.add_argument(
+        "--draws", type=int, default=DRAWS, metavar="N",
+        help=f"of measurements without a cause, by protocol; default: {DRAWS}",
+    )  # fmt: skip
     parser.add_argument("--retry-failed", action="store_true", help="simulate again what failed")
     asked = parser.parse_args(arguments)
     for stage in asked.stages:
@@ -216,14 +258,14 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
     for name in only:
         if name not in PROTOCOLS:
             parser.error(f"--only {name}: allowed: {', '.join(PROTOCOLS)}")
-    for name in ("workers", "number"):
+    for name in ("workers", "number", "draws"):
         if getattr(asked, name) < 1:
             parser.error(f"--{name} {getattr(asked, name)}: allowed: 1 or more")
     wanted = Asked(
         asked.out, asked.half, only, asked.number, asked.workers, asked.quick, asked.retry_failed,
-        console(),
+        asked.draws, console(),
     )  # fmt: skip
-    return tuple(asked.stages) or tuple(STAGES), wanted
+    return tuple(asked.stages) or ORDINARY, wanted
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

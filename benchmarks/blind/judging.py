@@ -74,18 +74,28 @@ class Half:
         self._bounds: dict[str, Bound] = {}
 
     def complete(self, protocol: str) -> bool:
-        """Whether the library has all causes of the catalogue for a protocol."""
+        """Whether the library has all causes of the catalogue for a protocol, or they failed."""
         catalogue = self._catalogues[protocol]
-        return all(catalogue.has(name) for name in catalogue.causes if _felt(catalogue, name))
+        failed = catalogue.library.failed
+        return all(
+            catalogue.has(name) or name in failed
+            for name in catalogue.causes
+            if _felt(catalogue, name)
+        )
+
+    def failures(self) -> list[str]:
+        """A sentence for each simulation of the libraries that ended early."""
+        every = [line for each in self._catalogues.values() for line in each.library.failures]
+        return list(dict.fromkeys(every))
 
     def readings(self, case: Case) -> Readings | None:
         """What a case's instruments read; None where simulations are missing."""
-        if case.full:
-            true = full.vector(case, self._own)
-            return None if true is None else casework.read(case, true)
         catalogue = self._catalogues[case.protocol]
         if not all(catalogue.has(name) for name in case.hidden):
             return None
+        if case.full:
+            true = full.vector(case, self._own)
+            return None if true is None else casework.read(case, true)
         return casework.read(case, catalogue.vector(case.truth))
 
     def made(self) -> Iterator[tuple[Case, Readings]]:

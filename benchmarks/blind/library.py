@@ -29,7 +29,7 @@ Way = Literal["curve", "history"]
 BASE: Final = "base"
 SLOPES: Final = ("finger.wall_mm", "finger.base_layer_mm", "plate.gap_mm")
 """Parameters that the base curve is derived by."""
-HISTORIES: Final = ("P2", PULL, "P4", "short", "short-P4", "coupon")
+HISTORIES: Final = ("P1", "P2", PULL, "P4", "short", "short-P4", "coupon")
 """Longest protocols; others begin like one of them."""
 SHORTER: Final = 1.2
 """An effect's curve goes to so many times the highest pressure; the base's to the headroom."""
@@ -126,7 +126,9 @@ def felt(cause: Cause) -> frozenset[str]:
 
 
 def compute(history: str, folder: Path, workers: Workers) -> None:
-    """Simulate what is missing, store by store; elastic curves first.
+    """Simulate what is missing, store by store and test by test; elastic curves first.
+
+    What failed in one test cannot be hidden, so that its other tests are not simulated.
 
     Args:
         history: whose entries are wanted.
@@ -134,9 +136,25 @@ def compute(history: str, folder: Path, workers: Workers) -> None:
         workers: where it is computed.
     """
     wanted = entries(history)
-    for store in dict.fromkeys(entry.store for entry in wanted):
-        jobs = [entry.job for entry in wanted if entry.store == store]
+    for store, experiment in dict.fromkeys((entry.store, entry.experiment) for entry in wanted):
+        failed = failed_in(wanted, known(wanted, folder))
+        jobs = [
+            entry.job
+            for entry in wanted
+            if (entry.store, entry.experiment) == (store, experiment) and entry.name not in failed
+        ]
         replace(workers, store=folder / store).results(jobs)
+
+
+def failed_in(wanted: Sequence[Entry], found: Mapping[str, JobResult]) -> frozenset[str]:
+    """Causes and outsiders of which a simulation ended early."""
+    return frozenset(
+        entry.name
+        for entry in wanted
+        if entry.name != BASE
+        and (result := found.get(entry.job.key)) is not None
+        and result.failure_class is not None
+    )
 
 
 def known(wanted: Sequence[Entry], folder: Path) -> dict[str, JobResult]:
@@ -198,11 +216,13 @@ class Library:
         base: by experiment.
         changes: by cause or outsider, form and experiment; what is not felt is absent.
         failures: a sentence for each simulation that ended early.
+        failed: causes and outsiders that they are of, which no case hides.
     """
 
     base: Mapping[str, Curve]
     changes: Mapping[tuple[str, int, str], Change]
     failures: tuple[str, ...] = ()
+    failed: frozenset[str] = frozenset()
 
     def knows(self, name: str) -> bool:
         """Whether a cause or outsider was simulated without failure."""
@@ -237,7 +257,7 @@ def load(history: str, folder: Path) -> Library:
     changes = {
         key: _change(parts, base[key[2]]) for key, parts in kept.items() if key[0] not in missing
     }
-    return Library(base, changes, tuple(failures))
+    return Library(base, changes, tuple(failures), failed_in(wanted, found))
 
 
 def _at(entry: Entry) -> np.ndarray:
@@ -290,6 +310,7 @@ def of_protocol(protocol: Protocol, folder: Path) -> Library:
                 **{key: each for key, each in pull.changes.items() if key[0] in both},
             },
             (*library.failures, *pull.failures),
+            library.failed | pull.failed,
         )
     return limited(library, lambda experiment: own.get(experiment, 0))
 

@@ -2,13 +2,17 @@
 
     scripts/run python -m benchmarks.blind.report TABLE.csv… --title TEXT --out FOLDER
 
-writes those of several tables of cases together.
+writes those of several tables of cases together, and
+
+    scripts/run python -m benchmarks.blind.report --beside NAME=TABLE.csv[+TABLE.csv…] …
+
+prints those of several sets of cases beside one another.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -67,6 +71,25 @@ def markdown(found: Sequence[Figure], protocols: pd.DataFrame, title: str, count
     return "\n".join(lines) + "\n"
 
 
+def beside(sets: Mapping[str, Sequence[Judged]]) -> str:
+    """Figures of several sets of cases, a column each: value (90 % interval) / bound, cases."""
+    found = [figures(judged) for judged in sets.values()]
+    lines = [f"| figure | target | {' | '.join(sets)} |", "|" + "---|" * (len(sets) + 2)]
+    for row in zip(*found, strict=True):
+        cells = " | ".join(_cell(each) for each in row)
+        lines.append(f"| {row[0].name} | {row[0].target} | {cells} |")
+    return "\n".join(lines) + "\n"
+
+
+def _cell(figure: Figure) -> str:
+    if not figure.count:
+        return "–"
+    inside = "" if np.isnan(figure.low) else f" ({figure.low:.2f}–{figure.high:.2f})"
+    bound = "" if np.isnan(figure.bound) else f" / {figure.bound:.2f}"
+    missed = " **no**" if figure.target and figure.met is False else ""
+    return f"{figure.value:.2f}{inside}{bound}, {figure.count}{missed}"
+
+
 def _number(value: object) -> str:
     if isinstance(value, float):
         return "–" if np.isnan(value) else f"{value:.2f}"
@@ -95,15 +118,31 @@ def draw(table: pd.DataFrame, path: Path) -> None:
     plt.close(figure)
 
 
-def main() -> None:
-    """Figures of several tables together."""
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Figures of several tables together, or beside one another."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.blind.report")
-    parser.add_argument("tables", nargs="+", type=Path, metavar="TABLE.csv")
-    parser.add_argument("--title", required=True, metavar="TEXT")
-    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
-    asked = parser.parse_args()
-    judged = [case for file in asked.tables for case in outcomes.read(file)]
-    print(write(judged, asked.title, asked.out))
+    parser.add_argument("tables", nargs="*", type=Path, metavar="TABLE.csv")
+    parser.add_argument("--title", default="Blind benchmark", metavar="TEXT")
+    parser.add_argument("--out", type=Path, metavar="FOLDER")
+    parser.add_argument("--beside", nargs="+", default=[], metavar="NAME=TABLE.csv[+TABLE.csv…]")
+    asked = parser.parse_args(arguments)
+    if bool(asked.tables and asked.out) == bool(asked.beside):
+        parser.error("either TABLE.csv… with --out FOLDER, or --beside NAME=TABLE.csv…")
+    if asked.beside:
+        parts = [text.partition("=") for text in asked.beside]
+        sets = {name: _together(_tables(files)) for name, _, files in parts}
+        print(beside(sets), end="")
+    else:
+        print(write(_together(asked.tables), asked.title, asked.out))
+
+
+def _tables(files: str) -> list[str]:
+    """Names of tables between plus signs; one that follows no ".csv" is part of a name."""
+    return [name if name.endswith(".csv") else f"{name}.csv" for name in files.split(".csv+")]
+
+
+def _together(files: Sequence[str | Path]) -> list[Judged]:
+    return [case for file in files for case in outcomes.read(Path(file))]
 
 
 if __name__ == "__main__":

@@ -131,7 +131,12 @@ def diagnose_measurement(
     return found
 
 
-def _problem(measurement: Measurement, base: BaseSimulation) -> tuple[Problem, NoiseModel]:
+def problem_of(measurement: Measurement, base: BaseSimulation) -> tuple[Problem, NoiseModel]:
+    """The readings that the base simulation reached, and the noise that is taken for them.
+
+    Raises:
+        ConfigError: one line, where it reached less than two.
+    """
     kept = np.flatnonzero(np.isfinite(base.readings) & np.isfinite(base.by_led))
     listed = measurement.listed()
     reached = set(listed["test"].to_numpy()[kept])
@@ -154,7 +159,7 @@ def _name(
     measurement: Measurement, base: BaseSimulation, workers: Workers, settings: Settings
 ) -> Diagnosis:
     """Fits and verdict."""
-    problem, noise = _problem(measurement, base)
+    problem, noise = problem_of(measurement, base)
     fitter = Fitter(problem, workers, settings.say)
     none = fitter.none()
     settings.say("comparing effects")

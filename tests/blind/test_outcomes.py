@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.blind import outcomes, score
+from benchmarks.blind import outcomes, report, score
 from benchmarks.blind.opinions import Interval, Judged, Opinion
 
 
@@ -27,3 +27,21 @@ def test_a_table_gives_the_figures_again(tmp_path: Path) -> None:
     for one, other in zip(score.figures(every), score.figures(again), strict=True):
         assert (one.name, one.count, one.met) == (other.name, other.count, other.met)
         assert one.value == pytest.approx(other.value, nan_ok=True)
+
+
+def test_sets_of_cases_beside_one_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    none, wrong = Opinion("none", 0.8, (), ()), Opinion("cause", 0.95, ("gent",), (("gent",),))
+    for name, said in (("P7+", none), ("P1", wrong)):
+        case = Judged(name, name, "none", False, (), (), 0.0, said, none)
+        outcomes.table([case]).to_csv(tmp_path / f"{name}.csv", index=False)
+    one, other = (str(tmp_path / f"{name}.csv") for name in ("P7+", "P1"))
+    report.main(["--beside", f"one={one}", f"both={one}+{other}"])
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "| figure | target | one | both |"
+    alarms = next(line for line in lines if "false alarms" in line)
+    assert alarms.endswith("| 0.00 (0.00–0.95) / 0.00, 1 | 0.50 (0.03–0.97) / 0.00, 2 **no** |")
+    for wrongly in ([], [one], ["--beside", f"one={one}", "--out", str(tmp_path), one]):
+        with pytest.raises(SystemExit):
+            report.main(wrongly)

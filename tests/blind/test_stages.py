@@ -27,6 +27,14 @@ def test_from_the_simulation_of_coupons_to_figures(
     assert figures.set_index("name").loc["detection from 6 σ", "value"] == 1.0
     wanted = library.entries("coupon")
     assert {entry.job.key for entry in wanted} == set(library.known(wanted, tmp_path / "library"))
+    # measurements without a cause: a call goes on where the one before it was stopped
+    for count in ("2", "3"):
+        assert stages.main(["alarms", *told, "--draws", count]) == 0
+    draws = pd.read_csv(tmp_path / "alarms" / "coupon.csv")
+    assert list(draws["draw"]) == [0, 1, 2]
+    assert draws["log_odds"].nunique() == 3
+    alarms = pd.read_csv(tmp_path / "alarms" / "alarms.csv").iloc[0]
+    assert alarms["alarms"] == (draws["log_odds"] > draws["threshold"]).mean()
     first = (folder / "figures.csv").read_bytes()
     assert stages.main([*every, *told]) == 0
     assert (folder / "figures.csv").read_bytes() == first

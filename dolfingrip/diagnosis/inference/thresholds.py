@@ -41,6 +41,7 @@ def calibrated_threshold(
     level: float = FALSE_ALARMS,
     draws: int = DRAWS,
     seed: int = 0,
+    bound: Callable[[Matrix], Vector] | None = None,
 ) -> float:
     """A threshold which the statistic exceeds with a probability of at most ``level``.
 
@@ -50,6 +51,8 @@ def calibrated_threshold(
         level: probability of a false alarm, counted over the draws of the threshold, too.
         draws: how many.
         seed: of the random numbers.
+        bound: an upper bound of the statistic that costs less; the statistic itself is then
+            computed of as few samples as the quantile needs.
 
     Raises:
         ValueError: where there are too few draws for the level.
@@ -57,8 +60,25 @@ def calibrated_threshold(
     place = int(np.ceil((1 - level) * (draws + 1)))
     if place > draws:
         raise ValueError(f"draws = {draws}: allowed: at least {int(np.ceil(1 / level))}")
-    values = statistic(draw(np.random.default_rng(seed), draws))
-    return float(np.sort(values)[place - 1])
+    samples = draw(np.random.default_rng(seed), draws)
+    if bound is None:
+        return float(np.sort(statistic(samples))[place - 1])
+    return _largest(statistic, samples, bound(samples), draws - place + 1)
+
+
+def _largest(
+    statistic: Callable[[Matrix], Vector], samples: Matrix, bound: Vector, rank: int
+) -> float:
+    """The value of this rank from above, of samples (n, m) in the order of their bounds (m,)."""
+    order = np.argsort(-bound)
+    found: list[float] = []
+    for start in range(0, len(order), rank):
+        found += list(statistic(samples[:, order[start : start + rank]]))
+        found = sorted(found, reverse=True)[:rank]
+        left = order[start + rank :]
+        if not len(left) or found[-1] >= bound[left[0]]:
+            break
+    return float(found[-1])
 
 
 def of_analysis(
@@ -94,20 +114,23 @@ def of_analysis(
         return residuals
 
     def something_odds(whitened: Matrix) -> Vector:
-        known, other = _totals(screen, unknown, priors, whitened)
         two = [np.logaddexp.reduce(pairs.scores(each).log_evidence) for each in whitened.T]
-        return (
-            np.asarray(logsumexp([known, other, priors.pair + np.array(two)], axis=0)) - priors.none
-        )
+        return odds_with(whitened, np.array(two))
+
+    def at_most(whitened: Matrix) -> Vector:
+        return odds_with(whitened, np.array([pairs.log_sum_bound(each) for each in whitened.T]))
+
+    def odds_with(whitened: Matrix, two: Vector) -> Vector:
+        known, other = _totals(screen, unknown, priors, whitened)
+        return np.asarray(logsumexp([known, other, priors.pair + two], axis=0) - priors.none)
 
     def unknown_odds(whitened: Matrix) -> Vector:
         known, other = _totals(screen, unknown, priors, whitened)
         return np.asarray(other - np.logaddexp(known, priors.none))
 
-    return Thresholds(
-        something=max(0.0, calibrated_threshold(something_odds, none, level, draws, seed)),
-        unknown=max(0.0, calibrated_threshold(unknown_odds, single, level, draws, seed + 1)),
-    )
+    something = calibrated_threshold(something_odds, none, level, draws, seed, at_most)
+    other = calibrated_threshold(unknown_odds, single, level, draws, seed + 1)
+    return Thresholds(something=max(0.0, something), unknown=max(0.0, other))
 
 
 def _totals(

@@ -73,6 +73,19 @@ def test_a_threshold_keeps_its_level() -> None:
     assert calibrated_threshold(lambda x: x[1], draw, 0.05, 199, 4) == found[4]
     with pytest.raises(ValueError, match="draws = 10: allowed: at least 20"):
         calibrated_threshold(lambda x: x[1], draw, 0.05, 10)
+    # with a bound it is the same, of few samples where the bound is close
+    for slack, few in ((0.0, 10), (0.2, 60), (10.0, 199)):
+        asked = []
+
+        def statistic(x: np.ndarray, asked: list[int] = asked) -> np.ndarray:
+            asked.append(x.shape[1])
+            return np.asarray(x[1])
+
+        def bound(x: np.ndarray, slack: float = slack) -> np.ndarray:
+            return np.asarray(x[1] + slack * np.abs(x[2]))
+
+        assert calibrated_threshold(statistic, draw, 0.05, 199, 4, bound) == found[4]
+        assert sum(asked) <= few
 
 
 def additions() -> tuple[list[Addition], Covariance, dict[str, np.ndarray]]:

@@ -89,6 +89,23 @@ def test_a_pair_of_shapes_is_averaged_over_all_combinations() -> None:
     assert scores.log_evidence[0] == pytest.approx(np.log(np.mean(np.exp(one))))
 
 
+def test_the_sum_over_pairs_is_below_its_bound() -> None:
+    # exact where strengths may have both signs
+    rng = np.random.default_rng(8)
+    covariance = Covariance.of(np.eye(6))
+    for sided in (False, True):
+        candidates = [
+            Candidate(name, tuple(Shape(x) for x in rng.normal(size=(2, 6))), one_sided=sided)
+            for name in "abcd"
+        ]
+        pairs = Pairs(Screen(candidates, covariance))
+        for r in 2 * rng.normal(size=(20, 6)):
+            total = np.logaddexp.reduce(pairs.scores(r).log_evidence)
+            bound = pairs.log_sum_bound(r)
+            assert total <= bound + 1e-9
+            assert sided or bound == pytest.approx(total, abs=1e-9)
+
+
 def test_two_hidden_effects_are_found_together() -> None:
     analysis = synthetic.analysis()
     change = synthetic.columns(analysis.index)
