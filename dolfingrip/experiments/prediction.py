@@ -146,10 +146,10 @@ def simulated(
                 f"{folder / 'run.json'} says why"
             )
         volume = rows["cavity_volume_mm3"].to_numpy()
-        _, pressure, angle = further(
+        growth, pressure, angle = further(
             volume / volume[0], rows["pressure_kPa"].to_numpy(), rows[posterior.reading].to_numpy()
         )
-        curve = Curve.of(pressure, angle)
+        curve = Curve.of(pressure * fit.correction(growth), angle)
         found.append(replace(curve, simulated_deg=float(rows[posterior.reading].max())))
     return found
 

@@ -15,20 +15,47 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomlkit
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from dolfingrip.sections import tables
 from dolfingrip.sections.complaint import ConfigError, checked
-from dolfingrip.sections.section import Section
+from dolfingrip.sections.section import Section, outside
 
 Fits = Annotated[tuple["Fit", ...], Field(strict=False, min_length=1)]
 
 
+Numbers = Annotated[tuple[float, ...], Field(strict=False)]
+
+
 class Fit(Section):
-    """One set of parameters that agrees with what was measured."""
+    """One set of parameters that agrees with what was measured.
+
+    What its law of the material gets wrong is kept as a factor on the pressure, by the growth of
+    the cavity: chambers of one size that have grown alike are stretched alike.
+    """
 
     weight: float = Field(1.0, gt=0, description="probability, relative to the other fits'")
     set: Mapping[str, Any] = Field({}, description="values by key of the configuration")
+    growth: Numbers = Field((), description="cavity's volume by that at rest, rising")
+    factor: Numbers = Field((), description="measured pressure by the simulated one there")
+
+    @model_validator(mode="after")
+    def _table(self) -> Fit:
+        if len(self.factor) != len(self.growth) or list(self.growth) != sorted(self.growth):
+            raise outside(
+                "growth", list(self.growth), "allowed: rising, as many numbers as factor has"
+            )
+        return self
+
+    def correction(self, growth: np.ndarray) -> np.ndarray:
+        """Factor on the pressure, (n,): beyond the table it goes on as between its last rows."""
+        if not self.growth:
+            return np.ones_like(growth)
+        found = np.interp(growth, self.growth, self.factor)
+        if len(self.growth) > 1:
+            rise = (self.factor[-1] - self.factor[-2]) / (self.growth[-1] - self.growth[-2])
+            found = found + max(rise, 0.0) * np.maximum(growth - self.growth[-1], 0.0)
+        return np.asarray(found)
 
 
 class Posterior(Section):
@@ -74,6 +101,8 @@ def appended(text: str, posterior: Posterior) -> str:
         one = tomlkit.table()
         one.add("weight", each.weight)
         one.add("set", dict(each.set))
+        one.add("growth", list(each.growth))
+        one.add("factor", list(each.factor))
         fits.append(one)
     table.add("fit", fits)
     document = tomlkit.document()

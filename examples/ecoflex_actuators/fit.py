@@ -34,6 +34,9 @@ batch that was cast."""
 INDEPENDENT = 6.0
 """Readings that a curve is worth: what a fit leaves is smooth along it."""
 
+GROWTH = (2, 3, 4, 6, 8, 11, 15, 20, 26, 33, 42, 52, 62, 72)
+"""Of the cavity, where factors are told."""
+
 LEAST = 0.01
 """Probability, by the best fit's, of those that are worth a simulation."""
 
@@ -164,14 +167,40 @@ def table_of(fits: Mapping[Hypothesis, Fitted], names: Sequence[str]) -> pd.Data
     )  # fmt: skip
 
 
-def write(base: Config, fits: Mapping[Hypothesis, Fitted]) -> None:
-    """``extended.toml``: the best fit's configuration, and all fits that count."""
+def write(
+    base: Config,
+    fits: Mapping[Hypothesis, Fitted],
+    families: Mapping[Hypothesis, Mapping[str, Family]],
+) -> None:
+    """``extended.toml``: the best fit's configuration, and all fits that count.
+
+    What a law gets wrong of a specimen is a factor on the pressure, by the growth of the cavity.
+    """
     left = posterior(fits, len(CHAMBERS))
     best = max(left.fit, key=lambda each: each.weight)
-    count = tuple(each for each in left.fit if each.weight >= LEAST * best.weight)
+    own = tuple(
+        each.model_copy(update=factors(fits[tried], families[tried][name], name))
+        for tried, each in zip(fits, left.fit, strict=True)
+        if each.weight >= LEAST * best.weight
+        for name in CHAMBERS
+    )
     config = base.overridden([f"{key}={json.dumps(value)}" for key, value in best.set.items()])
-    text = appended(configuration.dumps(config), left.model_copy(update={"fit": count}))
+    found = left.model_copy(update={"fit": own, "specimen": SPECIMEN})
+    text = appended(configuration.dumps(config), found)
     (HERE / "extended.toml").write_text(text, encoding="utf-8")
+
+
+def factors(fit: Fitted, of: Family, specimen: str) -> dict[str, object]:
+    """Measured pressure by a fit's at an equal angle, at :data:`GROWTH` of the cavity."""
+    pressure, angle = measured(specimen)
+    at = np.linspace(angle[0], min(angle[-1], of.largest_deg), 2000)
+    factor = np.interp(at, angle, pressure) / (fit.scale * of.pressure_kPa(fit.modulus_MPa, at))
+    growth = of.growth(fit.modulus_MPa, at)
+    place = [each for each in GROWTH if growth[0] <= each <= growth[-1]]
+    return {
+        "growth": tuple(float(each) for each in place),
+        "factor": tuple(round(float(each), 3) for each in np.interp(place, growth, factor)),
+    }
 
 
 def main() -> None:
@@ -201,7 +230,7 @@ def main() -> None:
     if only is None:
         table.to_csv(HERE / "fits.csv", index=False, float_format="%.5g", lineterminator="\n")
         pd.concat(readings).to_csv(HERE / "predicted.csv", index=False, lineterminator="\n")
-        write(base, fits)
+        write(base, fits, families)
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ class Family:
 
     Attributes:
         moduli_MPa: both.
-        paths: pressure (kPa) and rising angle (deg) of each, (2, n).
+        paths: pressure (kPa), rising angle (deg) and growth of the cavity of each, (3, n).
     """
 
     moduli_MPa: tuple[float, float]
@@ -69,14 +69,21 @@ class Family:
         return float(min(path[1, -1] for path in self.paths))
 
     @cached_property
-    def _pressures(self) -> tuple[PchipInterpolator, ...]:
-        return tuple(PchipInterpolator(path[1], path[0]) for path in self.paths)
+    def _by_angle(self) -> tuple[PchipInterpolator, ...]:
+        return tuple(PchipInterpolator(path[1], path[[0, 2]], axis=1) for path in self.paths)
 
     def pressure_kPa(self, modulus_MPa: float, angle_deg: np.ndarray) -> np.ndarray:
         """Pressures at angles, (n,), linear in the logarithm of the modulus."""
+        return self._between(modulus_MPa, angle_deg)[0]
+
+    def growth(self, modulus_MPa: float, angle_deg: np.ndarray) -> np.ndarray:
+        """The cavity's volume by that at rest at angles, (n,), likewise."""
+        return self._between(modulus_MPa, angle_deg)[1]
+
+    def _between(self, modulus_MPa: float, angle_deg: np.ndarray) -> np.ndarray:
         low, high = np.log(self.moduli_MPa)
         part = (np.log(modulus_MPa) - low) / (high - low)
-        one, other = (each(angle_deg) for each in self._pressures)
+        one, other = (each(angle_deg) for each in self._by_angle)
         return np.asarray(one + part * (other - one))
 
     def curve(self, modulus_MPa: float, scale: float) -> Curve:
@@ -92,6 +99,8 @@ def family(base: Config, tried: Hypothesis, specimen: str) -> Family:
 
 
 def _path(table: pd.DataFrame) -> np.ndarray:
-    path = table[["pressure_kPa", "chord_angle_deg"]].to_numpy(dtype=float).T
+    names = ["pressure_kPa", "chord_angle_deg", "cavity_volume_mm3"]
+    path = table[names].to_numpy(dtype=float).T
+    path[2] /= path[2, 0]
     rising = np.concatenate([[True], np.diff(np.maximum.accumulate(path[1])) > 0])
     return path[:, rising]

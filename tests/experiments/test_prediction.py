@@ -49,6 +49,14 @@ def test_fits_count_by_their_weight() -> None:
     np.testing.assert_allclose(found.angle_deg[:, 0], [10, 30, 30])
 
 
+def test_the_factor_goes_on_as_it_rose() -> None:
+    """Between rows it is straight, before the first it is the first's; a fall is not gone on."""
+    rising = Fit(growth=(2.0, 4.0, 6.0), factor=(1.0, 1.1, 1.3))
+    np.testing.assert_allclose(rising.correction(np.array([1.0, 5.0, 8.0])), [1.0, 1.2, 1.5])
+    falling = Fit(growth=(2.0, 4.0), factor=(1.2, 1.1))
+    np.testing.assert_allclose(falling.correction(np.array([8.0])), [1.1])
+
+
 def test_a_path_is_gone_on_straight() -> None:
     """By one and a half times its growth, from 1 to 5: to 11, with the slopes of its end."""
     growth = np.linspace(1.0, 5.0, 41)
