@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,19 @@ def test_the_table_is_read_back_and_is_no_section(tmp_path: Path) -> None:
     file.write_text("[posterior]\nmodel_kPa = -1.0\nfit = [{}]\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"model_kPa = -1.0: allowed: at least 0 kPa"):
         posterior.read(file)
+
+
+def test_the_example_is_read() -> None:
+    """Four members of two laws, which the configuration takes."""
+    file = Path(__file__).parents[2] / "examples" / "ecoflex_actuators" / "extended.toml"
+    left = posterior.read(file)
+    assert left.shares.sum() == pytest.approx(1.0)
+    base = config.load(file)
+    laws = {
+        base.overridden([f"{k}={json.dumps(v)}" for k, v in each.set.items()]).material
+        for each in left.fit
+    }
+    assert (len(left.fit), len(laws)) == (4, 2)
 
 
 def test_command(tmp_path: Path) -> None:
