@@ -23,6 +23,7 @@ from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.parameter.priors import priors_beside
 
 MEASURED = COLUMNS[: COLUMNS.index("tip_z_mm") + 1]
 """The columns of the measured-data format; a measurement has no others."""
@@ -111,7 +112,7 @@ def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) ->
     """Parameters of ``effect`` from their priors, drawn until they are allowed."""
     for _ in range(TRIES):
         values: dict[str, Any] = {}
-        for key, prior in effect.priors(shear_MPa).items():
+        for key, prior in priors_beside(effect, shear_MPa).items():
             value = draw(prior, rng)
             is_list = isinstance(effect.model_fields[key].default, tuple)
             values[key] = [value] if is_list else value

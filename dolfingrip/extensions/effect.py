@@ -7,8 +7,8 @@ handed to its hooks.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import ufl
 from ufl.core.expr import Expr
@@ -28,9 +28,6 @@ Kind = Literal[
 """In the order in which effects act: elastic energies add up, dissipative ones scale or remember
 what came before."""
 
-PRINTED_MPa: Final = 2.93
-"""Shear modulus of printed NinjaFlex, which priors of moduli are stated for."""
-
 
 @dataclass(frozen=True, slots=True)
 class Prior:
@@ -47,10 +44,6 @@ class Prior:
     spread: float
     source: str
     positive: bool = False
-
-    def times(self, factor: float) -> Prior:
-        """The prior of a parameter that is ``factor`` times as large."""
-        return replace(self, mean=factor * self.mean, spread=factor * self.spread)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,15 +135,10 @@ class Effect(Section):
         return getattr(cls, hook) is not getattr(Effect, hook)
 
     @classmethod
-    def priors(cls, shear_MPa: float = PRINTED_MPa) -> dict[str, Prior]:
-        """Prior of each parameter that has one.
-
-        Args:
-            shear_MPa: the material's initial shear modulus, which priors of moduli are in
-                proportion to.
-        """
+    def priors(cls) -> dict[str, Prior]:
+        """Prior of each parameter that has one."""
         return {
-            key: prior.times(shear_MPa / PRINTED_MPa) if key.endswith("_MPa") else prior
+            key: prior
             for key, info in cls.model_fields.items()
             for prior in info.metadata
             if isinstance(prior, Prior)

@@ -17,6 +17,7 @@ from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter.bounds import bare, bounds, of_entries, of_floats
 from dolfingrip.parameter.parameter import Entry, Parameter
+from dolfingrip.parameter.priors import priors_beside
 from dolfingrip.sections import complaint, tables
 from dolfingrip.sections.units import unit
 
@@ -137,7 +138,7 @@ def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
 def _of_table(
     config: Config, table: BaseModel, path: str, effect: Effect | None
 ) -> Iterator[Parameter]:
-    priors = effect.priors(config.material.shear_MPa) if effect else {}
+    priors = priors_beside(type(effect), config.material.shear_MPa) if effect else {}
     for key, info in type(table).model_fields.items():
         if f"{path}.{key}" in NUMERICAL:
             continue

@@ -1,0 +1,27 @@
+"""Priors of an effect beside a material of any stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from dolfingrip.extensions.effect import Effect, Prior
+
+PRINTED_MPa: Final = 2.93
+"""Shear modulus of printed NinjaFlex, which effects state their priors of moduli for."""
+
+
+def priors_beside(effect: type[Effect], shear_MPa: float) -> dict[str, Prior]:
+    """Prior of each parameter that has one, those of moduli in proportion to the material's.
+
+    Args:
+        effect: of the index.
+        shear_MPa: the material's initial shear modulus.
+    """
+    factor = shear_MPa / PRINTED_MPa
+    return {
+        key: replace(prior, mean=factor * prior.mean, spread=factor * prior.spread)
+        if key.endswith("_MPa")
+        else prior
+        for key, prior in effect.priors().items()
+    }
