@@ -25,8 +25,8 @@ ACTUATOR = HERE.parent / "examples" / "ecoflex_actuators" / "c5-w7.toml"
 MESHES = (
     ("mesh.edge_size_mm=1", "mesh.both_sides=false"),
     (),
+    ("mesh.edge_size_mm=0.35", "experiment.max_volume_ratio=60"),
     ("mesh.edge_size_mm=0.25",),
-    ("mesh.edge_size_mm=0.25", "mesh.size_mm=3"),
 )
 """The second is the example's own."""
 
