@@ -62,24 +62,24 @@ def table(
     """
     rows = []
     for name, cases in wanted.items():
-        contents = {
-            case: diagnoses.diagnose(case, folder(case), how)
+        contents = [
+            (case, diagnoses.diagnose(case, folder(case), how))
             for case in cases
             if diagnoses.is_known(folder(case), how)
-        }
+        ]
         if contents:
             rows.append({"control": name, "cases": len(contents), **_numbers(contents)})
     found = pd.DataFrame(rows)
     return found.assign(behaves=_behaves(found)) if rows else found
 
 
-def _numbers(contents: Mapping[Case, dict[str, Any]]) -> dict[str, float]:
-    opinions = {case: Opinion.of_file(content) for case, content in contents.items()}
-    claims = [opinion.claims(CLAIM) for opinion in opinions.values()]
-    alarms = [opinion.answer != "none" for case, opinion in opinions.items() if case.kind == "none"]
+def _numbers(contents: Sequence[tuple[Case, dict[str, Any]]]) -> dict[str, float]:
+    opinions = [(case, Opinion.of_file(content)) for case, content in contents]
+    claims = [opinion.claims(CLAIM) for _, opinion in opinions]
+    alarms = [opinion.answer != "none" for case, opinion in opinions if case.kind == "none"]
     spread = [
         each.high - each.low
-        for case, content in contents.items()
+        for case, content in contents
         for each in diagnoses.intervals(case, content)
         if each.key.startswith(("extensions", "strength"))
     ]
@@ -87,8 +87,8 @@ def _numbers(contents: Mapping[Case, dict[str, Any]]) -> dict[str, float]:
         "claims": float(np.mean(claims)),
         "false_alarms": float(np.mean(alarms)) if alarms else float("nan"),
         "median_interval": float(np.median(spread)) if spread else float("nan"),
-        "mean_class": float(np.mean([len(opinion.leading) for opinion in opinions.values()])),
-        "noise_doubted": float(np.mean([diagnoses.doubts_noise(c) for c in contents.values()])),
+        "mean_class": float(np.mean([len(opinion.leading) for _, opinion in opinions])),
+        "noise_doubted": float(np.mean([diagnoses.doubts_noise(c) for _, c in contents])),
     }
 
 
