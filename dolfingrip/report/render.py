@@ -155,7 +155,7 @@ def draw(
         height_px=round(height_in * DPI),
         plate=plate,
     )
-    labels = [f"{pressure:g} kPa" for pressure in pressures_kPa]
+    labels = [f"{pressure:.4g} kPa" for pressure in pressures_kPa]
     return Pictures(images, labels, px_per_mm, view, colour_by, range_, open_ended)
 
 
