@@ -26,6 +26,7 @@ from dolfingrip.diagnosis import conclude, selection
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.diagnose import problem_of
 from dolfingrip.diagnosis.fit import Fitter
+from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.tried import tried
@@ -112,14 +113,23 @@ def _odds(problem: Problem, crew: StayingWorkers) -> float:
 
 
 def table(found: dict[str, pd.DataFrame]) -> pd.DataFrame:
-    """A row for each protocol: the share of alarms with its 90 % interval."""
+    """A row for each protocol: the share of alarms with its 90 % interval.
+
+    Beside it the share were the threshold never below the odds before the readings.
+    """
+    weights = HypothesisWeights()
+    before = float(np.log((weights.single + weights.pair + weights.unknown) / weights.none))
     rows = []
     for name, draws in found.items():
         alarms = int((draws["log_odds"] > draws["threshold"]).sum())
         low, high = interval(alarms, len(draws))
         rows.append({
             "protocol": name, "draws": len(draws), "alarms": alarms / len(draws), "low": low,
-            "high": high, "threshold": float(draws["threshold"].iloc[0]),
+            "high": high,
+            "never_below_prior": float(
+                (draws["log_odds"] > draws["threshold"].clip(lower=before)).mean()
+            ),
+            "threshold": float(draws["threshold"].iloc[0]),
             "log_odds_95": float(draws["log_odds"].quantile(0.95)),
         })  # fmt: skip
     return pd.DataFrame(rows)
