@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 
@@ -26,7 +26,11 @@ MOST: Final = 1200
 
 
 def selected(measurement: Measurement, config: Config) -> tuple[Measurement, list[str]]:
-    """The measurement without the rows that are not compared, and why, a sentence each."""
+    """The measurement without the rows that are not compared, and why, a sentence each.
+
+    Raises:
+        ConfigError: one line, where nothing of a finger's readings would be left.
+    """
     keep = np.ones(len(measurement.readings), dtype=bool)
     readings = measurement.readings.copy()
     notes: list[str] = []
@@ -67,7 +71,17 @@ def _of_coupon(
 
 
 def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndarray, str]]:
-    """Likewise."""
+    """Likewise.
+
+    Raises:
+        ConfigError: no row is left.
+    """
     highest = test.setup.max_pressure_kPa
+    least = float(rows["pressure_kPa"].min())
+    if highest < least:
+        raise ConfigError(
+            f"max_pressure_kPa = {highest:g} beside {test.file.name}: below all readings of "
+            f"{test.specimen}; allowed: from {least:g} kPa on"
+        )
     told = f"{highest:g} kPa (max_pressure_kPa beside {test.file.name})"
     yield rows["pressure_kPa"].to_numpy() <= highest, f"readings above {told} are left out"

@@ -103,6 +103,14 @@ def test_moduli_scale_exactly(base: BaseSimulation, measurement: Measurement, st
     np.testing.assert_allclose(base.at_modulus(1.25), there, rtol=2e-3)
 
 
+def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> None:
+    lines = "experiment,time_s,branch,pressure_kPa,chord_angle_deg\n"
+    lines += "bending,9,loading,9,1\nbending,10,loading,10,2\n"
+    file = written(tmp_path, lines, TOLD.partition("[specimen")[0])
+    with pytest.raises(ConfigError, match=r"^max_pressure_kPa = 8 beside lab.csv: below all readi"):
+        selected(read([file], block()), block())
+
+
 def test_a_softer_finger_goes_on_straight_where_the_base_ended(
     base: BaseSimulation, measurement: Measurement
 ) -> None:
