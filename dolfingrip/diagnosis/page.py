@@ -8,6 +8,9 @@ from dolfingrip.diagnosis import outcome
 
 CERTAIN: Final = 0.9
 
+EVEN: Final = 0.5
+"""Probability of no cause below which its absence cannot be claimed either."""
+
 LITTLE: Final = 1.0
 """Expected ln Bayes factor below which an experiment tells nothing worth mentioning (Kass and
 Raftery 1995)."""
@@ -110,6 +113,11 @@ def _head(result: outcome.Diagnosis) -> list[str]:
     third = "Next experiment: none is needed to tell effects apart."
     if result.next_experiments:
         third = f"Next experiment: {_proposed(result.next_experiments[0])}"
+    elif result.verdict.answer == "none" and result.none < EVEN:
+        third = (
+            "Next experiment: none is ranked, as nothing is claimed; another channel, unloading, "
+            "or a coupon in another mode would tell more."
+        )
     elif result.verdict.answer == "none":
         third = "Next experiment: none; the readings agree with the model within their noise."
     elif result.verdict.answer == "unknown":
