@@ -38,7 +38,7 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
         rows = measurement.rows(test.number)
         finger = test.led == "pressure_kPa"
         for inside, why in _of_finger(test, rows) if finger else _of_coupon(test, rows, config):
-            if inside.all() or inside.sum() < (1 if finger else FEWEST):
+            if inside.all() or (not finger and inside.sum() < FEWEST):
                 continue
             notes.append(why)
             readings.loc[rows.index[~inside], list(READING_COLUMNS)] = np.nan

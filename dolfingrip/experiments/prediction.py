@@ -137,7 +137,7 @@ def simulated(
         own = config.overridden(changes)
         first = next(j for j, other in enumerate(posterior.fit) if other.set == fit.set)
         folder = out / f"fit-{first + 1}"
-        if not _done(folder, own):
+        if not is_simulated(folder, own):
             run("bending", own, out=folder, progress=lambda row, i=i: progress(i, row))  # type: ignore[misc]
         rows = pd.read_csv(folder / "result.csv")
         if len(rows) < 3:
@@ -166,8 +166,8 @@ def further(
     )  # type: ignore[return-value]
 
 
-def _done(folder: Path, config: Config) -> bool:
-    """Whether the folder holds this simulation, ended."""
+def is_simulated(folder: Path, config: Config) -> bool:
+    """Whether the folder holds this configuration's simulation, ended."""
     file = folder / "run.json"
     if not file.exists():
         return False

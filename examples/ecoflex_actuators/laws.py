@@ -30,11 +30,6 @@ class Hypothesis:
     film_N_per_mm: float = 3.0
     width_mm: float = 8.0
 
-    @property
-    def name(self) -> str:
-        """A short one."""
-        return f"{self.exponent:g}, {self.film_N_per_mm:g} N/mm, {self.width_mm:g} mm"
-
 
 HYPOTHESES = (
     Hypothesis(-5.5, (6e-6, 8e-6)),

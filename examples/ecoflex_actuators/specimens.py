@@ -12,10 +12,9 @@ import pandas as pd
 from laws import Hypothesis, changes
 from scipy.interpolate import PchipInterpolator
 
-from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.experiments import run
-from dolfingrip.experiments.prediction import Curve
+from dolfingrip.experiments.prediction import Curve, is_simulated
 
 HERE = Path(__file__).resolve().parent
 OUT = Path("out") / "ecoflex_actuators"
@@ -43,9 +42,7 @@ def simulated(base: Config, tried: Hypothesis, modulus_MPa: float, specimen: str
         f"{specimen}{tried.exponent:g}-{modulus_MPa:g}-{tried.film_N_per_mm:g}-{tried.width_mm:g}"
     )
     folder = OUT / name
-    file = folder / "run.json"
-    ended = file.exists() and "wall_s" in json.loads(file.read_text(encoding="utf-8"))
-    if not ended or configuration.load(file) != own:
+    if not is_simulated(folder, own):
         print(f"simulating {name}", flush=True)
         run("bending", own, out=folder)
     return pd.read_csv(folder / "result.csv")

@@ -24,11 +24,6 @@ COUPONS = Path(__file__).parents[2] / "examples/coupons/ninjaflex_uniaxial.csv"
 TRIED = ("mooney_rivlin", "prony", "yeoh", "gent", "force_gain", "force_offset")
 
 
-@pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("store")
-
-
 def diagnosed(file: Path, store: Path, *, quick: bool = False) -> Diagnosis:
     measurement, _ = selected(read([file]), Config())
     settings = Settings(quick=quick, effects=TRIED)

@@ -72,9 +72,6 @@ NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
 CENTRES: Final = ("clamp", "tip")
 """Points of the simulated chord: the centres of the two faces."""
 
-HIGHEST_kPa: Final = 1e6
-"""Above all pressures."""
-
 STANDARD_GRAVITY_m_s2: Final = 9.81
 
 _DIRECT: Final = (
@@ -114,7 +111,7 @@ class LabSetup:
     )
     told: frozenset[str] = frozenset()
     rate: float | None = None
-    max_pressure_kPa: float = HIGHEST_kPa
+    max_pressure_kPa: float = math.inf
     chord: tuple[Any, Any] = CENTRES
 
     def applied(self, config: Config) -> Config:
@@ -240,7 +237,9 @@ class SetupFile:
             | self._spreads("nuisance", told, (*NUISANCES, *self._parameters(told))),
             frozenset(told),
             self._number(rate, numbers[rate]) if rate in numbers else None,
-            self._number("max_pressure_kPa", numbers.get("max_pressure_kPa", HIGHEST_kPa)),
+            self._number("max_pressure_kPa", numbers["max_pressure_kPa"])
+            if "max_pressure_kPa" in numbers
+            else math.inf,
             (angle.get("from", CENTRES[0]), angle.get("to", CENTRES[1])),
         )
 

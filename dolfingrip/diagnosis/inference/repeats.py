@@ -44,7 +44,7 @@ def places(
     table["count"] = branch["time_s"].transform("size")
     keys = ["channel", "experiment", "branch", "place", "count"]
     keys += [name for name in ("specimen", "cycle") if name not in across]
-    keys += [name for name in ("design",) if name in table]
+    keys += ["design"] if "design" in table else []
     same = table.groupby(keys, sort=False)
     number = same.ngroup()
     spread = same["pressure_kPa"].transform("max") - same["pressure_kPa"].transform("min")

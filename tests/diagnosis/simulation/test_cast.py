@@ -51,11 +51,6 @@ def block() -> Config:
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("store")
-
-
-@pytest.fixture(scope="module")
 def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     """Readings to 10 kPa, those up to 8 kPa compared."""
     lines = ["experiment,specimen,time_s,branch,pressure_kPa,chord_angle_deg"]

@@ -24,11 +24,6 @@ HIDDEN = "extensions.mooney_rivlin.C01_MPa=1.0"
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("store")
-
-
-@pytest.fixture(scope="module")
 def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     """Two coupons of Mooney and Rivlin's material, 101 rows each, to 50 % and without noise."""
     told = load(None, ["coupon.step_strain=0.005"])

@@ -32,11 +32,6 @@ def finger() -> Config:
 
 
 @pytest.fixture(scope="module")
-def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("store")
-
-
-@pytest.fixture(scope="module")
 def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     """No readings of anything: what is simulated matters here."""
     lines = ["experiment,branch,time_s,pressure_kPa,angle_deg,force_N"]
