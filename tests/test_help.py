@@ -7,6 +7,7 @@ import sys
 
 import pytest
 import typer
+from rich.text import Text
 
 import dolfingrip
 from dolfingrip.cli import app as cli
@@ -39,3 +40,11 @@ def test_every_out_has_a_short_form(name: str) -> None:
     for option in command.params:
         if "--out" in option.opts:
             assert "-o" in option.opts
+
+
+@pytest.mark.parametrize("name", cli.ORDER)
+def test_a_table_of_the_configuration_is_not_taken_for_markup(name: str) -> None:
+    command = COMMAND.commands[name]  # type: ignore[attr-defined]
+    for text in (command.help, *(option.help for option in command.params)):
+        shown = Text.from_markup(text or "").plain
+        assert shown == (text or "").replace("\\[", "[")

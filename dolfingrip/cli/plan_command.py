@@ -21,14 +21,14 @@ from dolfingrip.cli.simulations import (
 def plan_experiment(
     rig: Annotated[
         Path | None,
-        typer.Argument(metavar="[RIG.toml]", help="Set-up and [protocol]; default: the paper's."),
+        typer.Argument(metavar="[RIG.toml]", help="Set-up and \\[protocol]; default: the paper's."),
     ] = None,
     out: Out = Path("out/plan"),
     config: ConfigFile = None,
     overrides: Overrides = None,
     changes: Annotated[
         list[str] | None,
-        typer.Option("--with", metavar="KEY=VALUE", help="Of [protocol], e.g. cycles=3."),
+        typer.Option("--with", metavar="KEY=VALUE", help="Of \\[protocol], e.g. cycles=3."),
     ] = None,
     noise: Annotated[
         list[str] | None,

@@ -14,7 +14,7 @@ from dolfingrip.config import ConfigError
 
 def predict(
     source: Annotated[
-        Path, typer.Option("--from", metavar="FILE", help="Configuration with a [posterior].")
+        Path, typer.Option("--from", metavar="FILE", help="Configuration with a \\[posterior].")
     ],
     out: Out = Path("out/prediction"),
     overrides: Overrides = None,
