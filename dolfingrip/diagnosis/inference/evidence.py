@@ -60,8 +60,13 @@ def log_bayes_factor(
     precision = q**2 + 1 / s**2
     centre = (q * z + m / s**2) / precision
     result = -0.5 * np.log1p((q * s) ** 2) + 0.5 * (centre**2 * precision - (m / s) ** 2)
-    cut = log_ndtr(centre * np.sqrt(precision)) - log_ndtr(m / s)
-    return np.asarray(result + np.where(one_sided, cut, 0.0))
+    # tails cost most, so they are left out where both signs are possible
+    cut = np.zeros(result.shape)
+    one, after, before = np.broadcast_arrays(
+        np.asarray(one_sided, dtype=bool), centre * np.sqrt(precision), log_ndtr(m / s)
+    )
+    cut[one] = log_ndtr(after[one]) - before[one]
+    return np.asarray(result + cut)
 
 
 def amplitude(

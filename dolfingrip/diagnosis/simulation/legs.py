@@ -8,6 +8,7 @@ interpolated, so changes and derivatives are interpolated as the readings themse
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -101,17 +102,22 @@ class Leg:
 
 def _spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
     """(where, at) weights of a value, or of a derivative."""
-    order = np.argsort(at, kind="stable")
-    # column j of unit: values at x of what is 1 at stop j and 0 at the others
-    x, unit = at[order], np.eye(len(at))[order]
-    if len(x) == 1:
+    if len(at) == 1:
         return np.full((len(where), 1), float(derivative == 0))
-    spline = CubicSpline(x, unit)  # through two or three stops a line or a parabola
+    spline = _spline(tuple(at.tolist()))
+    x = spline.x
     inside = np.clip(where, x[0], x[-1])
     slopes = np.asarray(spline(inside, 1))
     if derivative:
         return slopes
     return np.asarray(spline(inside) + (where - inside)[:, None] * slopes)
+
+
+@functools.lru_cache(maxsize=1024)  # a fit reads the same stops anew for each modulus that it tries
+def _spline(at: tuple[float, ...]) -> CubicSpline:
+    """Column j: through 1 at stop j and 0 at the others; a line or parabola for 2 or 3 stops."""
+    order = np.argsort(at, kind="stable")
+    return CubicSpline(np.array(at)[order], np.eye(len(at))[order])
 
 
 @dataclass(frozen=True, slots=True)
