@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip import config
@@ -13,9 +14,12 @@ from dolfingrip.config import ConfigError
 from dolfingrip.experiments import run
 from dolfingrip.experiments.results.result import Result
 from dolfingrip.experiments.rigs.finger import build
+from dolfingrip.experiments.rigs.gripper import build_gripper
 from dolfingrip.experiments.rigs.perturbation import constant_values
 from dolfingrip.experiments.rigs.rest import go_to_rest
 from dolfingrip.experiments.rigs.undeformed import load_domain
+from dolfingrip.mechanics.model.dead_weight import DeadWeight
+from dolfingrip.mechanics.model.placement import to_reference
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.parameter import every
 
@@ -118,6 +122,27 @@ def test_a_block_with_a_layer_of_film_hangs() -> None:
         sags.append(float(u.x.array.reshape(-1, 3)[:, 0].max()))
     print("sags (mm)", sags)
     assert sags[0] == pytest.approx(sags[1], rel=0.01)
+
+
+def test_parts_of_a_gripper_weigh_what_their_materials_do() -> None:
+    """By volume and density of each part; a layer of film has no weight."""
+    settings = config.load(
+        None,
+        [*PAPER, "film.sheet.model=layer", "film.sheet.Et_N_per_mm=1.0",
+         "material.base.density_kg_m3=2000"],
+    )  # fmt: skip
+    made = build_gripper(settings, MPI.COMM_SELF)
+    (weight,) = (term for term in made.model.terms if isinstance(term, DeadWeight))
+    owned = made.model.u.x.array.shape[0]
+    # a rise by 1 mm in the world; fingers hang, so the reference points down
+    frames = made.placement.frames(made.model.u.function_space.tabulate_dof_coordinates())
+    rise = to_reference(frames, np.tile([0.0, 0.0, 1.0], (owned // 3, 1)))
+    volumes = {
+        part: fem.assemble_scalar(fem.form(1.0 * made.model.domain.volume(part)))
+        for part in ("base", "rest")
+    }
+    expected = 9.81e-9 * (2000 * volumes["base"] + 1190 * volumes["rest"])
+    assert weight.value(rise.ravel()) == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_region_of_the_same_material_is_none() -> None:

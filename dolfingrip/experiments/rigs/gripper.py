@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
-from dolfingrip.experiments.rigs.material import KG_M3_M_S2
+from dolfingrip.experiments.rigs.material import density, weighed
 from dolfingrip.experiments.rigs.symmetry import SIDEWAYS, halved
 from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
 from dolfingrip.mechanics.contact.density import Smooth
@@ -114,8 +114,8 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
             (table, config.food.table_friction, "friction on the table"),
         )
     )
-    weight = config.material.density_kg_m3 * KG_M3_M_S2 * gravity
-    further = [DeadWeight(u, domain, weight), motion, contact, rubbing, table, table_rubbing]
+    weights = [(part, density(config, *part) * gravity) for part in weighed(config, domain)]
+    further = [DeadWeight(u, domain, weights), motion, contact, rubbing, table, table_rubbing]
     if domain.half:
         further.append(_mirror_image(config, domain, u))
     fingers = finger.model

@@ -70,17 +70,39 @@ def weight_name(part: str) -> str:
 def weight(config: Config, part: str = REST) -> np.ndarray:
     """Dead weight of a part per reference volume (N/mm³), (3,)."""
     direction = np.asarray(config.gravity.direction, dtype=float)
-    size = config.material.of(part).density_kg_m3 * config.gravity.acceleration_m_s2 * KG_M3_M_S2
+    size = config.gravity.acceleration_m_s2 * density(config, part)
     return size * direction / np.linalg.norm(direction)
+
+
+def density(config: Config, part: str = REST) -> float:
+    """Density of a part (N/mm³ per m/s²)."""
+    return config.material.of(part).density_kg_m3 * KG_M3_M_S2
+
+
+def weighed(config: Setup, domain: Domain) -> list[tuple[str, ...]]:
+    """Parts of a domain that have weight, each with names for its measure and its material.
+
+    A film that is a layer has none: the reduced rule leaves its elements modes without energy, and
+    at rest nothing else bears a weight on them.
+
+    Args:
+        config: with the films.
+        domain: with its parts.
+
+    Returns:
+        Names as :meth:`~dolfingrip.mechanics.model.domain.Domain.volume` takes them: of one part,
+        or none where the solid is one.
+    """
+    if not domain.parts:
+        return [()]
+    layers = {film.region for film in config.film.layers.values()}
+    return [(part,) for part in domain.parts if part not in layers]
 
 
 def weight_energy(
     config: Setup, domain: Domain, u: fem.Function, known: Mapping[str, fem.Constant]
 ) -> list[ufl.Form]:
     """Energies (mJ of the meshed part) of the dead weight, part by part; none without gravity.
-
-    A film that is a layer has none: the reduced rule leaves its elements modes without energy, and
-    at rest nothing else bears a weight on them.
 
     Args:
         config: with the films.
@@ -92,12 +114,8 @@ def weight_energy(
     rest = known[weight_name(REST)]
     if not np.any(rest.value):
         return []
-    layers = {film.region for film in config.film.layers.values()}
-    if not domain.parts:
-        return [gravity.energy(u, rest) * domain.volume(quadrature_degree=degree)]
     return [
-        gravity.energy(u, known.get(weight_name(part), rest))
-        * domain.volume(part, quadrature_degree=degree)
-        for part in domain.parts
-        if part not in layers
+        gravity.energy(u, known.get(weight_name(*part), rest) if part else rest)
+        * domain.volume(*part, quadrature_degree=degree)
+        for part in weighed(config, domain)
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -22,27 +23,26 @@ class DeadWeight(Term):
     Args:
         u: displacement (mm).
         domain: reference configuration.
-        weight_N_mm3: (3,) ρ g in the world.
+        weights_N_mm3: the names of parts, none for the whole, and (3,) ρ g of them in the world.
     """
 
     name: ClassVar[str] = "weight"
 
-    def __init__(self, u: fem.Function, domain: Domain, weight_N_mm3: np.ndarray) -> None:
+    def __init__(
+        self,
+        u: fem.Function,
+        domain: Domain,
+        weights_N_mm3: Sequence[tuple[tuple[str, ...], np.ndarray]],
+    ) -> None:
         space = u.function_space
-        degree = space.ufl_element().degree
-        test = ufl.TestFunction(space)
-        share = fem.form(
-            test[0] * domain.volume(quadrature_degree=degree), jit_options=jit.options()
-        )
-        vector = fem.assemble_vector(share)
-        vector.scatter_reverse(la.InsertMode.add)
         owned = space.dofmap.index_map.size_local
-        volumes = np.asarray(vector.array[: NODE * owned : NODE])
-        loads = np.tile(np.asarray(weight_N_mm3, dtype=float), (owned, 1))
+        loads = np.zeros((owned, NODE))
+        for parts, weight in weights_N_mm3:
+            loads += np.outer(_volumes(space, domain, parts), weight)
         if domain.placement is not None:
             points = space.tabulate_dof_coordinates()[:owned]
             loads = to_reference(domain.placement.frames(points), loads)
-        self._loads_N = volumes[:, None] * loads
+        self._loads_N = loads
         self._comm = space.mesh.comm
         self._owned = NODE * owned
 
@@ -54,3 +54,13 @@ class DeadWeight(Term):
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add minus the weight (N)."""
         gradient.at_nodes[:] -= self._loads_N
+
+
+def _volumes(space: fem.FunctionSpace, domain: Domain, parts: Sequence[str]) -> np.ndarray:
+    """Volume (mm³) that each owned node bears, ∫ N dX over the named parts."""
+    degree = space.ufl_element().degree
+    test = ufl.TestFunction(space)
+    measure = domain.volume(*parts, quadrature_degree=degree)
+    vector = fem.assemble_vector(fem.form(test[0] * measure, jit_options=jit.options()))
+    vector.scatter_reverse(la.InsertMode.add)
+    return np.asarray(vector.array[: NODE * space.dofmap.index_map.size_local : NODE])
