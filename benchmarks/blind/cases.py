@@ -27,7 +27,9 @@ from dolfingrip.diagnosis.data.columns import MEASURED, READING_COLUMNS
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 
 Kind = Literal["one", "none", "outsider", "two"]
-HALVES: Final = ("development", "final")
+HALVES: Final = ("development", "final", "confirmation")
+"""The first is for finding what to mend. The others are only ever scored; the last one was drawn
+when the second had been looked at."""
 SEED: Final = 20_261
 NUMBER: Final = 120
 """Cases of a half."""
@@ -92,7 +94,7 @@ def plan(
     """The cases of a half.
 
     Args:
-        half: ``development``, or ``final`` that is only ever scored.
+        half: of :data:`HALVES`.
         number: of cases.
         often: how often each protocol is followed.
         seed: of everything that is drawn.
