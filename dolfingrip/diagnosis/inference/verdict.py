@@ -25,6 +25,10 @@ SECOND = 3.0
 """Odds of two classes together, against the leading one alone, above which a second one is named
 ("positive evidence", Kass and Raftery 1995)."""
 
+LIKELY = 0.5
+"""Probability above which a class is named alone. What is less likely than not is no cause: further
+classes are named with it, the next probable first, until one of all these is likely."""
+
 
 @dataclass(frozen=True)
 class EffectClass:
@@ -104,7 +108,8 @@ def decide(
 
     No cause is the answer unless the log odds of anything exceed their threshold, an unknown cause
     where its log odds exceed theirs. A cause is two classes where the leading pair of classes is
-    :data:`SECOND` times as probable as the leading class alone.
+    :data:`SECOND` times as probable as the leading class alone. Classes that are less likely than
+    not are named as one, with as many others as make them likely.
 
     Args:
         posterior: probabilities of the hypotheses.
@@ -124,6 +129,9 @@ def decide(
     else:
         answer = "cause"
         named, probability = _cause(posterior, screen, scores, pairs, table[0])
+        if probability <= LIKELY:
+            named = (_likely(posterior, scores, table),)
+            probability = named[0].probability
     return Verdict(
         answer=answer,
         named=named,
@@ -184,6 +192,19 @@ def _cause(
         return (found,), found.probability
     named = [_class(group, posterior, scores, posterior.with_either(group)) for group in groups]
     return tuple(sorted(named, key=lambda entry: -entry.probability)), together
+
+
+def _likely(
+    posterior: Posterior, scores: Sequence[Score], table: Sequence[EffectClass]
+) -> EffectClass:
+    """The fewest classes, the most probable first, of which one is likely; else all of them."""
+    place = {score.name: i for i, score in enumerate(scores)}
+    group: list[int] = []
+    for entry in table:
+        group += [place[name] for name in entry.names]
+        if posterior.with_either(group) > LIKELY:
+            break
+    return _class(group, posterior, scores, posterior.with_either(group))
 
 
 def _tied_beside(

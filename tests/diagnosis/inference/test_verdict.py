@@ -16,7 +16,7 @@ from dolfingrip.diagnosis.inference.covariance import Covariance, total_covarian
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
 from dolfingrip.diagnosis.inference.thresholds import DRAWS, FALSE_ALARMS
-from dolfingrip.diagnosis.inference.verdict import Verdict
+from dolfingrip.diagnosis.inference.verdict import LIKELY, Verdict
 
 TIED = {"plate_friction", "no_self_contact"}
 
@@ -60,6 +60,25 @@ def test_claims_are_right_and_ties_are_not_resolved() -> None:
     assert len(outcomes) > 0.6 * draws
     assert np.mean(outcomes) >= 0.97 - 2 * np.sqrt(0.03 * 0.97 / len(outcomes))
     assert called_unknown <= (0.05 + 2 * np.sqrt(0.05 * 0.95 / draws)) * draws
+
+
+def test_what_is_less_likely_than_not_is_not_named_alone() -> None:
+    seed, draws = 31, 80
+    print("seed", seed)
+    analysis, rng = synthetic.analysis(), np.random.default_rng(seed)
+    widened = 0
+    for _ in range(draws):
+        verdict = analysis.verdict(hidden(analysis, rng, strength_sigma=3.5)[1])
+        if verdict.answer != "cause":
+            continue
+        every = {name for found in verdict.table for name in found.names}
+        assert verdict.probability > LIKELY or set(verdict.names) == every
+        if len(verdict.named) == 1 and verdict.table[0].probability <= LIKELY:
+            widened += 1
+            assert set(verdict.names) > set(verdict.table[0].names)
+            assert verdict.probability == pytest.approx(verdict.named[0].probability)
+    print(f"{widened} widened")
+    assert widened
 
 
 def test_probabilities_of_weak_effects_are_frequencies() -> None:
