@@ -79,7 +79,7 @@ def judge(
 ) -> tuple[list[AdditionWorth], list[str]]:
     """Additions in the order of what they tell per minute, and why some could not be judged.
 
-    Those that are expected to tell all tied effects apart come first.
+    Those that are expected to leave the true effect alone come first.
 
     Args:
         problem: the readings so far.
