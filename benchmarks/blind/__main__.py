@@ -171,6 +171,11 @@ def run_controls(asked: Asked) -> None:
     half = Half([case for own in wanted.values() for case in own], asked.folders)
     diagnose_all(asked, [case for case, _ in half.made()])
     table = controls.table(wanted, asked.folders.case, asked.how)
+    table["noticeable"] = [
+        sum(controls.noticeable(half.bound(case.protocol), case.instruments) for case in own)
+        / len(own)
+        for own in (wanted[name] for name in table["control"])
+    ]
     asked.scores.mkdir(parents=True, exist_ok=True)
     table.to_csv(asked.scores / "controls.csv", index=False)
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)

@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,11 +15,14 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.blind import diagnoses
+from benchmarks.blind.bound import Bound
 from benchmarks.blind.cases import Case, control
 from benchmarks.blind.diagnoses import How
 from benchmarks.blind.noise import Instruments
 from benchmarks.blind.opinions import Opinion
 from benchmarks.blind.score import CLAIM
+from dolfingrip.diagnosis.inference.covariance import Covariance
+from dolfingrip.diagnosis.inference.noise import noise_matrix
 
 USUAL: Final = "as usual"
 VARIANTS: Final[Mapping[str, Instruments]] = {
@@ -33,6 +36,10 @@ NOTICED: Final = 0.8
 """Share of cases in which wrong noise has to be noticed."""
 RARELY: Final = 0.1
 """Share in which right noise may be doubted."""
+ODDS: Final = 9.0
+"""Odds of the noise that is there against that believed, from which on it can be noticed."""
+DRAWS: Final = 400
+SEED: Final = 20_263
 
 
 def chosen(cases: Sequence[Case]) -> list[Case]:
@@ -60,20 +67,36 @@ def table(
         folder: of a case.
         how: cases were diagnosed.
     """
-    rows = []
-    for name, cases in wanted.items():
-        contents = [
+    known = {
+        name: [
             (case, diagnoses.diagnose(case, folder(case), how))
             for case in cases
             if diagnoses.is_known(folder(case), how)
         ]
-        if contents:
-            rows.append({"control": name, "cases": len(contents), **_numbers(contents)})
+        for name, cases in wanted.items()
+    }
+    named = {
+        case.number
+        for case, content in known.get(USUAL, ())
+        if Opinion.of_file(content).answer == "cause"
+    }
+    rows = [
+        {"control": name, "cases": len(contents), **_numbers(contents, named)}
+        for name, contents in known.items()
+        if contents
+    ]
     found = pd.DataFrame(rows)
     return found.assign(behaves=_behaves(found)) if rows else found
 
 
-def _numbers(contents: Sequence[tuple[Case, dict[str, Any]]]) -> dict[str, float]:
+def _numbers(
+    contents: Sequence[tuple[Case, dict[str, Any]]], named: Collection[int]
+) -> dict[str, float]:
+    """Those of one control; classes of the cases ``named``, in which a cause is named as usual.
+
+    Where none is, all that is visible leads as one class, which is smaller where the noise is
+    larger and less is visible.
+    """
     opinions = [(case, Opinion.of_file(content)) for case, content in contents]
     claims = [opinion.claims(CLAIM) for _, opinion in opinions]
     alarms = [opinion.answer != "none" for case, opinion in opinions if case.kind == "none"]
@@ -83,13 +106,31 @@ def _numbers(contents: Sequence[tuple[Case, dict[str, Any]]]) -> dict[str, float
         for each in diagnoses.intervals(case, content)
         if each.key.startswith(("extensions", "strength"))
     ]
+    sizes = [len(opinion.leading) for case, opinion in opinions if case.number in named]
     return {
         "claims": float(np.mean(claims)),
         "false_alarms": float(np.mean(alarms)) if alarms else float("nan"),
         "median_interval": float(np.median(spread)) if spread else float("nan"),
-        "mean_class": float(np.mean([len(opinion.leading) for _, opinion in opinions])),
+        "mean_class": float(np.mean(sizes)) if sizes else float("nan"),
         "noise_doubted": float(np.mean([diagnoses.doubts_noise(c) for _, c in contents])),
     }
+
+
+def noticeable(bound: Bound, instruments: Instruments) -> float:
+    """Share of measurements in which exact evidence notices that the noise is not as told.
+
+    No cause is there, and nuisances are exactly linear: the noise as it is against the noise as it
+    is believed, at odds of :data:`ODDS`.
+    """
+    spread = bound.nuisances @ bound.nuisances.T
+    names = set(bound.index["channel"])
+    there, told = (
+        Covariance.of(noise_matrix(bound.index, {name: of(name) for name in names}) + spread)
+        for of in (instruments.of, instruments.believed)
+    )
+    drawn = there.sample(np.random.default_rng(SEED), DRAWS).T
+    odds = [there.log_density(one) - told.log_density(one) for one in drawn]
+    return float(np.mean(np.array(odds) > np.log(ODDS)))
 
 
 def _behaves(found: pd.DataFrame) -> list[bool]:

@@ -28,6 +28,7 @@ from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.page import LITTLE
 from dolfingrip.diagnosis.simulation.job import result_of
 from dolfingrip.diagnosis.simulation.runner import Workers
 
@@ -57,7 +58,8 @@ def to_be_split(case: Case, content: Mapping[str, Any]) -> bool:
     """Whether the hidden cause was named in a tie, and an experiment proposed."""
     opinion = Opinion.of_file(content)
     tied = len(opinion.named) == 1 and len(opinion.named[0]) > 1 and opinion.right(case.hidden)
-    return case.kind == "one" and tied and bool(content["next_experiments"])
+    further = content["next_experiments"]
+    return case.kind == "one" and tied and bool(further) and further[0]["gain"] >= LITTLE
 
 
 def split(case: Case, folder: Path, how: How, workers: Workers) -> dict[str, Any] | None:
@@ -139,11 +141,8 @@ def _added(
 ) -> Added:
     before = PROTOCOLS[case.protocol]
     rows = planned.rows(test.number)[[*STEPS, test.led]].reset_index(drop=True)
-    # finger's sections but those that the generator's own protocol tells
-    lab = {name: dict(test.setup.sections[name]) for name in ("plate", "gravity")
-           if name in test.setup.sections and test.experiment != "coupon"}  # fmt: skip
-    if test.experiment != "blocked_force":
-        lab.pop("plate", None)
+    # what the generator's own protocol does not tell
+    lab = _set_up(test)
     protocol = replace(
         before, courses=(Course(test.experiment, rows),), columns={test.experiment: columns},
         gap_mm=lab.get("plate", {}).get("gap_mm", before.gap_mm),
@@ -157,6 +156,16 @@ def _added(
         spread = NUISANCES["specimen_scale"][0] / MODULUS_SPREAD
         sigmas["modulus"] = case.truth.sigma("modulus") + spread * float(rng.standard_normal())
     return Added(protocol, lab, specimen, replace(case.truth, nuisances=sigmas))
+
+
+def _set_up(test: SpecimenTest) -> dict[str, dict[str, Any]]:
+    """How a test is set up, where the protocol of a case does not tell it."""
+    sections = test.setup.sections
+    if test.experiment == "coupon":
+        strain = sections.get("coupon", {}).get("max_strain")
+        return {} if strain is None else {"coupon": {"max_strain": strain}}
+    names = ("plate", "gravity") if test.experiment == "blocked_force" else ("gravity",)
+    return {name: dict(sections[name]) for name in names if name in sections}
 
 
 def splits(case: Case, after: Mapping[str, Any]) -> bool:

@@ -114,12 +114,16 @@ class Half:
         if not path.is_file():
             if not self.complete(case.protocol):
                 return None
-            if case.protocol not in self._bounds:
-                self._bounds[case.protocol] = Bound(self._catalogues[case.protocol])
-            found = self._bounds[case.protocol].attained(case, readings)
+            found = self.bound(case.protocol).attained(case, readings)
             path.write_text(json.dumps(_plain(found)) + "\n", encoding="utf-8")
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         return content
+
+    def bound(self, protocol: str) -> Bound:
+        """Exact evidence on a protocol."""
+        if protocol not in self._bounds:
+            self._bounds[protocol] = Bound(self._catalogues[protocol])
+        return self._bounds[protocol]
 
     def judged(self, how: How, show: Callable[[int, int], None]) -> list[Judged]:
         """All cases that were diagnosed in this way, each beside its bound."""
@@ -188,6 +192,7 @@ def judge(
         beats_rivals=content["gain_claimed"],
         splits=None if after is None else followup.splits(case, after),
         narrows=None if after is None else followup.narrows(case, content, after),
+        expected=None if after is None else content["next_experiments"][0]["splits"],
         doubts_noise=diagnoses.doubts_noise(dict(content)),
         seconds=float(content["simulated_s"]),
     )  # fmt: skip

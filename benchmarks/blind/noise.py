@@ -43,17 +43,20 @@ class Instruments:
             std=total * np.sqrt(1 - SHARE), correlated_std=total * np.sqrt(SHARE), length=LASTS_S
         )
 
+    def believed(self, column: str) -> ChannelNoise:
+        """Noise of a column as the laboratory tells it."""
+        there = self.of(column).scaled(self.told_factor)
+        return there if self.told_correlated else ChannelNoise(there.total_std())
+
     def told(self, columns: tuple[str, ...]) -> dict[str, Any]:
         """The table ``[noise]`` of the TOML."""
         found: dict[str, Any] = {}
         correlated: dict[str, float] = {}
         for name in columns:
-            there = self.of(name)
+            told = self.believed(name)
+            found[name] = round(told.std, 6)
             if self.told_correlated:
-                found[name] = round(self.told_factor * there.std, 6)
-                correlated[name] = round(self.told_factor * there.correlated_std, 6)
-            else:
-                found[name] = round(self.told_factor * there.total_std(), 6)
+                correlated[name] = round(told.correlated_std, 6)
         if correlated:
             found["correlated"] = {**correlated, "correlation_time_s": LASTS_S}
         return found

@@ -104,6 +104,7 @@ class Judged:
         splits: whether the hidden cause is named alone once the experiment that was proposed first
             is made, too; None where none was proposed for a tie.
         narrows: whether its class is smaller then.
+        expected: whether the analyser expects the experiment to leave the true cause alone.
         doubts_noise: whether it says that the noise is not as it was told.
         seconds: of processor.
     """
@@ -124,6 +125,7 @@ class Judged:
     beats_rivals: bool | None = None
     splits: bool | None = None
     narrows: bool | None = None
+    expected: bool | None = None
     doubts_noise: bool = False
     seconds: float = 0.0
     more: Mapping[str, Any] = field(default_factory=dict)

@@ -14,7 +14,7 @@ OR: Final = " or "
 """Between effects of a class."""
 AND: Final = " + "
 """Between classes, and between hidden causes."""
-MAYBE: Final = ("cut", "bound_cut", "beats_rivals", "splits", "narrows")
+MAYBE: Final = ("cut", "bound_cut", "beats_rivals", "splits", "narrows", "expected")
 """Columns that may be empty."""
 
 
@@ -62,7 +62,8 @@ def read(file: Path) -> list[Judged]:
 
 
 def _judged(row: dict[Any, Any]) -> Judged:
-    maybe = {name: None if row[name] == "" else _number(row[name]) for name in MAYBE}
+    told = {name: row.get(name, "") for name in MAYBE}  # older tables have fewer
+    maybe = {name: None if text == "" else _number(text) for name, text in told.items()}
     return Judged(
         name=row["case"],
         protocol=row["protocol"],

@@ -10,7 +10,8 @@ P7+ and the tip's displacement, the angle while blocked, and a coupon up and dow
 
 Since a longer protocol goes on where a shorter one ends, one simulation serves several.
 ``short-P1``, ``short`` (like P2), ``short-P4``, ``short-P7+``, ``short-P7`` (without more cycles)
-and ``coupon`` are cheap ones: a finger of two bellows, and a coupon alone.
+and ``coupon`` are cheap ones: a finger of two bellows, and a coupon alone. ``pull-up`` is the
+coupon's first loading: many laws agree in it, which other rates, holds and cycles tell apart.
 """
 
 from __future__ import annotations
@@ -179,6 +180,8 @@ def _all() -> dict[str, Protocol]:
         "coupon": ("force_N",),
     }
     coupon = Course("coupon", coupon_rows(1.65))
+    twice = coupon_rows(COUPON_mm / 20, 2)
+    first = twice[(twice["cycle"] == 1) & (twice["branch"] == "loading")]
     small: dict[str, Any] = {"finger": SHORT, "gap_mm": 0.1, "known_better": FINE}
     longest = finger_rows(50.0, 5.0, 4)
     found = [
@@ -192,10 +195,8 @@ def _all() -> dict[str, Protocol]:
         _fingers("short-P7", "short", finger_rows(50.0, 5.0, 2), [coupon], columns=every, **small),
         _fingers("short-P4", "short-P4", longest, **small),
         _fingers("short-P7+", "short-P4", longest, [coupon], columns=every, **small),
-        Protocol(
-            "coupon", (Course("coupon", coupon_rows(0.825, 2)),), {"coupon": ("force_N",)},
-            "coupon",
-        ),
+        Protocol("coupon", (Course("coupon", twice),), {"coupon": ("force_N",)}, "coupon"),
+        Protocol("pull-up", (Course("coupon", first),), {"coupon": ("force_N",)}, "coupon"),
         Protocol("pull", (coupon,), {"coupon": ("force_N",)}, "pull"),
     ]  # fmt: skip
     return {each.name: each for each in found}

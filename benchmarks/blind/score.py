@@ -135,6 +135,8 @@ def figures(cases: Sequence[Judged]) -> list[Figure]:
         _told("ties that the proposed experiment splits", "0.80",
               [(c, c.splits) for c in cases], 0.8),
         _told("… or narrows", "", [(c, c.narrows) for c in cases], 0.0),
+        _told("… splits where the diagnosis expects it to", "",
+              [(c, c.splits) for c in cases if c.expected], 0.0),
         *_shuffled(visible),
     ]  # fmt: skip
     return found

@@ -185,7 +185,7 @@ def _name(
     verdict = found[best].verdict(thresholds, posterior)
     under_each = {name: each.verdict(thresholds) for name, each in found.items()}
     settings.say("checking the noise")
-    doubts = noise_doubts(found[best], judged, noise)
+    doubts = noise_doubts(found[best], judged, noise, models)
     warnings = [
         *fitter.failures,
         *cautions.of_verdict(verdict),

@@ -46,14 +46,17 @@ class NoiseDoubts:
     correlated: bool = False
 
 
-def noise_doubts(conclusion: Conclusion, fits: Fits, noise: NoiseModel) -> NoiseDoubts:
+def noise_doubts(
+    conclusion: Conclusion, fits: Fits, noise: NoiseModel, models: Mapping[str, float]
+) -> NoiseDoubts:
     """Check the noise of a conclusion.
 
     Args:
         conclusion: under the most probable model of the noise.
         fits: of hypotheses.
-        noise: as it was taken; where several models were averaged over, what is left is tested
-            alone.
+        noise: as it was taken.
+        models: probability of each of its models; where they are several, the verdict is an average
+            over them already, and no others are tried.
     """
     check = _check(conclusion, fits)
     sentences = _notes(check)
@@ -61,32 +64,54 @@ def noise_doubts(conclusion: Conclusion, fits: Fits, noise: NoiseModel) -> Noise
     # an unknown cause that follows the noise leaves neighbours opposite, which is no drift
     left_alike = independent and any(test.name == "neighbours" for test in check.failed)
     if len(noise.others) > 1:
-        return NoiseDoubts(check, {}, {}, tuple(sentences), check.too_small, left_alike)
+        best = max(models, key=lambda name: models[name])
+        if models[alternatives.BELIEVED] < DOUBTED:
+            sentences.insert(0, f"{_speak_for(best, models)}, over which the verdict is an average")
+        larger, drifting = _wrong(models)
+        return NoiseDoubts(
+            check, {}, {}, tuple(sentences), check.too_small or larger,
+            left_alike or (drifting and independent),
+        )  # fmt: skip
     problem = conclusion.problem
-    tried = alternatives.alternatives(noise.noise, part_of_run_s(problem.index))
+    lasts_s = part_of_run_s(problem.index)
+    tried = alternatives.alternatives(noise.noise, lasts_s)
+    if independent:
+        tried |= alternatives.in_part(noise.noise, lasts_s)
     found = {alternatives.BELIEVED: conclusion}
     for name, model in tried.items():
         if name != alternatives.BELIEVED:
             own = problem.with_noise(model)
             found[name] = conclude(own, screen(own, fits[NONE]), fits)
-    _, models = averaged(found, alternatives.PRIOR)
+    _, models = averaged(found, {**alternatives.PRIOR, **alternatives.PRIOR_IN_PART})
     best = max(models, key=lambda name: models[name])
     doubted = models[alternatives.BELIEVED] < DOUBTED
     thresholds = conclusion.analysis.thresholds
     under = {name: each.verdict(thresholds) for name, each in found.items()}
     if doubted:
-        sentences.insert(0, (
-            f"the readings speak for noise that is {best} (probability {models[best]:.2f}; as "
-            f"believed {models[alternatives.BELIEVED]:.2f}); then: {under[best].sentence()}"
-        ))  # fmt: skip
-    larger, drifting = (
-        doubted and models[name] + models[alternatives.BOTH] > 0.5
-        for name in (alternatives.LARGER, alternatives.CORRELATED)
-    )
+        sentences.insert(0, f"{_speak_for(best, models)}; then: {under[best].sentence()}")
+    larger, drifting = _wrong(models)
     return NoiseDoubts(
         check, models, under if doubted else {}, tuple(sentences),
         check.too_small or larger, left_alike or (drifting and independent),
     )  # fmt: skip
+
+
+def _speak_for(best: str, models: Mapping[str, float]) -> str:
+    return (
+        f"the readings speak for noise that is {best} (probability {models[best]:.2f}; as believed "
+        f"{models[alternatives.BELIEVED]:.2f})"
+    )
+
+
+def _wrong(models: Mapping[str, float]) -> tuple[bool, bool]:
+    """Whether noise is larger than believed, and whether it drifts."""
+    doubted = models[alternatives.BELIEVED] < DOUBTED
+    drifting = (alternatives.CORRELATED, alternatives.PARTLY, alternatives.LASTING)
+    larger, drifts = (
+        sum(models.get(name, 0.0) for name in (*names, alternatives.BOTH)) > 0.5
+        for names in ((alternatives.LARGER,), drifting)
+    )
+    return doubted and larger, doubted and drifts
 
 
 def _notes(check: NoiseCheck) -> list[str]:

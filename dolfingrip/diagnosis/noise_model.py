@@ -92,15 +92,15 @@ def noise_model(
     models = alternatives.alternatives(noise, part_of_run_s(index))
     if sizes:
         models = {k: models[k] for k in (alternatives.BELIEVED, alternatives.CORRELATED)}
+        models |= alternatives.in_part(noise, part_of_run_s(index))
     sentences.append(
         "neither the laboratory nor repeats tell "
         + ("" if sizes else "how large the noise is and ")
         + "whether it drifts along a run: the verdict is an average over "
         + ", ".join(f'"{name}"' for name in models)
     )
-    return NoiseModel(
-        noise, models, {name: alternatives.PRIOR[name] for name in models}, tuple(sentences)
-    )
+    prior = {**alternatives.PRIOR, **alternatives.PRIOR_IN_PART}
+    return NoiseModel(noise, models, {name: prior[name] for name in models}, tuple(sentences))
 
 
 def part_of_run_s(index: pd.DataFrame) -> float:

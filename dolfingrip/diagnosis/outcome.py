@@ -116,7 +116,8 @@ class NextExperiment(_Part):
     minutes: float
     gain: float = Field(description="expected increase of the log Bayes factor between the tied")
     gain_per_minute: float
-    splits: bool = Field(description="whether it is expected to tell all of them apart")
+    splits: bool = Field(description="whether it is expected to leave the true one of them alone")
+    chance: float | None = Field(None, ge=0, le=1, description="probability of that, by the fits")
 
 
 class DesignChange(_Part):

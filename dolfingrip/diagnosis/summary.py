@@ -137,7 +137,7 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
         next_experiments=tuple(
             outcome.NextExperiment(
                 name=each.name, minutes=each.minutes, gain=each.gain,
-                gain_per_minute=each.gain_per_minute, splits=each.splits,
+                gain_per_minute=each.gain_per_minute, splits=each.splits, chance=each.chance,
             )
             for each in found.next
         ),

@@ -16,6 +16,7 @@ from benchmarks.blind.protocols import PROTOCOLS
 from benchmarks.blind.response import Hidden, Truth
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.selection import selected
 
 
 def proposed(kind: str, tmp_path: Path) -> tuple[Case, list[Proposal]]:
@@ -67,7 +68,9 @@ def test_what_is_read_once_more_has_its_own_readings_alone(tmp_path: Path) -> No
     np.testing.assert_allclose(rows["pressure_kPa"], before["pressure_kPa"])
 
 
-def told(answer: str, *classes: tuple[str, ...], next_: bool = True) -> dict[str, Any]:
+def told(
+    answer: str, *classes: tuple[str, ...], next_: bool = True, gain: float = 5.0
+) -> dict[str, Any]:
     named = [list(names) for names in classes]
     return {
         "verdict": {
@@ -75,7 +78,7 @@ def told(answer: str, *classes: tuple[str, ...], next_: bool = True) -> dict[str
             "second": named[1] if len(named) > 1 else [],
         },
         "classes": [{"effects": names} for names in named],
-        "next_experiments": [{"name": "a hold"}] if next_ else [],
+        "next_experiments": [{"name": "a hold", "gain": gain}] if next_ else [],
     }  # fmt: skip
 
 
@@ -86,6 +89,7 @@ def test_a_tie_is_split_where_the_hidden_cause_alone_is_left() -> None:
     assert not followup.to_be_split(hidden, told("cause", ("prony",)))
     assert not followup.to_be_split(hidden, told("cause", ("gent", "set")))
     assert not followup.to_be_split(hidden, told("cause", ("prony", "set"), next_=False))
+    assert not followup.to_be_split(hidden, told("cause", ("prony", "set"), gain=0.05))
     assert not followup.to_be_split(replace(hidden, kind="none", truth=Truth()), before)
     for after, splits, narrows in (
         (told("cause", ("prony",)), True, True),
@@ -105,3 +109,24 @@ def test_planned_rows_are_those_of_the_proposal(tmp_path: Path) -> None:
     own: Measurement = hold.measurement
     assert len(added.protocol.courses[0].rows) == len(own.readings)
     assert (added.protocol.courses[0].rows["branch"] == "hold").any()
+
+
+def test_a_coupon_that_is_pulled_farther_is_compared_so_far(tmp_path: Path) -> None:
+    """It is read up to three times the strain, and its file says so."""
+    protocol = PROTOCOLS["pull-up"]
+    hidden = replace(case(made_up("P2"), Hidden("prony", 0, 1.0)), protocol="pull-up")
+    travel_mm = protocol.courses[0].rows["displacement_mm"].to_numpy()
+    config = generator.analysed(protocol)
+    file = cases.write(hidden, cases.read(hidden, 0.5 * travel_mm), tmp_path)
+    found = proposals(read([file], config), config)
+    far = next(each for each in found if each.name == "a coupon to a strain of 1.5")
+    (added,) = followup.additions(hidden, far)
+    assert added.lab == {"coupon": {"max_strain": 1.5}}
+    (run,) = full.runs(added.protocol, added.truth, added.lab)
+    assert max(run.job.config.protocol.displacement_mm) == pytest.approx(1.5 * 33.0)
+    rows = cases.rows(added.protocol, np.ones(len(added.protocol.courses[0].rows)), "B")
+    cases.write_files(tmp_path / "added.csv", rows, {**added.protocol.setup(), **added.lab})
+    again, notes = selected(read([tmp_path / "added.csv"], config), config)
+    assert again.readings["displacement_mm"].max() == pytest.approx(1.5 * 33.0)
+    assert again.readings["force_N"].iloc[-1] == 1.0
+    assert not any("above" in note for note in notes)

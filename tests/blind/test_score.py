@@ -136,12 +136,14 @@ def test_every_kind_of_answer_is_among_the_committed_ones() -> None:
 
 def test_ties_that_a_proposed_experiment_splits() -> None:
     """Those that were made alone count."""
-    told = ((True, True), (False, True), (None, None))
+    told = ((True, True, True), (False, True, False), (None, None, None))
     ties = [
-        judged(i, "one", ("gent",), cause("gent", "ogden"), splits=splits, narrows=narrows)
-        for i, (splits, narrows) in enumerate(told)
-    ]
+        judged(i, "one", ("gent",), cause("gent", "ogden"), splits=splits, narrows=narrows,
+               expected=expected)
+        for i, (splits, narrows, expected) in enumerate(told)
+    ]  # fmt: skip
     found = of(ties)
     split = found["ties that the proposed experiment splits"]
     assert (split.count, split.value, split.met) == (2, 0.5, False)
     assert found["… or narrows"].value == 1.0
+    assert found["… splits where the diagnosis expects it to"].count == 1

@@ -30,6 +30,9 @@ camera, the plate or the clamp."""
 OTHER_GAP_mm: Final = 2.0
 """By how much the plate is moved away."""
 
+FARTHER: Final = 3.0
+"""By how much farther a coupon is pulled than before, where laws that agree so far part."""
+
 
 @dataclass(frozen=True)
 class Proposal:
@@ -134,17 +137,31 @@ def _coupons(
         if coupon is None
         else _rate(measurement.rows(coupon.number), coupon, config)
     )
+    once, held = [("loading", 1)], [("loading", 1), ("hold", 1)]
     ways: list[tuple[str, list[tuple[str, int]], float]] = [
-        ("a coupon at a tenth of the rate", [("loading", 1)], rate / SLOWER),
-        ("a coupon with a hold of 60 s at the largest strain", [("loading", 1), ("hold", 1)], rate),
+        ("a coupon at a tenth of the rate", once, rate / SLOWER),
+        ("a coupon with a hold of 60 s at the largest strain", held, rate),
         ("a coupon, loading and unloading", planned.cycles(1), rate),
         ("a coupon, three cycles", planned.cycles(3), rate),
     ]
     if coupon is None:
-        ways.insert(0, ("a coupon in uniaxial tension", [("loading", 1)], rate))
-    return [
+        ways.insert(0, ("a coupon in uniaxial tension", once, rate))
+    found = [
         _proposal("coupon", name, "coupon", test, test.setup, way, top, pace, ("force_N",))
         for name, way, pace in ways
+    ]
+    if coupon is None:
+        return found
+    # a coupon that is compared so far, too
+    far = _with(test.setup, "coupon", {"max_strain": FARTHER * own.max_strain})
+    strain = f"a strain of {FARTHER * own.max_strain:g}"
+    more = [
+        (f"a coupon to {strain}", once),
+        (f"a coupon to {strain}, a hold of 60 s there, and unloading", [*held, ("unloading", 1)]),
+    ]
+    return found + [
+        _proposal("coupon", name, "coupon", test, far, way, FARTHER * top, rate, ("force_N",))
+        for name, way in more
     ]
 
 

@@ -3,6 +3,10 @@
 If effect e is there as fitted, fitting f in its place leaves about ½ Δᵀ C⁻¹ Δ in log likelihood, Δ
 the difference of both fits and C the covariance with f's own parameters free: the expected log
 Bayes factor. An addition is worth what it adds, over the readings so far and its own together.
+
+A law of many parameters follows whatever one of few does, so no readings tell them apart in this
+way. But its evidence falls, as ever fewer of the values that were possible before remain. So e is
+told from f, too, where the odds against f rise to what refutes an effect in a verdict.
 """
 
 from __future__ import annotations
@@ -15,12 +19,15 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.classes import TIED
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.laplace import slope
 from dolfingrip.diagnosis.inference.next_experiment import ENOUGH
 from dolfingrip.diagnosis.inference.noise import DEFAULTS
+from dolfingrip.diagnosis.inference.verdict import REFUTED
 from dolfingrip.diagnosis.model import FitFailure
 from dolfingrip.diagnosis.problem import AREA, MODULUS, Problem
 from dolfingrip.diagnosis.simulation import meshes
@@ -28,12 +35,16 @@ from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuis
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 
-APART: Final = float(np.log(20))
-"""Expected log Bayes factor from which on two effects are told apart."""
+REFUTES: Final = -float(np.log(REFUTED))
+"""Log odds from which on an effect is refuted."""
+
+LIKELY: Final = 0.8
+"""Probability of leaving the true effect alone from which on an addition is said to do so."""
 
 MODEL_ERROR: Final = 0.01
-"""Relative error of a simulation at conditions that nothing was measured at: independent between
-readings, so that no tie is split by less than a model can be trusted."""
+"""Relative error of a finger's simulation at conditions that nothing was measured at: independent
+between readings, so that no tie is split by less than a model can be trusted. A coupon has no mesh,
+and the laboratory tells how far its force follows a law."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +55,19 @@ class AdditionWorth:
         name, minutes: of it.
         gain: expected increase of the log Bayes factor, averaged over pairs of tied effects.
         gain_per_minute: the same up to what decides, by the minute.
-        splits: whether all pairs are expected to be told apart with it.
+        chance: probability that the true one of the tied effects is told from all others with it.
     """
 
     name: str
     minutes: float
     gain: float
     gain_per_minute: float
-    splits: bool
+    chance: float
+
+    @property
+    def splits(self) -> bool:
+        """Whether the true one is expected to be left alone."""
+        return self.chance >= LIKELY
 
 
 def judge(
@@ -63,7 +79,7 @@ def judge(
 ) -> tuple[list[AdditionWorth], list[str]]:
     """Additions in the order of what they tell per minute, and why some could not be judged.
 
-    Those that are expected to tell all tied effects apart come first.
+    Those that are expected to leave the true effect alone come first.
 
     Args:
         problem: the readings so far.
@@ -72,55 +88,101 @@ def judge(
         workers: where simulations are computed.
         say: told what is being done.
     """
-    weights = np.outer(*(2 * [np.array([p for _, p in tied])]))
+    probability = np.array([p for _, p in tied])
+    weights = np.outer(probability, probability)
     np.fill_diagonal(weights, 0.0)
     weights /= max(weights.sum(), 1e-300)
     fits = [fit for fit, _ in tied]
-    before = _matrix(problem.covariance, [f.readings for f in fits], [f.jacobian for f in fits])
+    now = _Expected.of(fits, problem.covariance, [(f.readings, f.jacobian) for f in fits])
     found, failed = [], []
     for proposal in proposals:
         say(f"next experiment: {proposal.name}")
         try:
-            after = _after(problem, fits, proposal, workers)
+            then = _after(problem, fits, proposal, workers)
         except (FitFailure, ConfigError) as failure:
             failed.append(f"{proposal.name} could not be judged: {failure}")
             continue
+        before, after = now.misfit, then.misfit
         useful = np.minimum(after, ENOUGH) - np.minimum(before, ENOUGH)
-        off = ~np.eye(len(fits), dtype=bool)
         found.append(
             AdditionWorth(
                 proposal.name,
                 proposal.minutes,
                 float((weights * (after - before)).sum()),
                 float((weights * useful).sum() / proposal.minutes),
-                bool((after[off] > APART).all()),
+                _chance(probability, now, then),
             )
         )
     return sorted(found, key=lambda worth: (not worth.splits, -worth.gain_per_minute)), failed
 
 
+@dataclass(frozen=True)
+class _Expected:
+    """What is expected of readings if the row's effect is there, of the column's against it.
+
+    Attributes:
+        misfit: log likelihood that the column's effect falls short by.
+        log_odds: log evidence that it does.
+    """
+
+    misfit: Matrix
+    log_odds: Matrix
+
+    @classmethod
+    def of(
+        cls,
+        fits: Sequence[Hypothesis],
+        covariance: Covariance,
+        found: Sequence[tuple[Vector, Matrix]],
+    ) -> _Expected:
+        """From the readings of each fit, and their derivatives."""
+        misfit = np.zeros((len(found), len(found)))
+        evidence = np.zeros_like(misfit)
+        for j, ((other, slopes), fit) in enumerate(zip(found, fits, strict=True)):
+            own = covariance.widened(slopes)
+            scatter = float((own.whiten(covariance.factor) ** 2).sum())
+            for i, (true, _) in enumerate(found):
+                white = own.whiten(np.column_stack([true - other, slopes @ fit.zeta]))
+                misfit[i, j] = 0.5 * float(white[:, 0] @ white[:, 0])
+                left = white.sum(axis=1)
+                evidence[i, j] = -0.5 * (own.logdet + scatter + float(left @ left))
+        return cls(misfit, np.diag(evidence)[:, None] - evidence)
+
+
+def _chance(probability: Vector, now: _Expected, then: _Expected) -> float:
+    """Probability that the true effect is left alone.
+
+    Args:
+        probability: of each effect so far.
+        now, then: without and with an addition.
+    """
+    log = np.log(probability)
+    odds = log[:, None] - log[None, :] + then.log_odds - now.log_odds
+    apart = (then.misfit > TIED) | (odds > REFUTES) | np.eye(len(log), dtype=bool)
+    return float(probability[apart.all(axis=1)].sum() / probability.sum())
+
+
 def _after(
     problem: Problem, fits: Sequence[Hypothesis], proposal: Proposal, workers: Workers
-) -> Matrix:
-    """Expected log Bayes factors with the addition."""
+) -> _Expected:
+    """With the addition."""
     base = problem.base
     flat = () if proposal.known_mesh else meshes.ungraded(base.config)
     config = base.config.overridden(flat) if flat else base.config
     measurement = proposal.measurement
     listed = measurement.listed()
-    readings, slopes = [], []
+    found = []
     for fit in fits:
         own, jacobian = _readings(fit, proposal, config, workers)
-        readings.append(np.concatenate([fit.readings, own]))
-        slopes.append(np.vstack([fit.jacobian, jacobian]))
+        found.append((np.append(fit.readings, own), np.vstack([fit.jacobian, jacobian])))
     columns = _nuisances(problem, proposal, config, workers)
     std = np.array([_noise_std(problem, str(column)) for column in listed["column"]])
-    std = np.hypot(std, MODEL_ERROR * np.abs(readings[0][len(problem.value) :]))
     n = len(problem.value)
+    std = np.hypot(std, _model_error(measurement) * np.abs(found[0][0][n:]))
     noise = np.zeros((n + len(std), n + len(std)))
     noise[:n, :n] = problem.error_covariance.matrix
     noise[n:, n:] = np.diag(std**2)
-    return _matrix(Covariance.of(noise + columns @ columns.T), readings, slopes)
+    return _Expected.of(fits, Covariance.of(noise + columns @ columns.T), found)
 
 
 def _readings(
@@ -167,20 +229,19 @@ def _nuisances(problem: Problem, proposal: Proposal, config: Config, workers: Wo
     return np.column_stack(columns) if columns else np.zeros((n + m, 0))
 
 
+def _model_error(measurement: Measurement) -> Vector:
+    """Relative error of a simulation at each reading."""
+    error = {
+        test.number: test.setup.nuisances["material_law"]
+        if test.experiment == "coupon"
+        else MODEL_ERROR
+        for test in measurement.tests
+    }
+    return np.array([error[number] for number in measurement.listed()["test"]])
+
+
 def _noise_std(problem: Problem, column: str) -> float:
     same = (problem.index["channel"] == column).to_numpy()
     if same.any():
         return float(np.median(problem.noise_std[same]))
     return DEFAULTS[column].std
-
-
-def _matrix(covariance: Covariance, readings: Sequence[Vector], slopes: Sequence[Matrix]) -> Matrix:
-    """Expected log Bayes factor if the row's effect is there, against the column's."""
-    found = np.zeros((len(readings), len(readings)))
-    for j, other in enumerate(readings):
-        own = covariance.widened(slopes[j])
-        for i, true in enumerate(readings):
-            if i != j:
-                white = own.whiten(true - other)
-                found[i, j] = 0.5 * float(white @ white)
-    return found

@@ -31,6 +31,14 @@ PRIOR = {BELIEVED: 0.55, LARGER: 0.15, CORRELATED: 0.15, BOTH: 0.15}
 SHARE = 0.8
 """Part of the variance that is correlated in the alternatives."""
 
+PARTLY, LASTING = "in part correlated along runs", "in part the same all along a run"
+LITTLE = 0.25
+"""Part of the variance that is correlated in :func:`in_part`."""
+LONGER = 9.0
+"""How much longer what lasts does so than what is correlated along a run."""
+PRIOR_IN_PART = {PARTLY: 0.1, LASTING: 0.1}
+"""Beside :data:`PRIOR`."""
+
 
 def alternatives(
     noise: Mapping[str, ChannelNoise], length: float, along: Along = "time_s"
@@ -52,6 +60,24 @@ def alternatives(
         LARGER: {name: each.scaled(1.5) for name, each in noise.items()},
         CORRELATED: {name: correlated(each) for name, each in noise.items()},
         BOTH: {name: correlated(each).scaled(1.5) for name, each in noise.items()},
+    }
+
+
+def in_part(
+    noise: Mapping[str, ChannelNoise], length: float, along: Along = "time_s"
+) -> dict[str, dict[str, ChannelNoise]]:
+    """Models to try beside :func:`alternatives` where noise is believed independent, by name.
+
+    Of noise that drifts a little, each reading is scattered mostly by itself, which
+    :data:`SHARE` contradicts more than independence does. Where a run is over before the noise
+    forgets, what drifts is an offset of the run.
+
+    Args:
+        noise, length, along: as for :func:`alternatives`.
+    """
+    return {
+        name: {key: each.with_correlated_part(LITTLE, lasts, along) for key, each in noise.items()}
+        for name, lasts in ((PARTLY, length), (LASTING, LONGER * length))
     }
 
 

@@ -10,7 +10,15 @@ import pytest
 from diagnosis.inference import synthetic
 from scipy.stats import chi2, multivariate_normal
 
-from dolfingrip.diagnosis.inference.alternatives import CORRELATED, alternatives, verdict_under
+from dolfingrip.diagnosis.inference.alternatives import (
+    BELIEVED,
+    CORRELATED,
+    PRIOR,
+    PRIOR_IN_PART,
+    alternatives,
+    in_part,
+    verdict_under,
+)
 from dolfingrip.diagnosis.inference.analysis import Analysis
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import ChannelNoise, noise_matrix
@@ -163,6 +171,33 @@ def test_correlated_noise_believed_independent_is_noticed() -> None:
     print(f"noticed {share}")
     assert share > 0.8
     assert any("neighbouring readings" in note for check in checks for note in check.notes())
+
+
+@pytest.mark.parametrize(("length_s", "share"), [(40.0, 0.25), (1000.0, 0.25), (40.0, 0.0)])
+def test_a_quarter_that_drifts_is_noticed(length_s: float, share: float) -> None:
+    """By noise of which a quarter drifts, over a run or less; noise that is mostly drift is less
+    probable than independent noise there. Independent noise is hardly ever doubted."""
+    seed, draws = 40, 100
+    print("seed", seed)
+    table, rng = synthetic.index(specimens=4, cycles=2), np.random.default_rng(seed)
+    true = {k: each.with_correlated_part(share, length_s) for k, each in synthetic.NOISE.items()}
+    few = alternatives(synthetic.NOISE, 60.0)
+    more = few | in_part(synthetic.NOISE, 60.0)
+    prior = PRIOR | PRIOR_IN_PART
+    density = {name: synthetic.covariance(table, noise) for name, noise in more.items()}
+    doubted = {"few": 0, "more": 0}
+    for residual in synthetic.covariance(table, true).sample(rng, draws).T:
+        logs = {name: each.log_density(residual) for name, each in density.items()}
+        for label, names in (("few", few), ("more", more)):
+            odds = [prior[name] / prior[BELIEVED] * np.exp(logs[name] - logs[BELIEVED])
+                    for name in names]  # fmt: skip
+            doubted[label] += 1 / sum(odds) < 0.1
+    print(doubted)
+    if share:
+        assert 2 * doubted["few"] < doubted["more"]
+        assert doubted["more"] >= 80
+    else:
+        assert doubted["more"] <= 5
 
 
 @cache

@@ -1,0 +1,78 @@
+"""What an addition is worth between fits, by closed forms; no simulation."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from dolfingrip.diagnosis.additions import worth
+from dolfingrip.diagnosis.additions.worth import _chance, _Expected
+from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.inference.covariance import Covariance
+
+SEED = 4
+STD = 0.02
+LAWS = {1: 1.0, 4: 0.2}
+"""Numbers of terms, and the standard deviations of their sizes by their priors."""
+
+
+def fits(reach: float, count: int = 20) -> tuple[Covariance, list[Hypothesis], list]:
+    """Force by travel of laws of one power and of four, both fitted to 0.6 x².
+
+    What the larger law has more is not needed, so that both follow the readings alike.
+    """
+    x = np.linspace(0, reach, count)
+    covariance = Covariance.of(STD**2 * np.eye(count) + 0.05**2 * np.outer(x, x))
+    found, readings = [], []
+    for terms, spread in LAWS.items():
+        slopes = np.column_stack([spread * x ** (2 + k) for k in range(terms)])
+        zeta = np.array([0.6 / spread, *np.zeros(terms - 1)])
+        found.append(cast(Hypothesis, SimpleNamespace(zeta=zeta)))
+        readings.append((slopes @ zeta, slopes))
+    return covariance, found, readings
+
+
+def test_expected_odds_are_those_of_drawn_readings() -> None:
+    """Against the mean of ln N(y; 0, C + J Jᵀ) over drawn readings."""
+    print("seed", SEED)
+    covariance, laws, readings = fits(1.0)
+    expected = _Expected.of(laws, covariance, readings)
+    drawn = covariance.sample(np.random.default_rng(SEED), 4000)
+    own = [covariance.widened(slopes) for _, slopes in readings]
+    for i, (true, _) in enumerate(readings):
+        logs = np.array([
+            [each.log_density(y) for each in own] for y in (true[:, None] + drawn).T
+        ])  # fmt: skip
+        odds = logs[:, [i]] - logs
+        error = odds.std(axis=0) / np.sqrt(len(odds))
+        assert (np.abs(odds.mean(axis=0) - expected.log_odds[i]) <= 4 * error + 1e-9).all()
+    np.testing.assert_allclose(expected.misfit, 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("reach", "chance"), [(1.0, 0.0), (3.0, 0.5)])
+def test_a_law_of_many_terms_is_refuted_by_more_travel(reach: float, chance: float) -> None:
+    """Its misfit stays 0. What it has more of cannot be refuted if it is there, so that only the
+    law of one term, of probability 0.5, is left alone."""
+    covariance, laws, readings = fits(1.0)
+    now = _Expected.of(laws, covariance, readings)
+    then = _Expected.of(laws, *fits(reach)[::2])
+    before = np.array([0.5, 0.5])
+    print(now.log_odds, then.log_odds)
+    assert _chance(before, now, then) == pytest.approx(chance)
+
+
+def test_pairs_that_differ_are_told_apart() -> None:
+    covariance = Covariance.of(STD**2 * np.eye(2))
+    laws = [cast(Hypothesis, SimpleNamespace(zeta=np.ones(1)))] * 2
+    alike = [(np.array([1.0, 0.0]), np.array([[1.0], [0.0]])),
+             (np.array([1.0, 0.001]), np.array([[1.0], [0.001]]))]  # fmt: skip
+    other = [alike[0], (np.array([1.0, 0.2]), np.array([[1.0], [0.2]]))]
+    equal = np.array([0.5, 0.5])
+    now = _Expected.of(laws, covariance, alike)
+    assert _chance(equal, now, now) == 0.0
+    assert _chance(equal, now, _Expected.of(laws, covariance, other)) == 1.0
+    found = worth.AdditionWorth("a hold", 2.0, 1.0, 0.5, 0.8)
+    assert found.splits
