@@ -50,7 +50,7 @@ class Asked:
         workers: number of processes.
         quick: diagnose by closed forms alone.
         retry_failed: simulate again what failed.
-        draws: measurements without a cause, by protocol.
+        draws: measurements without a cause, of each protocol.
         screen: where progress is shown.
     """
 
@@ -61,7 +61,7 @@ class Asked:
     workers: int
     quick: bool
     retry_failed: bool
-    draws: int
+    draws: alarms.Draws
     screen: Console
 
     @property
@@ -192,8 +192,8 @@ def run_alarms(asked: Asked) -> None:
         for name in asked.only:
             own = library.of_protocol(PROTOCOLS[name], asked.folders.library)
             catalogue = Catalogue(PROTOCOLS[name], own, known)
-            found[name] = alarms.draw(catalogue, asked.out / "alarms", how, asked.draws, show)
-    table = alarms.table(found)
+            found[name] = alarms.draw(catalogue, asked.draws, how, show)
+    table = alarms.table(found, asked.draws.seed)
     table.to_csv(asked.out / "alarms" / "alarms.csv", index=False)
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
 
@@ -254,6 +254,10 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
         "--draws", type=int, default=DRAWS, metavar="N",
         help=f"of measurements without a cause, by protocol; default: {DRAWS}",
     )  # fmt: skip
+    parser.add_argument(
+        "--seed", type=int, default=alarms.SEED, metavar="N",
+        help=f"of these measurements; default, for figures: {alarms.SEED}; tune on another one",
+    )  # fmt: skip
     parser.add_argument("--retry-failed", action="store_true", help="simulate again what failed")
     asked = parser.parse_args(arguments)
     for stage in asked.stages:
@@ -268,7 +272,7 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
             parser.error(f"--{name} {getattr(asked, name)}: allowed: 1 or more")
     wanted = Asked(
         asked.out, asked.half, only, asked.number, asked.workers, asked.quick, asked.retry_failed,
-        asked.draws, console(),
+        alarms.Draws(asked.out / "alarms", asked.draws, asked.seed), console(),
     )  # fmt: skip
     return tuple(asked.stages) or ORDINARY, wanted
 

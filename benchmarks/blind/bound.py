@@ -26,7 +26,7 @@ from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
-from dolfingrip.diagnosis.inference.thresholds import Thresholds
+from dolfingrip.diagnosis.inference.thresholds import Thresholds, of_analysis
 from dolfingrip.diagnosis.inference.verdict import Verdict
 
 STEP: Final = 0.1
@@ -110,7 +110,7 @@ class Bound:
         columns = self.nuisances[kept]
         return Covariance.of(self._noise[np.ix_(kept, kept)] + columns @ columns.T)
 
-    def analysis(self, kept: np.ndarray) -> Analysis:
+    def analysis(self, kept: np.ndarray, thresholds: Thresholds | None = None) -> Analysis:
         """With the true columns of the readings that are there."""
         candidates = [
             Candidate(
@@ -129,13 +129,17 @@ class Bound:
         ]  # fmt: skip
         std = np.sqrt(np.diag(self._noise))[kept]
         index = self.index[kept].reset_index(drop=True)
-        known = None if kept.all() else self.thresholds
+        known = thresholds or self.thresholds
         return Analysis(index, self.covariance(kept), std, candidates, WEIGHTS, known)
 
     @cached_property
     def thresholds(self) -> Thresholds:
-        """Of the whole protocol; a reading that is missing hardly changes them."""
-        return self.analysis(np.ones(len(self.index), dtype=bool)).thresholds
+        """Of the whole protocol; a reading that is missing hardly changes them.
+
+        The bound's columns are exact, so that nothing unseen is allowed for.
+        """
+        whole = self.analysis(np.ones(len(self.index), dtype=bool), Thresholds())
+        return of_analysis(whole.screen, whole.pairs, whole.unknown, whole.priors, unseen_sigma=0.0)
 
     def attained(self, case: Case, readings: Readings) -> Attained:
         """The verdict by exact evidence on the same draws."""

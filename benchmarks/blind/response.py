@@ -29,6 +29,9 @@ WALL_SPREAD: Final = 0.05
 GAIN_SPREAD: Final = 0.015
 OFFSET_SPREAD_kPa: Final = 2.0
 GAP_SPREAD_mm: Final = 0.3
+FROM_REST: Final = tuple(name for name in READING_COLUMNS if name != "force_N")
+"""Columns that are measured from the pose at rest, the first row's: a regulator whose zero is off
+does not show in them there."""
 NUISANCES: Final = ("modulus", "wall", "pressure_gain", "pressure_offset", "plate_gap")
 
 
@@ -138,6 +141,8 @@ def _read(catalogue: Catalogue, course: Course, truth: Truth) -> pd.DataFrame:
             change = catalogue.library.changes.get((hidden.name, hidden.form, course.experiment))
             if change is not None:
                 value += _changed(change, name, hidden.strength, at, rows)
+        if name in FROM_REST:
+            value -= value[0]
         found[name] = value * factor if name == "force_N" else value
     shown = displayed(catalogue.causes, course, found, truth)
     read = catalogue.protocol.columns[course.experiment]

@@ -10,7 +10,7 @@ import numpy as np
 
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.analysis import FREE, Analysis
-from dolfingrip.diagnosis.inference.arrays import Vector
+from dolfingrip.diagnosis.inference.arrays import Vector, unit
 from dolfingrip.diagnosis.inference.pairs import PairScores
 from dolfingrip.diagnosis.inference.posterior import Posterior, mixed, posterior
 from dolfingrip.diagnosis.inference.screen import Score, Screen
@@ -139,7 +139,7 @@ def _scores(
                 score,
                 log_evidence=float(singles[i]),
                 strength_sigma=length,
-                direction=np.asarray(white / length if length > 0 else white, dtype=float),
+                direction=unit(white),
             )
         )
     return tuple(found)

@@ -22,13 +22,14 @@ def test_longer_protocols_begin_as_shorter_ones() -> None:
 
 
 def test_a_modulus_scales_and_a_regulator_shifts() -> None:
-    """α(p; cμ) = α(p/c), F(p; cμ) = c F(p/c), against the curve itself."""
+    """α(p; cμ) = α(p/c), F(p; cμ) = c F(p/c), against the curve itself; α from the pose at rest."""
     catalogue = made_up()
     truth = Truth((), {"modulus": 1.0, "pressure_gain": 2.0, "pressure_offset": -1.0})
     bending, blocked = catalogue.readings(truth)
     c = np.exp(0.2)
     x = (1.03 * bending["pressure_kPa"] - 2) / c / 250
-    np.testing.assert_allclose(bending["angle_deg"], 100 * (x + 0.3 * x**2), atol=1e-6)
+    angle_deg = 100 * (x + 0.3 * x**2)
+    np.testing.assert_allclose(bending["angle_deg"], angle_deg - angle_deg[0], atol=1e-6)
     np.testing.assert_allclose(blocked["force_N"], c * 3 * (x + 0.3 * x**2), atol=1e-6)
 
 

@@ -29,12 +29,16 @@ def test_from_the_simulation_of_coupons_to_figures(
     assert {entry.job.key for entry in wanted} == set(library.known(wanted, tmp_path / "library"))
     # measurements without a cause: a call goes on where the one before it was stopped
     for count in ("2", "3"):
-        assert stages.main(["alarms", *told, "--draws", count]) == 0
-    draws = pd.read_csv(tmp_path / "alarms" / "coupon.csv")
+        assert stages.main(["alarms", *told, "--draws", count, "--seed", "7"]) == 0
+    draws = pd.read_csv(tmp_path / "alarms" / "7" / "coupon.csv")
     assert list(draws["draw"]) == [0, 1, 2]
     assert draws["log_odds"].nunique() == 3
     alarms = pd.read_csv(tmp_path / "alarms" / "alarms.csv").iloc[0]
-    assert alarms["alarms"] == (draws["log_odds"] > draws["threshold"]).mean()
+    assert alarms["seed"] == 7
+    assert alarms["alarms"] == pytest.approx(
+        (draws["log_odds"] > draws["threshold"]).mean(), abs=1e-4
+    )
+    assert draws["threshold"][draws["log_odds"] > 2].notna().all()
     first = (folder / "figures.csv").read_bytes()
     assert stages.main([*every, *told]) == 0
     assert (folder / "figures.csv").read_bytes() == first

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from scipy.special import softmax
 
 from dolfingrip.diagnosis.inference import quadratic
-from dolfingrip.diagnosis.inference.arrays import Matrix, Vector, log_mean_exp
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector, log_mean_exp, unit
 from dolfingrip.diagnosis.inference.candidate import Candidate
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.evidence import Amplitude, amplitude, log_bayes_factor
@@ -158,7 +158,7 @@ class Screen:
             shape_weights=tuple(float(weight) for weight in weights),
             amplitude=fitted,
             visible=bool(self.visible[i]),
-            direction=_unit(change if best in self._curved else self.columns[:, best]),
+            direction=unit(change if best in self._curved else self.columns[:, best]),
             notes=tuple(self._notes(i, weights)),
         )
 
@@ -194,8 +194,3 @@ class Screen:
                     f"{100 * weight:.0f} % of the weight; extend the grid"
                 ]
         return []
-
-
-def _unit(change: Vector) -> Vector:
-    length = float(np.linalg.norm(change))
-    return np.asarray(change / length) if length > 0 else change

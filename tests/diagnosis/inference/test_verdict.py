@@ -15,7 +15,11 @@ from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
 from dolfingrip.diagnosis.inference.covariance import Covariance, total_covariance
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
-from dolfingrip.diagnosis.inference.thresholds import DRAWS, FALSE_ALARMS
+from dolfingrip.diagnosis.inference.thresholds import (
+    DRAWS,
+    FALSE_ALARMS,
+    draw_without_visible,
+)
 from dolfingrip.diagnosis.inference.verdict import LIKELY, Verdict
 
 TIED = {"plate_friction", "no_self_contact"}
@@ -280,25 +284,46 @@ def test_the_bound() -> None:
     assert drawn.right_of_claimed >= 0.97 - 2 * np.sqrt(0.03 * 0.97 / (150 * drawn.claimed))
 
 
-def test_the_threshold_is_of_the_odds_that_are_compared_with_it() -> None:
-    """Pairs are among these: a calibration without them alarms in more than 5 %."""
+def faint_analysis(weights: HypothesisWeights, spread: float = 0.2) -> Analysis:
+    """Effects of which many an ordinary draw cannot be seen."""
     table = synthetic.index()
     faint = [
-        Candidate(name, (Shape(change),), mean=0.0, spread=0.2)
+        Candidate(name, (Shape(change),), mean=0.0, spread=spread)
         for name, change in synthetic.columns(table).items()
     ]
-    analysis = Analysis(
-        table, synthetic.covariance(table), synthetic.noise_std(table), faint,
-        HypothesisWeights(none=0.1, single=0.1, pair=0.8, unknown=0.0),
-    )  # fmt: skip
-    # the draws of the calibration itself, so that the share is exact
-    draws = np.random.default_rng(0).standard_normal((len(analysis.index), DRAWS))
-    odds = np.array(
+    return Analysis(table, synthetic.covariance(table), synthetic.noise_std(table), faint, weights)
+
+
+def odds_of(analysis: Analysis, whitened: np.ndarray) -> np.ndarray:
+    """ln of the odds of any cause, of whitened residuals (n, m)."""
+    return np.array(
         [
             analysis.findings(analysis.covariance.factor @ each).posterior.log_odds_something()
-            for each in draws.T
+            for each in whitened.T
         ]
     )
-    alarms = float(np.mean(odds > analysis.thresholds.something + 1e-9))
+
+
+def test_the_threshold_is_of_the_odds_that_are_compared_with_it() -> None:
+    """Pairs are among these: a calibration without them alarms in more than 5 %."""
+    analysis = faint_analysis(HypothesisWeights(none=0.5, single=0.1, pair=0.4, unknown=0.0))
+    # the draws of the calibration itself, so that the share is exact
+    draws = draw_without_visible(analysis.screen, np.random.default_rng(0), DRAWS)
+    alarms = float(np.mean(odds_of(analysis, draws) > analysis.thresholds.something + 1e-9))
     assert analysis.thresholds.something > 0  # even odds are the least
     assert FALSE_ALARMS - 2 / DRAWS <= alarms <= FALSE_ALARMS
+
+
+def test_what_a_simulation_gets_wrong_unseen_raises_no_more_alarms_than_noise_may() -> None:
+    """An error of 1 σ in all, like any effect's change; a threshold for noise alone is exceeded."""
+    seed, draws = 28, 400
+    print("seed", seed)
+    analysis = faint_analysis(HypothesisWeights(none=0.5, single=0.5, pair=0.0, unknown=0.0))
+    rng = np.random.default_rng(seed)
+    noise = np.quantile(odds_of(analysis, rng.standard_normal((44, draws))), 1 - FALSE_ALARMS)
+    off = odds_of(analysis, draw_without_visible(analysis.screen, rng, draws))
+    found = [float(np.mean(off > limit)) for limit in (noise, analysis.thresholds.something)]
+    print(f"alarms above the threshold of noise {found[0]}, of the analysis {found[1]}")
+    error = np.sqrt(FALSE_ALARMS * (1 - FALSE_ALARMS) / draws)
+    assert found[0] > FALSE_ALARMS + 2 * error
+    assert found[1] <= FALSE_ALARMS + 2 * error
