@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+import pandas as pd
 from rich.console import Console
 
 from benchmarks.blind import (
@@ -20,6 +21,7 @@ from benchmarks.blind import (
     full,
     generator,
     library,
+    misfit,
     report,
 )
 from benchmarks.blind.cases import Case
@@ -198,6 +200,23 @@ def run_alarms(asked: Asked) -> None:
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
 
 
+def run_misfit(asked: Asked) -> None:
+    """What the generator's finger leaves without a cause: misfit.csv (only where asked for)."""
+    known = generator.causes()
+    tables = []
+    with (
+        progress.shown(asked.screen, "fits", at_once=True) as show,
+        diagnoses.with_crew(asked.how) as how,
+    ):
+        for name in asked.only:
+            own = library.of_protocol(PROTOCOLS[name], asked.folders.library)
+            catalogue = Catalogue(PROTOCOLS[name], own, known)
+            tables.append(misfit.table(catalogue, asked.out / "misfit", how, show))
+    table = pd.concat(tables)
+    table.to_csv(asked.out / "misfit" / "misfit.csv", index=False)
+    asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
+
+
 def run_score(asked: Asked) -> None:
     """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv, confusion.png."""
     half = Half(planned(asked), asked.folders)
@@ -218,8 +237,10 @@ STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
     "score": run_score,
     "controls": run_controls,
     "alarms": run_alarms,
+    "misfit": run_misfit,
 }
-ORDINARY: Final = tuple(name for name in STAGES if name != "alarms")
+EXTRA: Final = ("alarms", "misfit")
+ORDINARY: Final = tuple(name for name in STAGES if name not in EXTRA)
 """Those that are run where none is named."""
 
 
@@ -234,7 +255,10 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
         f"on where the one before it was stopped. Stages: {told}",
     )
     parser.add_argument(
-        "stages", nargs="*", metavar="STAGE", help="default: all but alarms, in order"
+        "stages",
+        nargs="*",
+        metavar="STAGE",
+        help=f"default: all but {' and '.join(EXTRA)}, in order",
     )
     parser.add_argument(
         "--half", choices=cases.HALVES, default=cases.HALVES[0], help="of the cases"

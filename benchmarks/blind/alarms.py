@@ -73,8 +73,8 @@ def draw(
     known = len(pd.read_csv(file)) if file.is_file() else 0
     if known < count:
         assert how.crew is not None
-        whole = _whole(catalogue, folder / catalogue.protocol.name, how.crew)
-        where = _places(catalogue, whole)
+        whole = whole_problem(catalogue, folder / catalogue.protocol.name, how.crew)
+        where = places_of(catalogue, whole)
         fitter = Fitter(whole, how.crew, lambda text: None)
         least = 0.5 * conclude.screen(whole, fitter.none()).thresholds.something
         for number in range(known, count):
@@ -86,7 +86,7 @@ def draw(
     return pd.read_csv(file).head(count)
 
 
-def _whole(catalogue: Catalogue, folder: Path, crew: StayingWorkers) -> Problem:
+def whole_problem(catalogue: Catalogue, folder: Path, crew: StayingWorkers) -> Problem:
     """The problem of all readings of the protocol."""
     protocol = catalogue.protocol
     folder.mkdir(parents=True, exist_ok=True)
@@ -100,7 +100,7 @@ def _whole(catalogue: Catalogue, folder: Path, crew: StayingWorkers) -> Problem:
     return problem
 
 
-def _places(catalogue: Catalogue, problem: Problem) -> np.ndarray:
+def places_of(catalogue: Catalogue, problem: Problem) -> np.ndarray:
     """(n,) place of each of the problem's readings among the generator's."""
     every = noise.index(catalogue.protocol)[PLACE].assign(place=lambda table: table.index)
     own = problem.index[PLACE].round(6)
