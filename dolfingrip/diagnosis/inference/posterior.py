@@ -123,6 +123,11 @@ class LogPriors:
             ),
         )
 
+    @property
+    def log_odds_something(self) -> float:
+        """ln of the odds of any cause before measuring."""
+        return _log(float(np.expm1(self.log_total - self.none)))
+
     def of_singles(self, log_evidence: Matrix) -> Matrix:
         """Prior times evidence, by logarithm, of single effects, (candidates,) or with samples."""
         return self._masked(self.single + log_evidence)

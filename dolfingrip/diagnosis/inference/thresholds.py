@@ -25,7 +25,7 @@ from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
 FALSE_ALARMS = 0.05
 DRAWS = 1000
 """Thresholds of 400 scatter by 0.1."""
-UNSEEN = 0.9
+UNSEEN = 1.0
 """Length (σ) of a change of all readings that nobody can see. Simulations of the short finger with
 hexahedra and with tetrahedra differ by 0.5 to 0.9 after nuisances, by protocol."""
 
@@ -101,17 +101,21 @@ def of_analysis(
 ) -> Thresholds:
     """Thresholds of both claims; never below even odds.
 
-    "Something" is calibrated on residuals without a cause that can be seen, "unknown" on effects of
-    the catalogue with strengths from their priors. Pairs are left out of the latter: they lower the
-    odds of "unknown", so the threshold errs on the safe side.
+    "Something" is calibrated on residuals without a cause that can be seen. Its threshold is never
+    below the odds before measuring either: readings that lower these do not speak for a cause.
+    "Unknown" is calibrated on effects of the catalogue with strengths from their priors. Pairs are
+    left out of the latter: they lower the odds of "unknown", so the threshold errs on the safe
+    side.
 
     Args:
         screen, pairs, unknown, priors: of the analysis.
         level: probability of a false alarm.
         draws: residuals that are drawn for each.
         seed: of the random numbers.
-        unseen_sigma: length of what the simulation may get wrong; 0 where it is known to be exact.
+        unseen_sigma: length of what the simulation may get wrong; 0 where it is known to be exact,
+            and then odds below those before measuring may be a cause's.
     """
+    before = priors.log_odds_something if unseen_sigma else 0.0
 
     def without(rng: np.random.Generator, count: int) -> Matrix:
         return draw_without_visible(screen, rng, count, unseen_sigma)
@@ -136,7 +140,7 @@ def of_analysis(
 
     something = calibrated_threshold(something_odds, without, level, draws, seed, at_most)
     other = calibrated_threshold(unknown_odds, single, level, draws, seed + 1)
-    return Thresholds(something=max(0.0, something), unknown=max(0.0, other))
+    return Thresholds(something=max(0.0, before, something), unknown=max(0.0, other))
 
 
 def draw_without_visible(

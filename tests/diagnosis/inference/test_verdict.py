@@ -291,7 +291,7 @@ def test_the_threshold_is_of_the_odds_that_are_compared_with_it() -> None:
     # the draws of the calibration itself, so that the share is exact
     draws = draw_without_visible(analysis.screen, np.random.default_rng(0), DRAWS)
     alarms = float(np.mean(odds_of(analysis, draws) > analysis.thresholds.something + 1e-9))
-    assert analysis.thresholds.something > 0  # even odds are the least
+    assert analysis.thresholds.something > 0  # even odds, and those before measuring
     assert FALSE_ALARMS - 2 / DRAWS <= alarms <= FALSE_ALARMS
 
 
@@ -308,3 +308,13 @@ def test_what_a_simulation_gets_wrong_unseen_raises_no_more_alarms_than_noise_ma
     error = np.sqrt(FALSE_ALARMS * (1 - FALSE_ALARMS) / draws)
     assert found[0] > FALSE_ALARMS + 2 * error
     assert found[1] <= FALSE_ALARMS + 2 * error
+
+
+def test_readings_that_speak_against_any_cause_raise_no_alarm() -> None:
+    """Strong effects would show; their absence lowers the odds of all readings without a cause."""
+    weights = HypothesisWeights()
+    analysis = faint_analysis(weights, spread=50.0)
+    before = np.log((weights.single + weights.pair + weights.unknown) / weights.none)
+    draws = draw_without_visible(analysis.screen, np.random.default_rng(0), DRAWS)
+    assert np.quantile(odds_of(analysis, draws), 1 - FALSE_ALARMS) < before
+    assert analysis.thresholds.something == pytest.approx(before)
