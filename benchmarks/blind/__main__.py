@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -173,28 +174,39 @@ def run_controls(asked: Asked) -> None:
     half = Half([case for own in wanted.values() for case in own], asked.folders)
     diagnose_all(asked, [case for case, _ in half.made()])
     table = controls.table(wanted, asked.folders.case, asked.how)
-    table["noticeable"] = [
-        sum(controls.noticeable(half.bound(case.protocol), case.instruments) for case in own)
-        / len(own)
-        for own in (wanted[name] for name in table["control"])
-    ]
+    table["noticeable"] = [noticeable(half, wanted[name]) for name in table["control"]]
     asked.scores.mkdir(parents=True, exist_ok=True)
     table.to_csv(asked.scores / "controls.csv", index=False)
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
 
 
+def noticeable(half: Half, own: Sequence[Case]) -> float:
+    """The share of :func:`controls.noticeable` over the cases of one control."""
+    kinds = Counter((case.protocol, case.instruments) for case in own)
+    found = [
+        count * controls.noticeable(half.bound(protocol), instruments)
+        for (protocol, instruments), count in kinds.items()
+    ]
+    return sum(found) / len(own)
+
+
+def catalogues(asked: Asked) -> Iterator[Catalogue]:
+    """The generator's, of each protocol asked for."""
+    known = generator.causes()
+    for name in asked.only:
+        own = library.of_protocol(PROTOCOLS[name], asked.folders.library)
+        yield Catalogue(PROTOCOLS[name], own, known)
+
+
 def run_alarms(asked: Asked) -> None:
     """Many measurements without a cause of each protocol: alarms.csv (only where asked for)."""
     found = {}
-    known = generator.causes()
     with (
         progress.shown(asked.screen, "draws", at_once=True) as show,
         diagnoses.with_crew(asked.how) as how,
     ):
-        for name in asked.only:
-            own = library.of_protocol(PROTOCOLS[name], asked.folders.library)
-            catalogue = Catalogue(PROTOCOLS[name], own, known)
-            found[name] = alarms.draw(catalogue, asked.draws, how, show)
+        for catalogue in catalogues(asked):
+            found[catalogue.protocol.name] = alarms.draw(catalogue, asked.draws, how, show)
     table = alarms.table(found, asked.draws.seed)
     table.to_csv(asked.out / "alarms" / "alarms.csv", index=False)
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
@@ -202,17 +214,14 @@ def run_alarms(asked: Asked) -> None:
 
 def run_misfit(asked: Asked) -> None:
     """What the generator's finger leaves without a cause: misfit.csv (only where asked for)."""
-    known = generator.causes()
-    tables = []
     with (
         progress.shown(asked.screen, "fits", at_once=True) as show,
         diagnoses.with_crew(asked.how) as how,
     ):
-        for name in asked.only:
-            own = library.of_protocol(PROTOCOLS[name], asked.folders.library)
-            catalogue = Catalogue(PROTOCOLS[name], own, known)
-            tables.append(misfit.table(catalogue, asked.out / "misfit", how, show))
-    table = pd.concat(tables)
+        table = pd.concat(
+            misfit.table(catalogue, asked.out / "misfit", how, show)
+            for catalogue in catalogues(asked)
+        )
     table.to_csv(asked.out / "misfit" / "misfit.csv", index=False)
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
 

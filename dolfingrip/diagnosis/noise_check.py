@@ -82,7 +82,7 @@ def noise_doubts(
         if name != alternatives.BELIEVED:
             own = problem.with_noise(model)
             found[name] = conclude(own, screen(own, fits[NONE]), fits)
-    _, models = averaged(found, {**alternatives.PRIOR, **alternatives.PRIOR_IN_PART})
+    _, models = averaged(found, alternatives.EVERY_PRIOR)
     best = max(models, key=lambda name: models[name])
     doubted = models[alternatives.BELIEVED] < DOUBTED
     thresholds = conclusion.analysis.thresholds

@@ -99,8 +99,8 @@ def noise_model(
         + "whether it drifts along a run: the verdict is an average over "
         + ", ".join(f'"{name}"' for name in models)
     )
-    prior = {**alternatives.PRIOR, **alternatives.PRIOR_IN_PART}
-    return NoiseModel(noise, models, {name: prior[name] for name in models}, tuple(sentences))
+    prior = {name: alternatives.EVERY_PRIOR[name] for name in models}
+    return NoiseModel(noise, models, prior, tuple(sentences))
 
 
 def part_of_run_s(index: pd.DataFrame) -> float:

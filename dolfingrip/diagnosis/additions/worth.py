@@ -38,7 +38,7 @@ from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 REFUTES: Final = -float(np.log(REFUTED))
 """Log odds from which on an effect is refuted."""
 
-LIKELY: Final = 0.8
+ALONE: Final = 0.8
 """Probability of leaving the true effect alone from which on an addition is said to do so."""
 
 MODEL_ERROR: Final = 0.01
@@ -67,7 +67,7 @@ class AdditionWorth:
     @property
     def splits(self) -> bool:
         """Whether the true one is expected to be left alone."""
-        return self.chance >= LIKELY
+        return self.chance >= ALONE
 
 
 def judge(

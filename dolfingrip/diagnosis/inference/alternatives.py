@@ -38,6 +38,8 @@ LONGER = 9.0
 """How much longer what lasts does so than what is correlated along a run."""
 PRIOR_IN_PART = {PARTLY: 0.1, LASTING: 0.1}
 """Beside :data:`PRIOR`."""
+EVERY_PRIOR = PRIOR | PRIOR_IN_PART
+"""Of all models, by name; not normalised."""
 
 
 def alternatives(

@@ -62,7 +62,7 @@ def weights_of(config: Config, domain: Domain) -> dict[str, fem.Constant]:
     return {weight_name(part): fem.Constant(domain.mesh, weight(config, part)) for part in parts}
 
 
-def weight_name(part: str) -> str:
+def weight_name(part: str = REST) -> str:
     """Name of the constant that is a part's dead weight."""
     return "gravity.weight_N_mm3" if part == REST else f"material.{part}.weight_N_mm3"
 
@@ -111,11 +111,11 @@ def weight_energy(
         known: constants by name, with those of :func:`weights_of`.
     """
     degree = u.function_space.ufl_element().degree
-    rest = known[weight_name(REST)]
+    rest = known[weight_name()]
     if not np.any(rest.value):
         return []
     return [
-        gravity.energy(u, known.get(weight_name(*part), rest) if part else rest)
+        gravity.energy(u, known.get(weight_name(*part), rest))
         * domain.volume(*part, quadrature_degree=degree)
         for part in weighed(config, domain)
     ]
