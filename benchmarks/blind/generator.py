@@ -1,7 +1,7 @@
 """The finger as the generator simulates it, and the causes of the catalogue that it can hide.
 
-It has quadratic tetrahedra where the analyser has hexahedra, more of them, other barriers at plate
-and bellows, and shorter load steps. Strengths and shapes are its own: drawn from the priors.
+It has other elements than the analyser, more of them, other barriers at plate and bellows, and
+shorter load steps. Strengths and shapes are its own: drawn from the priors.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter import bounds_of
 
 SETTINGS: Final = (
-    "solver.element=P2",
     "contact.barrier_mm=0.15",
     "contact.stiffness_MPa=0.01",
     "plate.barrier_mm=0.07",
@@ -32,10 +31,16 @@ SETTINGS: Final = (
 """Other than the analyser's."""
 
 MESHES: Final[Mapping[str, tuple[str, ...]]] = {
-    "reference": ("mesh.size_mm=4", "mesh.edge_size_mm=1.5"),
-    "short": ("mesh.size_mm=5", "mesh.edge_size_mm=3"),
+    "reference": ("solver.element=S2", "solver.integration=selective", "mesh.size_mm=4"),
+    "short": ("solver.element=P2", "mesh.size_mm=5", "mesh.edge_size_mm=3"),
 }
-"""Tetrahedra of the reference finger and of the short one."""
+"""Elements of the reference finger and of the short one.
+
+The analyser has hexahedra of 20 nodes with 8 integration points. Those of the reference finger have
+27, and 8 for the change of volume: at 250 kPa it turns by 145.1°, the analyser's by 147.6°, a
+converged mesh by 147.9°. Quadratic tetrahedra of this size (4 mm, 1.5 mm at edges) turn by 140.9°,
+which is 3 standard deviations of the error of the mesh that the analyser allows for.
+"""
 
 HEADROOM: Final = 1.5
 """Elastic curves go to so many times the highest pressure, for soft fingers."""

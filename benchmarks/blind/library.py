@@ -29,7 +29,7 @@ Way = Literal["curve", "history"]
 BASE: Final = "base"
 SLOPES: Final = ("finger.wall_mm", "finger.base_layer_mm", "plate.gap_mm")
 """Parameters that the base curve is derived by."""
-HISTORIES: Final = ("P1", "P2", PULL, "P4", "short", "short-P4", "coupon")
+HISTORIES: Final = ("P2", PULL, "P4", "short", "short-P4", "coupon")
 """Longest protocols; others begin like one of them."""
 SHORTER: Final = 1.2
 """An effect's curve goes to so many times the highest pressure; the base's to the headroom."""

@@ -185,7 +185,7 @@ def _all() -> dict[str, Protocol]:
     small: dict[str, Any] = {"finger": SHORT, "gap_mm": 0.1, "known_better": FINE}
     longest = finger_rows(50.0, 5.0, 4)
     found = [
-        _fingers("P1", "P1", finger_rows(250.0, 25.0, 1)),
+        _fingers("P1", "P2", finger_rows(250.0, 25.0, 1)),
         _fingers("P2", "P2", finger_rows(250.0, 25.0, 2)),
         _fingers("P3", "P4", finger_rows(250.0, 25.0, 3)),
         _fingers("P4", "P4", finger_rows(250.0, 25.0, 4)),
