@@ -22,6 +22,21 @@ from dolfingrip.diagnosis.model import EffectModel, FreeParameter
 from dolfingrip.diagnosis.problem import Problem
 
 
+@dataclass(frozen=True)
+class LinearPart:
+    """An effect that changes the readings in proportion to its strength.
+
+    Attributes:
+        effect: its name.
+        label: of its shape, among those that it is tried in.
+        spread: strength, by the ordinary one, for each unit of its standard normal number.
+    """
+
+    effect: str
+    label: str
+    spread: float
+
+
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """No effect, one or several, at the parameters that fit best.
@@ -38,6 +53,8 @@ class Hypothesis:
         correction: to ln Z, where a strength has one sign.
         error: columns of one standard deviation of what the readings y* may be off by where they
             were not simulated, shape (n, m); None where they were.
+        beside: of linear effects, the fit that they are added to; its parameters come first.
+        linear: those effects, in the order of the other parameters.
     """
 
     effects: tuple[str, ...]
@@ -50,6 +67,8 @@ class Hypothesis:
     overrides: tuple[str, ...] = ()
     correction: float = 0.0
     error: Matrix | None = field(default=None, repr=False)
+    beside: Hypothesis | None = field(default=None, repr=False)
+    linear: tuple[LinearPart, ...] = ()
 
     @property
     def values(self) -> list[float]:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from scipy.special import log_ndtr
 
-from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.diagnosis.hypothesis import Hypothesis, LinearPart
 from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.model import FreeParameter
 from dolfingrip.diagnosis.problem import Problem
@@ -49,10 +49,11 @@ def with_linear(
         strength = float(zeta[number]) * each.spread
         overrides += _scaled(each.name, each.overrides[score.shape], strength)
     readings = beside.readings + jacobian @ (zeta - np.append(beside.zeta, np.zeros(len(linear))))
+    parts = [LinearPart(each.name, each.labels[score.shape], each.spread) for score, each in linear]
     return Hypothesis(
         names, tuple(parameters), np.asarray(zeta, dtype=float), readings, jacobian,
         beside.evaluations, None,
-        tuple(overrides), correction,
+        tuple(overrides), correction, beside=beside, linear=tuple(parts),
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import to_value
 from dolfingrip.diagnosis.simulation import modulus
@@ -83,7 +83,7 @@ def modulus_parameter(measurement: Measurement, config: Config) -> FreeParameter
 
 
 def coupons_alone(measurement: Measurement) -> bool:
-    """Whether all readings are in proportion to the modulus."""
+    """Whether all readings are in proportion to the modulus, or do not depend on it."""
     return all(test.experiment == "coupon" for test in measurement.tests)
 
 
@@ -154,7 +154,7 @@ class EffectModel:
 
     @property
     def coupons_alone(self) -> bool:
-        """Whether all readings are in proportion to the modulus."""
+        """Whether all readings are in proportion to the modulus, or do not depend on it."""
         return coupons_alone(self.measurement)
 
     def start(self) -> list[float]:
@@ -232,10 +232,10 @@ class EffectModel:
         if not self.coupons_alone:
             shifts = [found.slope(p.key) for p in self.shifts]
             return found.readings, self._with_scale(found, factor, own, shifts, columns)
-        readings = factor * found.readings
-        columns = [factor * column for column in columns]
-        first = [found.readings] if self.scale else []
-        return readings, np.column_stack([*first, *columns])
+        forces = in_proportion(self.measurement)
+        size = np.where(forces, factor, 1.0)
+        first = [np.where(forces, found.readings, 0.0)] if self.scale else []
+        return size * found.readings, np.column_stack([*first, *(size * c for c in columns)])
 
     def _with_scale(
         self,

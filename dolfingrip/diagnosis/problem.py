@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest, in_proportion
 from dolfingrip.diagnosis.inference import candidate as inference
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -180,12 +180,20 @@ class Problem:
         return matrix
 
     def tolerance(self) -> Matrix:
-        """Smooth changes of coupons' forces that no simple law follows, shape (n, m)."""
+        """Smooth changes of coupons' readings that no simple law follows, shape (n, m).
+
+        Those of the force and of the width are independent of one another.
+        """
         coupons = (self.index["experiment"] == "coupon").to_numpy()
-        if not coupons.any():
-            return np.zeros((len(self.value), 0))
+        channels = self.index["channel"].to_numpy()
+        own = [coupons & (channels == name) for name in dict.fromkeys(channels[coupons])]
+        parts = [self._off_a_law(rows) for rows in own]
+        return np.hstack([np.zeros((len(self.value), 0)), *parts])
+
+    def _off_a_law(self, rows: np.ndarray) -> Matrix:
+        """The same of these rows alone, shape (n, m)."""
         spreads = {t.number: t.setup.nuisances["material_law"] for t in self.measurement.tests}
-        std = np.array([spreads[number] for number in self.index["run"]]) * coupons
+        std = np.array([spreads[number] for number in self.index["run"]]) * rows
         place, where = np.unique(np.round(load(self.index), 3), return_inverse=True)
         apart = (place[:, None] - place[None, :]) / LAW_LENGTH
         values, vectors = np.linalg.eigh(np.exp(-np.abs(apart)))
@@ -233,8 +241,8 @@ class Problem:
 
 def as_candidate(problem: Problem, found: Candidate) -> inference.Candidate:
     """An effect's secants as the inference takes them."""
-    # a coupon's change is in proportion to its modulus, which the readings tell
-    size = np.where(problem.index["experiment"] == "coupon", problem.ratio, 1.0)
+    # a coupon's force changes in proportion to its modulus, which the readings tell
+    size = np.where(in_proportion(problem.measurement)[problem.kept], problem.ratio, 1.0)
     # tried on both sides: each has a change of its own, and a strength above 0
     side = np.sign(found.parts)
     shapes = tuple(

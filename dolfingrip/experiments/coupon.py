@@ -26,13 +26,14 @@ class Coupon(Experiment):
     command: ClassVar = "coupon"
     title: ClassVar = "Uniaxial tension"
     control: ClassVar = "displacement_mm"
-    columns: ClassVar = ("nominal_strain", "nominal_stress_MPa")
+    columns: ClassVar = ("nominal_strain", "nominal_stress_MPa", "transverse_strain")
     table: ClassVar = (
         Column("displacement_mm", "Travel (mm)", ".2f"),
         Column("time_s", "Time (s)", ".1f"),
         Column("nominal_strain", "Nominal strain (–)", ".3f"),
         Column("nominal_stress_MPa", "Nominal stress (MPa)", ".3f"),
         Column("force_N", "Force (N)", ".2f"),
+        Column("transverse_strain", "Transverse strain (–)", ".4f"),
     )
     plot: ClassVar = Plot(
         "Nominal stress (MPa)",

@@ -22,6 +22,7 @@ LABELS = {
     "force_N": "Force (N)",
     "tip_x_mm": "Tip displacement x (mm)",
     "tip_z_mm": "Tip displacement z (mm)",
+    "transverse_strain": "Transverse strain (–)",
 }
 FEWEST_SHOWN = 0.002
 """Probability below which a class has no bar."""

@@ -20,6 +20,7 @@ displacement_mm = 0.0
 [noise.correlated]
 force_N = 0.02
 """
+WIDTH_NOISE = 0.002
 SEED = 7
 
 
@@ -33,17 +34,26 @@ def made(
     wrong: Callable[[np.ndarray], np.ndarray] = np.ones_like,
     noise: Callable[[np.random.Generator, int], np.ndarray] = white,
     told: str = TOLD,
+    width: bool = False,
+    offset_N: float = 0.0,
 ) -> Path:
-    """A coupon, up and down, simulated, multiplied by what is ``wrong``, and with noise."""
+    """A coupon, up and down, simulated, multiplied by what is ``wrong``, and with noise.
+
+    With ``width`` a camera sees how far it narrows, with ``WIDTH_NOISE``.
+    """
     config = load(None, ["experiment.unload=true", "coupon.step_strain=0.02", *overrides])
     curve = run("coupon", config)
-    names = ("time_s", "displacement_mm", "force_N")
+    names = ["time_s", "displacement_mm", "force_N"]
     time_s, travel_mm, force_N = (curve.column(name) for name in names)
-    noise_N = noise(np.random.default_rng(SEED), len(force_N))
+    rng = np.random.default_rng(SEED)
+    noise_N = noise(rng, len(force_N))
     print("seed", SEED)
-    rows = zip(
-        time_s, travel_mm, force_N * wrong(travel_mm / travel_mm.max()) + noise_N, strict=True
-    )
-    lines = ["time_s,displacement_mm,force_N", *(",".join(f"{x:.6g}" for x in row) for row in rows)]
+    read = [time_s, travel_mm, force_N * wrong(travel_mm / travel_mm.max()) + offset_N + noise_N]
+    if width:
+        names.append("transverse_strain")
+        scatter = WIDTH_NOISE * rng.standard_normal(len(force_N))
+        read.append(curve.column("transverse_strain") + scatter)
+    rows = zip(*read, strict=True)
+    lines = [",".join(names), *(",".join(f"{x:.6g}" for x in row) for row in rows)]
     folder.mkdir(exist_ok=True)
     return written(folder, "\n".join(lines) + "\n", told)

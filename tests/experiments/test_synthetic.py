@@ -46,7 +46,11 @@ def test_noise_has_the_spread_that_is_asked_for() -> None:
     np.testing.assert_array_equal(
         column(noisy, "displacement_mm"), column(clean, "displacement_mm")
     )
-    assert dict(noisy.noise) == {"force_N": 0.1, "displacement_mm": 0.0}
+    width = column(noisy, "transverse_strain") - column(clean, "transverse_strain")
+    assert np.std(width) == pytest.approx(0.002, rel=0.2)
+    assert dict(noisy.noise) == {
+        "force_N": 0.1, "displacement_mm": 0.0, "transverse_strain": 0.002
+    }  # fmt: skip
 
 
 def test_the_seed_decides() -> None:
@@ -64,7 +68,8 @@ def test_what_is_written_is_a_measurement_and_hides_the_truth(tmp_path: Path) ->
         rows = list(csv.DictReader(file))
     assert len(rows) == 201
     assert list(rows[0]) == [
-        "experiment", "specimen", "cycle", "branch", "time_s", "force_N", "displacement_mm"
+        "experiment", "specimen", "cycle", "branch", "time_s", "force_N", "displacement_mm",
+        "transverse_strain",
     ]  # fmt: skip
     assert {row["experiment"] for row in rows} == {"coupon"}
     text = (tmp_path / "measured.toml").read_text(encoding="utf-8")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from extensions import bars
+from scipy.optimize import brentq
 
 from dolfingrip import config
 
@@ -138,3 +139,31 @@ def test_clamped_grips_stiffen() -> None:
         for grip in ("sliding", "clamped")
     )
     assert 1.01 * free < held < 1.2 * free
+
+
+@pytest.mark.parametrize("poisson", [0.3, 0.45])
+@pytest.mark.parametrize("more_MPa", [0.0, 20.0])
+def test_a_bar_narrows_until_its_sides_bear_no_stress(poisson: float, more_MPa: float) -> None:
+    """μ (a − 1) + Λ ln(λ a) + ΔK ln(λ a) = 0 with a = (1 + transverse strain)²: compressible
+    neo-Hooke, ψ = μ/2 (I₁ − 3 − 2 ln J) + Λ/2 (ln J)² + ΔK/2 (ln J)²."""
+    effect = (f"extensions.bulk_modulus.more_MPa={more_MPa}",) if more_MPa else ()
+    settings = (f"material.nu={poisson}", "solver.atol_N=1e-7", *effect)
+    result = bars.pull("coupon.max_strain=0.5", "coupon.step_strain=0.1", *settings)
+    lame = config.load(None, settings).material.lmbda_MPa + more_MPa
+    expected = [
+        np.sqrt(brentq(lambda a, at=at: MU * (a - 1) + lame * np.log(at * a), 0.2, 1.5)) - 1
+        for at in 1 + result.column("nominal_strain")
+    ]
+    found = result.column("transverse_strain")
+    np.testing.assert_allclose(found, expected, atol=1e-8)
+    assert found[-1] < -0.1
+
+
+def test_a_clamped_bar_is_read_where_it_is_free_to_narrow() -> None:
+    """At half its length, where it is stretched a little further than on the whole."""
+    short = ("coupon.gauge_length_mm=12", "coupon.max_strain=0.1", "coupon.step_strain=0.1")
+    free, held = (
+        bars.pull(*short, f"coupon.grip={grip}").column("transverse_strain")[-1]
+        for grip in ("sliding", "clamped")
+    )
+    assert 1.0 < held / free < 1.15

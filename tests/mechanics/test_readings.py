@@ -76,7 +76,10 @@ def shape(model: Model, size: float) -> tuple[Direction, np.ndarray]:
     mesh = model.domain.mesh
     element = basix.ufl.element("Lagrange", mesh.topology.cell_name(), 1, shape=(3,))
     field = fem.Function(fem.functionspace(mesh, element))
-    bend = lambda x: size * np.array([np.sin(x[2] / 9), np.cos(x[0] / 5), x[0] * x[2] / 400])  # noqa: E731
+
+    def bend(x: np.ndarray) -> np.ndarray:
+        return size * np.array([np.sin((x[0] + x[2]) / 9), np.cos(x[0] / 5), x[0] * x[2] / 400])
+
     field.interpolate(bend)
     return Direction(field), bend(mesh.geometry.x.T).T
 
@@ -194,20 +197,25 @@ def test_readings_count_from_rest_and_keep_their_derivatives(finger: FingerModel
 
 
 def test_tension() -> None:
-    """The bar's force by a displacement of its inner nodes, and by its shape."""
+    """The bar's force and width by a displacement of its nodes, and by its shape."""
     settings = config.load(None, ["coupon.grip=clamped", "coupon.gauge_length_mm=6"])
     rig = bar_rig.BarRig.built(settings, MPI.COMM_SELF, Profile())
     path = LoadPath(rig.newton, rig.longest())
     stop = Stop(1.5, 0.6, "loading")
     assert path.advance(rig.controls(stop)).failure is None
     model = rig.newton.model
-    time, travel, force = rig.readings.values()
+    time, travel, force, width = rig.readings.values()
     assert (time.value(), travel.value()) == (0.6, 1.5)
     assert not time.gradient().any()
     assert not travel.gradient().any()
     direction = along_state(model, 0.2)
     slope = float(force.gradient() @ direction)
     assert taylor.rates(at_state(model, direction, force.value), slope, 0.1).min() > 1.9
+    assert exact(at_state(model, direction, width.value), float(width.gradient() @ direction))
     moving, velocity = shape(model, 0.2)
+    slope = width.by_direction(moving)
+    assert slope != 0
+    assert taylor.rates(at_shape(model, velocity, width.value), slope, 0.1).min() > 1.9
+    assert width.by_direction(Direction()) == 0
     slope = force.by_direction(moving)
     assert taylor.rates(at_shape(model, velocity, force.value), slope, 0.1).min() > 1.9

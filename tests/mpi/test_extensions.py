@@ -73,4 +73,4 @@ def test_a_coupon_that_relaxes(grip: str) -> None:
          f"coupon.grip={grip}"],
     )  # fmt: skip
     alone, together = (run("coupon", settings, comm=comm) for comm in (trial.SELF, WORLD))
-    _compare(alone, together, "force_N", "nominal_stress_MPa")
+    _compare(alone, together, "force_N", "nominal_stress_MPa", "transverse_strain")

@@ -11,6 +11,7 @@ import pandas as pd
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import planned
+from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.simulation import nominal
@@ -29,6 +30,10 @@ camera, the plate or the clamp."""
 
 OTHER_GAP_mm: Final = 2.0
 """By how much the plate is moved away."""
+
+FORCE_AND_WIDTH: Final = ("force_N", "transverse_strain")
+"""What is read of a coupon: the force, and by a camera the width. Laws whose forces agree may
+differ in how far the volume changes."""
 
 FARTHER: Final = 3.0
 """By how much farther a coupon is pulled than before, where laws that agree so far part."""
@@ -144,12 +149,17 @@ def _coupons(
         ("a coupon, loading and unloading", planned.cycles(1), rate),
         ("a coupon, three cycles", planned.cycles(3), rate),
     ]
+    seen = coupon is not None and _has_width(measurement.rows(coupon.number))
+    columns = FORCE_AND_WIDTH if seen else FORCE_AND_WIDTH[:1]
+    name = "a coupon in uniaxial tension"
     if coupon is None:
-        ways.insert(0, ("a coupon in uniaxial tension", once, rate))
+        ways.insert(0, (name, once, rate))
     found = [
-        _proposal("coupon", name, "coupon", test, test.setup, way, top, pace, ("force_N",))
+        _proposal("coupon", name, "coupon", test, test.setup, way, top, pace, columns)
         for name, way, pace in ways
     ]
+    if not seen:
+        found.append(_with_width(name, test, test.setup, once, top, rate))
     if coupon is None:
         return found
     # a coupon that is compared so far, too
@@ -159,10 +169,30 @@ def _coupons(
         (f"a coupon to {strain}", once),
         (f"a coupon to {strain}, a hold of 60 s there, and unloading", [*held, ("unloading", 1)]),
     ]
-    return found + [
-        _proposal("coupon", name, "coupon", test, far, way, FARTHER * top, rate, ("force_N",))
-        for name, way in more
-    ]
+    for name, way in more:
+        found.append(
+            _proposal("coupon", name, "coupon", test, far, way, FARTHER * top, rate, columns)
+        )
+        if not seen:
+            found.append(_with_width(name, test, far, way, FARTHER * top, rate))
+    return found
+
+
+def _has_width(rows: pd.DataFrame) -> bool:
+    """Whether a coupon's width was measured, so that the camera stands there."""
+    return bool(rows[FORCE_AND_WIDTH[1]].notna().any())
+
+
+def _with_width(
+    name: str, test: SpecimenTest, setup: LabSetup, way: Sequence[tuple[str, int]], top: float,
+    rate: float,
+) -> Proposal:  # fmt: skip
+    """A coupon that a camera sees, too."""
+    found = _proposal(
+        "coupon_width", f"{name}; a camera measures its width, too", "coupon", test, setup, way,
+        top, rate, FORCE_AND_WIDTH,
+    )  # fmt: skip
+    return replace(found, minutes=found.minutes + SETUP_MIN["camera"])
 
 
 def _some(test: SpecimenTest | None) -> SpecimenTest:
@@ -219,16 +249,12 @@ def _again(
 ) -> Proposal:  # fmt: skip
     """What was measured once more, with other readings; simulated as it was."""
     lines = measurement.readings.copy()
-    for column in READ:
-        lines[column] = np.nan
+    lines[list(READING_COLUMNS)] = np.nan
     mine = lines["test"] == test.number
     lines.loc[mine, list(columns)] = 0.0
     lasting = float(np.ptp(measurement.rows(test.number)["time_s"])) / 60
     found = Measurement(lines, measurement.tests)
     return Proposal(name, SETUP_MIN[mounting] + lasting, found, kind, known_mesh=True)
-
-
-READ = ("angle_deg", "chord_angle_deg", "force_N", "tip_x_mm", "tip_z_mm")
 
 
 def _rows(

@@ -31,6 +31,7 @@ from dolfingrip.diagnosis.inference.verdict import REFUTED
 from dolfingrip.diagnosis.model import FitFailure
 from dolfingrip.diagnosis.problem import AREA, MODULUS, Problem
 from dolfingrip.diagnosis.simulation import meshes
+from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
@@ -189,8 +190,10 @@ def _readings(
     fit: Hypothesis, proposal: Proposal, config: Config, workers: Workers
 ) -> tuple[Vector, Matrix]:
     """Readings of an addition as a fit has them, with derivatives by ζ."""
-    if fit.model is None:
-        raise FitFailure(f"{' with '.join(fit.effects)} is an instrument's")
+    if fit.beside is not None:
+        return _with_linear(fit, fit.beside, proposal, config, workers)
+    if fit.model is None:  # an effect that was not fitted
+        raise FitFailure(f"{' with '.join(fit.effects)} cannot be simulated there")
     # the gap and the regulator's zero of an addition are others, not those that were fitted
     kept = fit.model.unshifted
     model = replace(
@@ -202,6 +205,26 @@ def _readings(
     slopes[:, kept] = own
     by_zeta = [slope(p.prior, float(z)) for p, z in zip(fit.parameters, fit.zeta, strict=True)]
     return readings, slopes * np.array(by_zeta)
+
+
+def _with_linear(
+    fit: Hypothesis, beside: Hypothesis, proposal: Proposal, config: Config, workers: Workers
+) -> tuple[Vector, Matrix]:
+    """The same of effects that are linear: an instrument's are there with the same instruments."""
+    first = len(beside.parameters)
+    rest = replace(beside, zeta=fit.zeta[:first])
+    readings, slopes = _readings(rest, proposal, config, workers)
+    base = simulate_base(
+        proposal.measurement, config, workers, effects=[part.effect for part in fit.linear]
+    )
+    columns = []
+    for part in fit.linear:
+        found = next(each for each in base.candidates if each.name == part.effect)
+        if part.label not in found.labels:
+            raise FitFailure(f"{part.effect} with {part.label} does not reach all readings")
+        columns.append(found.shapes[found.labels.index(part.label)] * part.spread)
+    changes = np.column_stack(columns)
+    return readings + changes @ fit.zeta[first:], np.hstack([slopes, changes])
 
 
 def _nuisances(problem: Problem, proposal: Proposal, config: Config, workers: Workers) -> Matrix:

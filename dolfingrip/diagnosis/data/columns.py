@@ -24,11 +24,13 @@ LED: Final[Mapping[str, str]] = {name: EXPERIMENTS[name].control for name in EXP
 READINGS: Final[Mapping[str, tuple[str, ...]]] = {
     "bending": ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm"),
     "blocked_force": ("force_N", "angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm"),
-    "coupon": ("force_N",),
+    "coupon": ("force_N", "transverse_strain"),
 }
 """Columns that each experiment reads; any of them may be absent."""
 
-READING_COLUMNS: Final = ("angle_deg", "chord_angle_deg", "force_N", "tip_x_mm", "tip_z_mm")
+READING_COLUMNS: Final = (
+    "angle_deg", "chord_angle_deg", "force_N", "tip_x_mm", "tip_z_mm", "transverse_strain",
+)  # fmt: skip
 """All columns of readings."""
 
 NUMBERS: Final = ("time_s", "pressure_kPa", "displacement_mm", *READING_COLUMNS)
@@ -42,6 +44,9 @@ IGNORED: Final = frozenset(
 )
 """What a simulation's ``result.csv`` has besides, which no instrument reads."""
 
+RATIOS: Final = ("transverse_strain",)
+"""Columns of pure numbers; others end in their unit."""
+
 LOWEST_PRESSURE_kPa: Final = -10.0
 """A gauge that is off by its zero shows no less (three standard deviations of its offset)."""
 
@@ -54,6 +59,7 @@ RANGES: Final[Mapping[str, tuple[float, float]]] = {
     "force_N": (-1e5, 1e5),
     "tip_x_mm": (-1e3, 1e3),
     "tip_z_mm": (-1e3, 1e3),
+    "transverse_strain": (-1.0, 1.0),
 }
 """Values that are no slip of the pen, by column, in its unit."""
 

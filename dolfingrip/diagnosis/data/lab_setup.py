@@ -64,7 +64,7 @@ NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
     "coupon_slack_mm": (0.1, "of the travel at which the force of each coupon begins"),
     "material_law": (
         0.01,
-        "relative, of a coupon's force: what no simple law of a material follows",
+        "relative, of a coupon's force and width: what no simple law of a material follows",
     ),
 }
 """Standard deviations of what no diagnosis names as a cause, in the key's unit, and what of."""

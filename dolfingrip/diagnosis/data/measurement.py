@@ -101,6 +101,15 @@ class Measurement:
         return pd.DataFrame(found)[list(LISTED)]
 
 
+def in_proportion(measurement: Measurement) -> np.ndarray:
+    """(n,) which single readings are in proportion to the modulus: coupons' forces.
+
+    How far a coupon narrows depends neither on its modulus nor on its cross-section.
+    """
+    listed = measurement.listed()
+    return ((listed["experiment"] == "coupon") & (listed["column"] == "force_N")).to_numpy()
+
+
 def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
     """Read measured CSV files, each with the TOML of the same stem.
 

@@ -37,7 +37,7 @@ EXPERIMENTS: Final = ("bending", "blocked_force")
 
 KINDS: Final = (
     "unloading", "cycles", "slow_cycle", "hold", "tip", "blocked_angle", "gap", "orientation",
-    "coupon",
+    "coupon", "coupon_width",
 )  # fmt: skip
 """What a laboratory may be able to add."""
 
@@ -53,6 +53,7 @@ class RigProtocol(Section):
     hold_s: float = Field(0.0, ge=0, le=1e6, description="wait after the first ramp")
     tip: bool = Field(False, description="the tip's x and z are read in free bending")
     blocked_angle: bool = Field(False, description="the angle is read while blocked")
+    coupon_width: bool = Field(False, description="a coupon's width is read, too")
     can_vary: Annotated[tuple[str, ...], Field(strict=False)] = Field(
         KINDS, description=f"additions that are possible, of {', '.join(KINDS)}"
     )
@@ -111,6 +112,8 @@ def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataF
         top, count = applied.coupon.max_strain * applied.coupon.gauge_length_mm, None
         rate = test.setup.rate or applied.coupon.rate_mm_per_s
         columns: tuple[str, ...] = ("force_N",)
+        if protocol.coupon_width:
+            columns += ("transverse_strain",)
     else:
         top, count = protocol.highest_pressure_kPa, protocol.step_kPa
         rate = test.setup.rate or applied.experiment.rate_kPa_per_s

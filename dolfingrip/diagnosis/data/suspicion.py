@@ -51,6 +51,7 @@ _OF_COLUMN: Final = {
         Factor(1 / 9.81, "a force multiplied by g"),
     ),
     "length": (Factor(1000.0, "a length in m"), Factor(10.0, "a length in cm")),
+    "transverse": (Factor(0.01, "a strain in percent"),),
 }
 _OF_PRESSURE: Final = (
     Factor(100.0, "a pressure in bar"),

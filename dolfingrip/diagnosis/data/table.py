@@ -20,6 +20,7 @@ from dolfingrip.diagnosis.data.columns import (
     NOT_SIMULATED,
     NUMBERS,
     RANGES,
+    RATIOS,
     READING_COLUMNS,
     READINGS,
     near,
@@ -160,7 +161,7 @@ def _cycle(line: _Line, text: str) -> int:
 
 def _number(line: _Line, name: str, text: str) -> float:
     low, high = RANGES[name]
-    unit = name.rpartition("_")[2]
+    unit = "(no percent)" if name in RATIOS else name.rpartition("_")[2]
     allowed = f"allowed: {low:g} to {high:g} {unit}"
     try:
         value = float(text)

@@ -104,6 +104,7 @@ DEFAULTS: Mapping[str, ChannelNoise] = {
     "force_N": ChannelNoise(0.02),
     "tip_x_mm": ChannelNoise(0.2),
     "tip_z_mm": ChannelNoise(0.2),
+    "transverse_strain": ChannelNoise(0.002),
 }
 """Ordinary noise of cameras and force sensors on a bench; an engineering guess."""
 

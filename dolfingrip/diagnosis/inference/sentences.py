@@ -19,6 +19,7 @@ NAMES = {
     "force_N": "force",
     "tip_x_mm": "tip's displacement along x",
     "tip_z_mm": "tip's displacement along z",
+    "transverse_strain": "transverse strain",
 }
 WAYS = {"loading": "on loading", "unloading": "on unloading", "hold": "on hold"}
 """Branches in the order in which they are told."""

@@ -18,6 +18,9 @@ FORMAT: Final = 1
 """Version of what a result holds and a key means; to be raised where the same configuration gives
 other results. A result of another version is computed again."""
 
+OF_COUPONS: Final = 2
+"""The same of coupons, whose results have the transverse strain from 2 on."""
+
 OBJECTIVE: Final = "dolfingrip.diagnosis.simulation.job:simulate"
 """Import path of what computes a job."""
 
@@ -60,9 +63,10 @@ class Job:
     def _content(self) -> dict[str, Any]:
         plain = self.config.model_dump(mode="json")
         felt = decisive(plain, digest_of(self.config.mesh.file))
-        sections = _OF_COUPON if self.experiment == "coupon" else _OF_FINGER
+        coupon = self.experiment == "coupon"
+        sections = _OF_COUPON if coupon else _OF_FINGER
         return {
-            "format": FORMAT,
+            "format": OF_COUPONS if coupon else FORMAT,
             "experiment": self.experiment,
             "gradients": sorted(self.gradients),
             "config": {name: felt[name] for name in sections},

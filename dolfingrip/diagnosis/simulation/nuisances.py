@@ -17,7 +17,7 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.lab_setup import NUISANCES
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.simulation.simulated import Simulated
 from dolfingrip.parameter import SHAPES, every, find, moduli
 
@@ -114,7 +114,7 @@ def nuisances(measurement: Measurement, base: Simulated) -> list[Nuisance]:
     listed = measurement.listed()
     test = listed["test"].to_numpy()
     configs = {number: run.config for run in base.runs for number in run.group.tests}
-    coupons = (listed["experiment"] == "coupon").to_numpy()
+    forces = in_proportion(measurement)
 
     def spread(key: str, scale: Callable[[Config], float] = lambda config: 1.0) -> np.ndarray:
         """(n,) standard deviation in the parameter's unit."""
@@ -131,7 +131,7 @@ def nuisances(measurement: Measurement, base: Simulated) -> list[Nuisance]:
         Nuisance("wall", walls * spread("wall", lambda config: config.geometry.wall_mm)),
         Nuisance("pressure_gain", base.slope(GAIN) * spread("pressure_gain", _gain)),
         Nuisance("pressure_offset_kPa", base.slope(OFFSET) * spread("pressure_offset_kPa")),
-        Nuisance("coupon_area", np.where(coupons, base.readings, 0.0) * spread("coupon_area")),
+        Nuisance("coupon_area", np.where(forces, base.readings, 0.0) * spread("coupon_area")),
         *(Nuisance(key, base.slope(key) * spread(key)) for key in _own(measurement)),
     ]
     found += _by_plate(measurement, base, configs, base.slope(GAP) * spread("plate_gap_mm"), test)

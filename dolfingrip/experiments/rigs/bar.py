@@ -19,6 +19,7 @@ from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.readings.reaction import Reaction
+from dolfingrip.mechanics.readings.transverse import TransverseStrain
 
 CLAMPED_CELLS = 2
 """Elements across the thinner side of a bar that is held fast."""
@@ -69,6 +70,8 @@ class CouponModel:
         model: what is solved.
         history: its internal variables.
         moved: owned displacement nodes of the end that moves.
+        sides: owned displacement nodes of the two sides that its width is between, as near as there
+            are any to half its length.
         parameters: constants of the potential by name.
     """
 
@@ -76,11 +79,16 @@ class CouponModel:
     model: Model
     history: History
     moved: np.ndarray
+    sides: tuple[np.ndarray, np.ndarray]
     parameters: dict[str, fem.Constant]
 
     def force(self) -> Reaction:
         """Tensile force: the moved end's reaction."""
         return Reaction(self.model, "force_N", self.moved, axis=2)
+
+    def transverse_strain(self) -> TransverseStrain:
+        """How far the bar narrows along its width."""
+        return TransverseStrain(self.model, self.sides, axis=0)
 
 
 def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
@@ -131,5 +139,20 @@ def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
         {"displacement_mm": crosshead},
         memories=[crosshead, history],
     )
-    moved = np.flatnonzero(head[: space.dofmap.index_map.size_local])
-    return CouponModel(config, model, history, moved, site.parameters)
+    owned = space.dofmap.index_map.size_local
+    moved = np.flatnonzero(head[:owned])
+    return CouponModel(config, model, history, moved, _sides(x[:owned], comm), site.parameters)
+
+
+def _sides(x: np.ndarray, comm: MPI.Comm) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes on both sides across the width, those of the cross-section nearest to the middle.
+
+    Args:
+        x: (n, 3) owned nodes, as parts of the bar's width, thickness and length.
+        comm: of all nodes.
+    """
+    away = np.abs(x[:, 2] - 0.5)
+    nearest = comm.allreduce(float(away.min(initial=np.inf)), MPI.MIN)
+    middle = np.isclose(away, nearest)
+    lower, upper = (np.flatnonzero(middle & np.isclose(x[:, 0], at)) for at in (0.0, 1.0))
+    return lower, upper

@@ -21,7 +21,7 @@ from dolfingrip.parameter import Parameter
 
 
 class BarRig(Rig):
-    """Moves a bar's end, and reads force and travel.
+    """Moves a bar's end, and reads force, travel and width.
 
     Args:
         config: as asked for.
@@ -38,6 +38,7 @@ class BarRig(Rig):
             Time(model),
             travel,
             bar.force(),
+            bar.transverse_strain(),
         ]
         self.readings = {reading.column: reading for reading in found}
         self._bar = bar

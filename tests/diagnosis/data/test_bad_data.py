@@ -113,3 +113,16 @@ def test_a_file_given_twice(tmp_path: Path) -> None:
     file = written(tmp_path)
     with pytest.raises(ConfigError, match="given twice; allowed: each file once"):
         read([file, file])
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("1,16.5,30,-18.4", "transverse_strain = -18.4: allowed: -1 to 1 (no percent)"),
+        ("1,16.5,30,-18 %", "transverse_strain = -18 %: not a number; allowed: -1 to 1 (no perce"),
+    ],
+)
+def test_a_width_is_a_strain(tmp_path: Path, row: str, said: str) -> None:
+    csv = f"time_s,displacement_mm,force_N,transverse_strain\n0,0,0,0\n{row}\n"
+    told = 'experiment = "coupon"\ngauge_length_mm = 33.0\narea_mm2 = 9.0\n'
+    assert said in refused(written(tmp_path, csv, told))

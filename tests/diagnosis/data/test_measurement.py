@@ -106,8 +106,11 @@ def test_a_synthetic_coupon_is_read_as_it_was_written(tmp_path: Path) -> None:
     synthetic.write(made, tmp_path)
     found = read([tmp_path / "measured.csv"])
     assert isinstance(found, Measurement)
-    np.testing.assert_allclose(found.listed()["value"], [row["force_N"] for row in made.rows], 1e-5)
+    for name in ("force_N", "transverse_strain"):
+        listed = found.listed()
+        own = listed["value"][listed["column"] == name]
+        np.testing.assert_allclose(own, [row[name] for row in made.rows], 1e-5)
+        assert found.tests[0].setup.noise[name] == synthetic.NOISE[name]
     applied = found.tests[0].setup.applied(Config())
     assert applied.coupon.gauge_length_mm == 20.0
     assert applied.coupon.area_mm2 == pytest.approx(9.0)
-    assert found.tests[0].setup.noise["force_N"] == synthetic.NOISE["force_N"]

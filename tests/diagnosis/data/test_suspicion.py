@@ -106,3 +106,21 @@ def test_travel_in_another_unit(wrong: float) -> None:
     said = suspicions(Measurement(table, [test]), wrong * pulled_N(travel_mm / 1000))
     assert {each.column for each in said} == {"displacement_mm", "force_N"}
     assert any("a displacement in m? (factor 1000)" in each.sentence() for each in said)
+
+
+@pytest.mark.parametrize(
+    ("factor", "meaning"), [(-1.0, "the sign is reversed"), (0.01, "a strain in percent")]
+)
+def test_a_width_in_percent_or_with_its_sign_reversed(factor: float, meaning: str) -> None:
+    """Of a bar at constant volume, up to 2 % of strain: percents are below 1 there, too."""
+    test = SpecimenTest(0, Path("lab.csv"), "coupon", "A", LabSetup())
+    strain = np.linspace(0, 0.02, 9)
+    table = pd.DataFrame(np.nan, index=range(9), columns=list(MEASURED))
+    table = table.astype({"experiment": object, "specimen": object, "branch": object})
+    table[["experiment", "specimen", "branch"]] = ["coupon", "A", "loading"]
+    table["test"], table["displacement_mm"] = 0, 33 * strain
+    narrowed = (1 + strain) ** -0.5 - 1
+    table["transverse_strain"] = narrowed / factor
+    (said,) = suspicions(Measurement(table, [test]), 0.92 * narrowed)
+    assert (said.column, said.factor) == ("transverse_strain", factor)
+    assert meaning in said.sentence()

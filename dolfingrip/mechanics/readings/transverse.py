@@ -1,0 +1,65 @@
+"""How far a bar narrows as it is pulled."""
+
+from __future__ import annotations
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from dolfingrip.mechanics.model.direction import Direction
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.readings.reading import Reading
+
+COLUMN = "transverse_strain"
+
+
+class TransverseStrain(Reading):
+    """Nominal strain across a bar: its width by its width at rest, less 1; no unit.
+
+    The width is the distance between the mean places of nodes on two opposite sides, along an axis
+    across the bar: what a camera sees of the bar's outline at half its length (ISO 527-1 calls its
+    ratio to the strain along the bar, with a minus sign, Poisson's ratio).
+
+    Args:
+        model: what is read.
+        sides: this rank's owned displacement nodes on the lower and on the upper side.
+        axis: 0, 1 or 2.
+    """
+
+    def __init__(self, model: Model, sides: tuple[np.ndarray, np.ndarray], axis: int) -> None:
+        super().__init__(model, COLUMN)
+        self._sides, self._axis = sides, axis
+        self._counts = [model.comm.allreduce(len(nodes), MPI.SUM) for nodes in sides]
+
+    def _apart(self, at_nodes: np.ndarray) -> float:
+        """Difference of the means of a field (nodes, 3) on the two sides, along the axis."""
+        local = sum(
+            sign * float(at_nodes[nodes, self._axis].sum()) / count
+            for sign, nodes, count in self._weights()
+        )
+        return float(self.model.comm.allreduce(local, MPI.SUM))
+
+    def _weights(self) -> list[tuple[float, np.ndarray, int]]:
+        return list(zip((-1.0, 1.0), self._sides, self._counts, strict=True))
+
+    def _width_mm(self) -> float:
+        return self._apart(self.model.u.function_space.tabulate_dof_coordinates())
+
+    def value(self) -> float:
+        return self._apart(self.model.u.x.array.reshape(-1, 3)) / self._width_mm()
+
+    def gradient(self) -> np.ndarray:
+        found = Gradient(self.model.unknowns)
+        width_mm = self._width_mm()
+        for sign, nodes, count in self._weights():
+            found.at_nodes[nodes, self._axis] += sign / (count * width_mm)
+        return found.array
+
+    def by_direction(self, direction: Direction) -> float:
+        if direction.velocity is None:
+            return 0.0
+        moving = fem.Function(self.model.u.function_space)
+        moving.interpolate(direction.velocity)
+        by_s = self._apart(moving.x.array.reshape(-1, 3))
+        return -self.value() * by_s / self._width_mm()

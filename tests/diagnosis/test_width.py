@@ -1,0 +1,150 @@
+"""A coupon's width: what it tells that the force does not, and that it is asked for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.invented_coupon import WIDTH_NOISE, made, white
+from diagnosis.simulation.here import Here
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.additions import worth
+from dolfingrip.diagnosis.additions.protocols import SETUP_MIN, Proposal, proposals
+from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
+from dolfingrip.diagnosis.found import Diagnosis
+from dolfingrip.diagnosis.selection import selected
+from dolfingrip.diagnosis.simulation.base import simulate_base
+from dolfingrip.diagnosis.simulation.reference import reference_measurement
+
+WIDTH = "transverse_strain"
+ONCE = ("experiment.unload=false",)
+EXACT = f"""experiment = "coupon"
+gauge_length_mm = 33.0
+area_mm2 = 9.0
+[noise]
+force_N = 0.02
+displacement_mm = 0.0
+{WIDTH} = {WIDTH_NOISE}
+[nuisance]
+material_law = 0.0
+coupon_slack_mm = 0.0
+"""
+HIDDEN = "extensions.bulk_modulus.more_MPa=100.0"
+
+
+def coupon(folder: Path, *overrides: str, told: str = EXACT, **others: object) -> Measurement:
+    """One that is pulled once, as far as it is compared."""
+    noise = lambda rng, count: white(rng, count, 0.02)  # noqa: E731
+    file = made(folder, *ONCE, *overrides, noise=noise, told=told, **others)
+    return selected(read([file]), Config())[0]
+
+
+def diagnosed(measurement: Measurement, store: Path, *effects: str) -> Diagnosis:
+    return diagnose_measurement(measurement, Config(), Here(store), Settings(effects=effects))
+
+
+@pytest.fixture(scope="module")
+def tied(store: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    """Its force alone, of a material that is less compressible."""
+    measurement = coupon(tmp_path_factory.mktemp("force"), HIDDEN)
+    return diagnosed(measurement, store, "bulk_modulus", "ogden_terms")
+
+
+def test_the_width_tells_how_far_the_volume_changes(
+    tied: Diagnosis, store: Path, tmp_path: Path
+) -> None:
+    """A bulk modulus that is 4.5 times as large changes the force as another law does, and the
+    width at 50 % by 0.013, 6.5 standard deviations of a camera."""
+    print(tied.verdict.sentence())
+    assert set(tied.verdict.named[0].names) == {"bulk_modulus", "ogden_terms"}
+    measurement = coupon(tmp_path, HIDDEN, width=True)
+    both = diagnosed(measurement, store, "bulk_modulus", "ogden_terms")
+    print(both.verdict.sentence())
+    assert both.verdict.names == ("bulk_modulus",)
+    assert both.verdict.probability > 0.95
+    more = both.best.estimates(both.problem)[-1]
+    assert more.low < 100 < more.high
+
+
+def test_a_camera_is_asked_for_where_the_force_ties(tied: Diagnosis) -> None:
+    for each in tied.next:
+        print(each.name, each.gain, each.chance)
+    assert tied.next[0].splits
+    assert tied.next[0].name == "a coupon in uniaxial tension; a camera measures its width, too"
+
+
+def by_name(measurement: Measurement) -> dict[str, Proposal]:
+    return {each.name: each for each in proposals(measurement, Config())}
+
+
+def columns(proposal: Proposal) -> set[str]:
+    return set(proposal.measurement.listed()["column"])
+
+
+def test_additions_with_a_camera(tied: Diagnosis, tmp_path: Path) -> None:
+    """Where there is none yet it takes its minutes; where there is one it goes on seeing."""
+    found = by_name(tied.problem.measurement)
+    seen = {name: each for name, each in found.items() if each.kind == "coupon_width"}
+    assert len(seen) == 3
+    for name, each in seen.items():
+        assert columns(each) == {"force_N", WIDTH}
+        plain = name.removesuffix("; a camera measures its width, too")
+        if plain in found:
+            assert columns(found[plain]) == {"force_N"}
+            assert each.minutes == pytest.approx(found[plain].minutes + SETUP_MIN["camera"])
+    again = by_name(coupon(tmp_path, width=True))
+    assert {each.kind for each in again.values()} == {"coupon"}
+    assert all(columns(each) == {"force_N", WIDTH} for each in again.values())
+    of_a_finger = by_name(reference_measurement())
+    (one,) = (each for each in of_a_finger.values() if each.kind == "coupon_width")
+    assert one.minutes > SETUP_MIN["coupon"] + SETUP_MIN["camera"]
+
+
+def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: Path) -> None:
+    told = EXACT.replace("material_law = 0.0", "coupon_area = 0.1")
+    told = told.replace("coupon_slack_mm = 0.0", "coupon_slack_mm = 0.1")
+    measurement = coupon(tmp_path, told=told, width=True)
+    base = simulate_base(
+        measurement, Config(), Here(store), effects=["force_gain", "mooney_rivlin"]
+    )
+    across = (measurement.listed()["column"] == WIDTH).to_numpy()
+    changes = {each.name: each.change for each in base.nuisance_list}
+    assert set(changes) == {"modulus", "coupon_area"}
+    for change in changes.values():
+        np.testing.assert_allclose(change[across], 0.0, atol=1e-6)
+        assert (np.abs(change[~across]) > 0.05).all()
+    np.testing.assert_array_equal(base.at_modulus(1.3)[across], base.readings[across])
+    gain, law = (
+        base.candidates if base.candidates[0].name == "force_gain" else base.candidates[::-1]
+    )
+    assert not gain.shapes[0][across].any()
+    assert law.felt
+    # it begins to narrow where the force begins: the travel's error is both readings'
+    slope = np.gradient(base.readings[across], measurement.listed()["led"][across])
+    np.testing.assert_allclose(base.by_led[across][1:-1], slope[1:-1], rtol=0.01)
+
+
+def test_a_tie_with_an_instrument_is_judged(store: Path, tmp_path: Path) -> None:
+    """A load cell whose zero is off beside a law: the same cell reads what is added."""
+    offset_N = 0.05
+    found = diagnosed(
+        coupon(tmp_path, HIDDEN, offset_N=offset_N), store, "force_offset", "ogden_terms"
+    )
+    fits = [found.fits[frozenset([name])] for name in ("force_offset", "ogden_terms")]
+    far = [each for each in proposals(found.problem.measurement, Config()) if "1.5" in each.name]
+    workers = Here(store)
+    judged, failed = worth.judge(
+        found.problem, [(fit, 0.5) for fit in fits], far, workers, lambda text: None
+    )
+    assert failed == []
+    assert len(judged) == len(far) == 4
+    assert all(each.gain > 0 for each in judged)
+    base = simulate_base(far[0].measurement, Config(), workers, effects=["force_offset"])
+    readings, slopes = worth._readings(fits[0], far[0], Config(), workers)
+    strength_N = fits[0].by_key["strength of force_offset"] * 0.02
+    expected = base.at_modulus(fits[0].values[0]) + strength_N
+    np.testing.assert_allclose(readings, expected, atol=1e-4)
+    np.testing.assert_allclose(slopes[:, -1], 0.02, rtol=1e-6)
