@@ -86,8 +86,11 @@ def test_each_side_of_an_effect_has_its_own_change() -> None:
         tuple(shape.overrides for shape in tried.shapes),
         tuple(shape.part for shape in tried.shapes), tried.spread, tried.one_sided, "ungraded",
     )  # fmt: skip
-    index = pd.DataFrame({"experiment": ["blocked_force"] * 3})
-    problem = SimpleNamespace(index=index, ratio=np.ones(3), take=lambda values: values)
+    listed = pd.DataFrame({"experiment": ["blocked_force"] * 3, "column": ["force_N"] * 3})
+    problem = SimpleNamespace(
+        measurement=SimpleNamespace(listed=lambda: listed), kept=np.arange(3), ratio=np.ones(3),
+        take=lambda values: values,
+    )  # fmt: skip
     taken = as_candidate(cast(Problem, problem), found)
     assert taken.one_sided
     np.testing.assert_allclose([shape.change for shape in taken.shapes], simulated)
