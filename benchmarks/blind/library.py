@@ -27,6 +27,9 @@ from dolfingrip.diagnosis.simulation.secants import felt_in
 Way = Literal["curve", "history"]
 
 BASE: Final = "base"
+BESIDE: Final = "base on the mesh of changes"
+"""What changes are taken against, where the base is on another mesh."""
+BASES: Final = (BASE, BESIDE)
 SLOPES: Final = ("finger.wall_mm", "finger.base_layer_mm", "plate.gap_mm")
 """Parameters that the base curve is derived by."""
 HISTORIES: Final = ("P2", PULL, "P4", "short", "short-P4", "coupon")
@@ -48,7 +51,7 @@ class Entry:
     """One simulation of the library.
 
     Attributes:
-        name: of the base, a cause or an outsider.
+        name: of the base (:data:`BASE`, :data:`BESIDE`), a cause or an outsider.
         form, part: of the cause; its strength.
         experiment: that is simulated.
         way: along one curve, or through a history.
@@ -81,31 +84,35 @@ def entries(history: str) -> list[Entry]:
     """All simulations that protocols of a history are made of, those without memory first."""
     protocol = PROTOCOLS[history]
     found = [entry for course in protocol.courses for entry in _entries(protocol, course)]
-    return sorted(found, key=lambda entry: (entry.way == "history", entry.name != BASE))
+    return sorted(found, key=lambda entry: (entry.way == "history", entry.name not in BASES))
 
 
 def _entries(protocol: Protocol, course: Course) -> Iterator[Entry]:
     """Those of one test: the base, causes, and outsiders that are another geometry."""
-    config = generator.generating(protocol)
     experiment, coupon = course.experiment, course.experiment == "coupon"
+    config = generator.generating(protocol, changes=True)
+    converged = config if coupon else generator.generating(protocol)
     curves = "coupon-curves" if coupon else f"{protocol.body}-curves"
     base = curve_protocol(course, 1.0 if coupon else generator.HEADROOM)
     along = curve_protocol(course, *((1.0,) if coupon else (SHORTER, CHANGE_STOPS)))
 
     def entry(
         name: str, form: int, part: float, changes: tuple[str, ...], told: Mapping[str, Any],
-        slopes: tuple[str, ...] = (),
+        slopes: tuple[str, ...] = (), model: Config = config,
     ) -> Entry:  # fmt: skip
         past = told is not base and told is not along
         step_kPa = LONGEST_kPa.get(protocol.name) if past else CURVE_STEP_kPa
         steps = {"max_step_kPa": step_kPa} if step_kPa else {}
-        other = config.overridden(changes).changed(protocol=told, solver=steps)
+        other = model.overridden(changes).changed(protocol=told, solver=steps)
         job = Job(experiment, other, slopes)
         way: Way = "history" if past else "curve"
         return Entry(name, form, part, experiment, way, protocol.name if past else curves, job)
 
     felt_here = [key for key in SLOPES if experiment == "blocked_force" or "plate" not in key]
-    yield entry(BASE, 0, 0.0, (), base, () if coupon else tuple(felt_here))
+    slopes = () if coupon else tuple(felt_here)
+    yield entry(BASE, 0, 0.0, (), base, slopes, converged)
+    if converged != config:
+        yield entry(BESIDE, 0, 0.0, (), base, slopes)
     for cause in generator.causes().values():
         if experiment in felt(cause):
             told = course.protocol() if cause.remembers else along
@@ -151,7 +158,7 @@ def failed_in(wanted: Sequence[Entry], found: Mapping[str, JobResult]) -> frozen
     return frozenset(
         entry.name
         for entry in wanted
-        if entry.name != BASE
+        if entry.name not in BASES
         and (result := found.get(entry.job.key)) is not None
         and result.failure_class is not None
     )
@@ -213,7 +220,7 @@ class Library:
     """The responses of a history's protocols.
 
     Attributes:
-        base: by experiment.
+        base: by experiment, on the converged mesh.
         changes: by cause or outsider, form and experiment; what is not felt is absent.
         failures: a sentence for each simulation that ended early.
         failed: causes and outsiders that they are of, which no case hides.
@@ -238,24 +245,28 @@ def load(history: str, folder: Path) -> Library:
     wanted = entries(history)
     found = known(wanted, folder)
     base: dict[str, Curve] = {}
+    beside: dict[str, Curve] = {}
     failures, missing = [], []
     kept: dict[tuple[str, int, str], list[tuple[Entry, JobResult]]] = {}
     for entry in wanted:
         result = found.get(entry.job.key)
         if result is None:
             missing.append(entry.name)
-        elif entry.name == BASE:
+        elif entry.name in BASES:
             reached = len(next(iter(result.columns.values())))
-            base[entry.experiment] = Curve(_at(entry)[:reached], result.columns, result.slopes)
+            curve = Curve(_at(entry)[:reached], result.columns, result.slopes)
+            (base if entry.name == BASE else beside)[entry.experiment] = curve
         elif result.failure_class is not None:
             failures.append(f"{entry.name} in {entry.experiment}: {result.failure}")
             missing.append(entry.name)
         else:
             kept.setdefault((entry.name, entry.form, entry.experiment), []).append((entry, result))
-    if BASE in missing:
+    if set(BASES) & set(missing):
         raise ConfigError(f"{folder}: no library of {history} yet; run the stage library first")
     changes = {
-        key: _change(parts, base[key[2]]) for key, parts in kept.items() if key[0] not in missing
+        key: _change(parts, beside.get(key[2], base[key[2]]))
+        for key, parts in kept.items()
+        if key[0] not in missing
     }
     return Library(base, changes, tuple(failures), failed_in(wanted, found))
 
