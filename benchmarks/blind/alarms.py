@@ -24,6 +24,7 @@ from benchmarks.blind.noise import Instruments
 from benchmarks.blind.response import Catalogue, Truth
 from benchmarks.blind.score import interval
 from dolfingrip.diagnosis import conclude, selection
+from dolfingrip.diagnosis.between import between
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.diagnose import problem_of
 from dolfingrip.diagnosis.fit import Fitter
@@ -127,9 +128,10 @@ def _drawn(
 
 def _screened(problem: Problem, crew: StayingWorkers) -> dict[str, float]:
     """Log odds of any cause, and their threshold."""
-    none = Fitter(problem, crew, lambda text: None).none()
+    fitter = Fitter(problem, crew, lambda text: None)
+    none = fitter.none()
     analysis = conclude.screen(problem, none)
-    found = conclude.conclude(problem, analysis, {conclude.NONE: none})
+    found = conclude.conclude(problem, analysis, between(fitter, analysis, none))
     odds = found.posterior.log_odds_something()
     above = odds > analysis.priors.log_odds_something
     return {"log_odds": odds, "threshold": analysis.thresholds.something if above else np.nan}

@@ -25,6 +25,7 @@ from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.inference.unknown import smooth_changes
 from dolfingrip.diagnosis.problem import Problem
+from dolfingrip.diagnosis.remodulated import remodulated
 from dolfingrip.diagnosis.search import BEHIND, PART
 from dolfingrip.diagnosis.simulation.strengths import ALIKE
 from dolfingrip.diagnosis.step import hypothesis_at, visit
@@ -53,7 +54,7 @@ ROUNDS: Final = 2
 
 
 def between(fitter: Fitter, analysis: Analysis, none: Hypothesis) -> Fits:
-    """The base model, and the leading effects at the best places of their surfaces.
+    """The base model, linear effects beside their own modulus, and strong ones on their surfaces.
 
     Args:
         fitter: of the problem; no simulation is made.
@@ -61,14 +62,20 @@ def between(fitter: Fitter, analysis: Analysis, none: Hypothesis) -> Fits:
         none: the base model's fit.
 
     Returns:
-        The base model alone where no effect is strong, or secants serve: no unknown cause leads.
+        None of the latter where no effect is strong, or secants serve: no unknown cause leads.
     """
     found: dict[frozenset[str], Hypothesis] = {NONE: none}
     first = conclude(fitter.problem, analysis, found)
+    more = remodulated(fitter, first.scores, none)
+    if more:
+        found |= more
+        first = conclude(fitter.problem, analysis, found)
     scores = {score.name: score for score in first.scores}
     if first.posterior.log_odds_unknown() <= 0:
         return found
     for name in _strong(first.scores)[:MOST]:
+        if frozenset([name]) in found:
+            continue
         fit = on_surface(fitter, scores[name], none)
         if fit is not None:
             found[frozenset([name])] = fit

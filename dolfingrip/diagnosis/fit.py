@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import to_values
 from dolfingrip.diagnosis.inference.screen import Score
-from dolfingrip.diagnosis.linear import with_linear
+from dolfingrip.diagnosis.linear import beside_own_modulus, with_linear
 from dolfingrip.diagnosis.model import (
     EffectModel,
     FitFailure,
@@ -121,6 +121,8 @@ class Fitter:
         names = tuple(score.name for score in scores)
         known = frozenset(score.name for score, _ in simulated)
         if known in fits:
+            if not known and len(linear) == 1:
+                return beside_own_modulus(self.problem, fits[known], *linear[0])
             return with_linear(self.problem, names, fits[known], linear)
         parameters: list[FreeParameter] = []
         held: list[str] = []
@@ -144,6 +146,13 @@ class Fitter:
             self.failures.append(f"{' with '.join(names)} could not be fitted: {failure}")
             return None
         return with_linear(self.problem, names, hypothesis, linear) if linear else hypothesis
+
+    def linear(self, score: Score) -> Candidate | None:
+        """The candidate of an effect that no parameter needs a simulation for; else None."""
+        each = self._candidate(score.name)
+        if can_be_fitted(each.name, each.overrides[score.shape], self._config()):
+            return None
+        return each
 
     def again(self, fit: Hypothesis) -> Hypothesis:
         """A fit for the present problem, a step along its tangent away."""

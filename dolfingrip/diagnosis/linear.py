@@ -14,12 +14,20 @@ from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.model import FreeParameter
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation.secants import Candidate
+from dolfingrip.diagnosis.step import hypothesis_at, visit
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
 from dolfingrip.sections.tables import assigned
 
 STRENGTH: Final = "strength of "
 """Begins the key of a strength by the ordinary one."""
+
+STEPS: Final = 12
+"""Of a fit of modulus and strength; most take two to five."""
+LONGEST: Final = 0.7
+"""Of these, in standard deviations of the modulus before measuring."""
+SETTLED: Final = 0.02
+"""Step that is not worth another one."""
 
 
 def with_linear(
@@ -55,6 +63,41 @@ def with_linear(
         beside.evaluations, None,
         tuple(overrides), correction, beside=beside, linear=tuple(parts),
     )  # fmt: skip
+
+
+def beside_own_modulus(
+    problem: Problem, none: Hypothesis, score: Score, candidate: Candidate
+) -> Hypothesis:
+    """An effect and the modulus beside it, fitted together by Gauss and Newton.
+
+    Without an effect the base model may fit best at a modulus and walls that are far from the
+    truth: an angle that is read 20 % low is a stiffer finger, nearly. The tangent there does not
+    reach to the modulus that the effect brings back. The base model needs no simulation at another
+    modulus (:mod:`dolfingrip.diagnosis.simulation.modulus`).
+
+    Args:
+        problem: the readings.
+        none: the base model's fit.
+        score, candidate: the effect in the screen.
+
+    Returns:
+        The effect along the tangent of ``none`` where the base model would need simulations, or
+        where the strength has the other sign than the effect.
+    """
+    name = (score.name,)
+    first = with_linear(problem, name, none, [(score, candidate)])
+    if none.model is None or none.model.base is None or len(none.parameters) != 1:
+        return first
+    fit, zeta = first, none.zeta
+    for _ in range(STEPS):
+        step = np.clip(fit.zeta[:1] - zeta, -LONGEST, LONGEST)
+        if fit.zeta[-1] == 0.0 or float(np.abs(step).max()) < SETTLED:
+            break
+        zeta = zeta + step
+        place = visit(problem, none.model.evaluate, none.model, zeta)
+        here = hypothesis_at((), none.model, place)
+        fit = with_linear(problem, name, here, [(score, candidate)])
+    return first if fit.zeta[-1] == 0.0 else fit
 
 
 def _scaled(name: str, overrides: Sequence[str], strength: float) -> list[str]:

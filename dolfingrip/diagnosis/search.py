@@ -17,6 +17,7 @@ from dolfingrip.diagnosis.inference.posterior import LogPriors
 from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.inference.verdict import REFUTED
 from dolfingrip.diagnosis.model import coupons_alone
+from dolfingrip.diagnosis.remodulated import remodulated
 from dolfingrip.diagnosis.surface import SurfacePoint
 
 SINGLES: Final = 3
@@ -121,9 +122,13 @@ def search(
     """Fits of the base model, the leading effects and pairs, by the names of their effects."""
     fits = {NONE: none}
     first = conclude(fitter.problem, analysis, fits)
+    fits |= remodulated(fitter, first.scores, none)
+    tried = set(fits) - {NONE}
+    if tried:
+        first = conclude(fitter.problem, analysis, fits)
     if first.posterior.none > CERTAINLY_NONE:
         return fits
-    own = _Search(fitter, analysis, fits, {score.name: score for score in first.scores})
+    own = _Search(fitter, analysis, fits, {score.name: score for score in first.scores}, tried)
     for name in _leading(first)[:SINGLES]:
         own.attempt(frozenset([name]))
     for _ in range(MORE):
