@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from dolfingrip.diagnosis import outcome
+from dolfingrip.diagnosis.gain.odds import NEEDED, RIVALS
 
 CERTAIN: Final = 0.9
+
+DIGITS: Final = 4
+"""Power of ten up to which odds are written out."""
 
 EVEN: Final = 0.5
 """Probability of no cause below which its absence cannot be claimed either."""
@@ -147,7 +152,20 @@ def _gain(result: outcome.Diagnosis) -> list[str]:
             f"({row.cause_low:.3g} to {row.cause_high:.3g}) |"
             for row in result.gain
         ),
+        "",
+        "Mean odds of what was left out, for the cause: "
+        + ", ".join(
+            f"{_power(log)} to 1 against {RIVALS[name]} ({NEEDED[name]:.0f} to 1 are needed)"
+            for name, log in result.gain_log_odds.items()
+        )
+        + ".",
     ]
+
+
+def _power(log: float) -> str:
+    """Odds of this logarithm, in digits or as a power of ten."""
+    power = log / math.log(10)
+    return f"{math.exp(log):.2g}" if abs(power) < DIGITS else f"10^{power:.0f}"
 
 
 def _chance(p: float) -> str:
