@@ -113,6 +113,13 @@ class Gain(_Part):
     log_odds_process: float | None = Field(None, description="likewise against the process")
 
 
+class GainOdds(_Part):
+    """How much more probable the readings left out are with the cause, given the others."""
+
+    nuisances: float = Field(description="ln of the mean odds against refitted nuisances")
+    process: float = Field(description="sum of ln odds against a process without cause")
+
+
 class NextExperiment(_Part):
     """What an addition would tell."""
 
@@ -164,9 +171,7 @@ class Diagnosis(_Part):
     nuisances: dict[str, float] = Field(description="fitted, by their standard deviations")
     gain: tuple[Gain, ...] = ()
     gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
-    gain_log_odds: dict[str, float] = Field(
-        {}, description="ln of the mean odds for the cause on all that was left out, by rival"
-    )
+    gain_odds: GainOdds | None = None
     next_experiments: tuple[NextExperiment, ...] = ()
     downstream: Downstream | None = None
     suspicions: tuple[str, ...] = Field((), description="slips of units, signs and columns")

@@ -6,7 +6,7 @@ import math
 from typing import Final
 
 from dolfingrip.diagnosis import outcome
-from dolfingrip.diagnosis.gain.odds import NEEDED, RIVALS
+from dolfingrip.diagnosis.gain.odds import CLEAR
 
 CERTAIN: Final = 0.9
 
@@ -152,13 +152,19 @@ def _gain(result: outcome.Diagnosis) -> list[str]:
             f"({row.cause_low:.3g} to {row.cause_high:.3g}) |"
             for row in result.gain
         ),
+        *_odds(result.gain_odds),
+    ]
+
+
+def _odds(odds: outcome.GainOdds | None) -> list[str]:
+    """In words, for the summary."""
+    if odds is None:
+        return []
+    return [
         "",
-        "Mean odds of what was left out, for the cause: "
-        + ", ".join(
-            f"{_power(log)} to 1 against {RIVALS[name]} ({NEEDED[name]:.0f} to 1 are needed)"
-            for name, log in result.gain_log_odds.items()
-        )
-        + ".",
+        "Given the others, readings that were left out are more probable with the cause: on the "
+        f"mean {_power(odds.nuisances)} times against refitted nuisances ({CLEAR:.0f} are needed), "
+        f"in all {_power(odds.process)} times against a process without cause (1).",
     ]
 
 

@@ -14,7 +14,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import extend, outcome
 from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.gain.gain import GainRow
-from dolfingrip.diagnosis.gain.odds import RIVALS, Odds, mean_log_odds
+from dolfingrip.diagnosis.gain.odds import Odds, mean_log_odds, total_log_odds
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.multiple import holm
 from dolfingrip.diagnosis.inference.sentences import sentences
@@ -128,7 +128,7 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
         nuisances=fitted_nuisances(found),
         gain=tuple(_gain(row, found.odds) for row in found.gain),
         gain_claimed=found.gain_claimed,
-        gain_log_odds={name: mean_log_odds(found.odds, name) for name in RIVALS if found.odds},
+        gain_odds=_odds(found.odds) if found.odds else None,
         next_experiments=tuple(
             outcome.NextExperiment(
                 name=each.name, minutes=each.minutes, gain=each.gain,
@@ -143,6 +143,12 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
         extended=_changes(config, found),
         simulated_s=found.simulated_s,
     )  # fmt: skip
+
+
+def _odds(odds: Sequence[Odds]) -> outcome.GainOdds:
+    return outcome.GainOdds(
+        nuisances=mean_log_odds(odds, "nuisances"), process=total_log_odds(odds, "process")
+    )
 
 
 def _gain(row: GainRow, odds: Sequence[Odds]) -> outcome.Gain:

@@ -13,7 +13,7 @@ from diagnosis.inference import synthetic
 
 from dolfingrip.diagnosis.gain.folds import folds
 from dolfingrip.diagnosis.gain.gain import gains
-from dolfingrip.diagnosis.gain.odds import NEEDED, Odds, claimed, least_log_odds, mean_log_odds
+from dolfingrip.diagnosis.gain.odds import CLEAR, Odds, claimed, least_log_odds, mean_log_odds
 from dolfingrip.diagnosis.gain.rivals import NuisanceFit
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -114,7 +114,7 @@ def test_a_process_that_explains_it_refuses_a_cause() -> None:
     change = 6 * features @ rng.standard_normal(features.shape[1])
     cause = change * (1 + 0.4 * np.sin(12 * synthetic.load(TABLE)))
     odds = gains(drawn(change, rng), hypothesis(""), hypothesis("told", cause))[1]
-    assert mean_log_odds(odds, "nuisances") > np.log(NEEDED["nuisances"])
+    assert mean_log_odds(odds, "nuisances") > np.log(CLEAR)
     assert least_log_odds(odds, "process") < -20
     assert not claimed(odds)
 
@@ -153,6 +153,14 @@ def test_looks_are_counted() -> None:
     assert not claimed([row(None, np.log(30), -9.0), row("angle_deg", 1.0)])
     assert claimed([row(None, np.log(50), -1.0), row("angle_deg", 1.0)])
     assert not claimed([])
+
+
+def test_a_process_has_to_be_worse_in_sum() -> None:
+    """However clear it is that the nuisances are."""
+    clear = (9.0, 8.0)
+    one = Odds("load bands", "force_N", (9.0, 8.0), (0.5, -0.9))
+    assert not claimed([Odds("load bands", None, clear, (0.5, -0.9)), one])
+    assert claimed([Odds("load bands", None, clear, (0.9, -0.5)), one])
 
 
 def test_a_coupon_has_no_rate_of_the_pressure() -> None:
