@@ -116,8 +116,9 @@ class Gain(_Part):
 class GainOdds(_Part):
     """How much more probable the readings left out are with the cause, given the others."""
 
-    nuisances: float = Field(description="ln of the mean odds against refitted nuisances")
-    process: float = Field(description="sum of ln odds against a process without cause")
+    mean: float = Field(description="ln of the mean odds of a part, against refitted nuisances")
+    nuisances: float = Field(description="ln of the odds of all folds, the mean over the kinds")
+    process: float = Field(description="likewise, against a process without cause")
 
 
 class NextExperiment(_Part):

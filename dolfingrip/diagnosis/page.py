@@ -162,9 +162,10 @@ def _odds(odds: outcome.GainOdds | None) -> list[str]:
         return []
     return [
         "",
-        "Given the others, readings that were left out are more probable with the cause: on the "
-        f"mean {_power(odds.nuisances)} times against refitted nuisances ({CLEAR:.0f} are needed), "
-        f"in all {_power(odds.process)} times against a process without cause (1).",
+        "Given the others, readings that were left out are more probable with the cause: "
+        f"{_power(min(odds.mean, odds.nuisances))} times against refitted nuisances "
+        f"({CLEAR:.0f} are needed), {_power(odds.process)} times against a process without cause "
+        "(1 is needed).",
     ]
 
 

@@ -14,7 +14,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import extend, outcome
 from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.gain.gain import GainRow
-from dolfingrip.diagnosis.gain.odds import Odds, mean_log_odds, total_log_odds
+from dolfingrip.diagnosis.gain.odds import Odds, log_odds_of_kinds, mean_log_odds
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.multiple import holm
 from dolfingrip.diagnosis.inference.sentences import sentences
@@ -147,7 +147,9 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
 
 def _odds(odds: Sequence[Odds]) -> outcome.GainOdds:
     return outcome.GainOdds(
-        nuisances=mean_log_odds(odds, "nuisances"), process=total_log_odds(odds, "process")
+        mean=mean_log_odds(odds, "nuisances"),
+        nuisances=log_odds_of_kinds(odds, "nuisances"),
+        process=log_odds_of_kinds(odds, "process"),
     )
 
 

@@ -150,9 +150,19 @@ def test_a_channel_is_lost_where_its_odds_are_clear(force: tuple[float, ...], to
 
 def test_looks_are_counted() -> None:
     """One part of two with 30 to 1 is 15 to 1; with 50 to 1 it is enough."""
-    assert not claimed([row(None, np.log(30), -9.0), row("angle_deg", 1.0)])
-    assert claimed([row(None, np.log(50), -1.0), row("angle_deg", 1.0)])
+    assert not claimed([row(None, np.log(30), 0.0), row("angle_deg", 1.0)])
+    assert claimed([row(None, np.log(50), 0.0), row("angle_deg", 1.0)])
     assert not claimed([])
+
+
+def test_one_part_alone_does_not_decide() -> None:
+    """Nuisances that foretell one experiment from another with false certainty."""
+    one = Odds("experiments", "force_N", (7.0, 0.1), (7.0, 0.1))
+    wrong = Odds("experiments", None, (7.0, 0.1), (7.0, 0.1))
+    others = [Odds(kind, None, (0.4, 0.1), (0.4, 0.1)) for kind in ("load bands", "branches")]
+    assert mean_log_odds([wrong, *others], "nuisances") > np.log(CLEAR)
+    assert not claimed([wrong, *others, one])
+    assert claimed([wrong, one])
 
 
 def test_a_process_has_to_be_worse_in_sum() -> None:

@@ -90,9 +90,10 @@ def mean_log_odds(odds: Sequence[Odds], rival: str) -> float:
     return float(log_mean_exp(logs)) if logs else 0.0
 
 
-def total_log_odds(odds: Sequence[Odds], rival: str) -> float:
-    """Sum of ln odds over all parts that were left out, all channels together."""
-    return sum(log for each in odds if each.channel is None for log in each.against(rival))
+def log_odds_of_kinds(odds: Sequence[Odds], rival: str) -> float:
+    """Sum of ln odds over the folds of a kind, all channels together; the mean over the kinds."""
+    sums = [sum(each.against(rival)) for each in odds if each.channel is None]
+    return float(np.mean(sums)) if sums else 0.0
 
 
 def least_log_odds(odds: Sequence[Odds], rival: str) -> float:
@@ -104,11 +105,13 @@ def least_log_odds(odds: Sequence[Odds], rival: str) -> float:
 def claimed(odds: Sequence[Odds]) -> bool:
     """Whether a cause beats both rivals.
 
-    Against refitted nuisances the mean odds have to be :data:`CLEAR`. Against the process all that
-    was left out has to be more probable in sum; certainty cannot be had there, as a process repeats
-    what it has seen at the same place of another specimen as well as any law. And in no channel of
-    a kind of folds may the product of the folds' odds be clearly for a rival: :data:`CLEAR` times
-    the number of these looks.
+    Against refitted nuisances the mean odds have to be :data:`CLEAR`, and likewise those of all
+    folds together, in the mean over the kinds: where the rival is wrong, a single part that it
+    foretells with false certainty must not do for any cause. Against the process all that was left
+    out has to be more probable; certainty cannot be had there, as a process repeats what it has
+    seen at the same place of another specimen as well as any law. And in no channel of a kind of
+    folds may the product of the folds' odds be clearly for a rival: :data:`CLEAR` times the number
+    of these looks.
     """
     looks = sum(each.channel is not None for each in odds)
     lost = looks and any(-least_log_odds(odds, rival) >= np.log(CLEAR * looks) for rival in RIVALS)
@@ -116,5 +119,6 @@ def claimed(odds: Sequence[Odds]) -> bool:
         looks
         and not lost
         and mean_log_odds(odds, "nuisances") >= np.log(CLEAR)
-        and total_log_odds(odds, "process") > 0
+        and log_odds_of_kinds(odds, "nuisances") >= np.log(CLEAR)
+        and log_odds_of_kinds(odds, "process") > 0
     )
