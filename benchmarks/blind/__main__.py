@@ -27,7 +27,7 @@ from benchmarks.blind import (
 )
 from benchmarks.blind.cases import Case
 from benchmarks.blind.diagnoses import How
-from benchmarks.blind.judging import Folders, Half
+from benchmarks.blind.judging import CaseSet, Folders
 from benchmarks.blind.protocols import FINGERS, PROTOCOLS, PULL, WITH_COUPON
 from benchmarks.blind.response import Catalogue
 from dolfingrip.cli import progress
@@ -47,9 +47,9 @@ class Asked:
 
     Attributes:
         out: folder of all that is kept.
-        half: of the cases.
+        set_name: of the cases.
         only: names of protocols.
-        number: of cases of a half, those of other protocols included.
+        number: of cases of a set, those of other protocols included.
         workers: number of processes.
         quick: diagnose by closed forms alone.
         retry_failed: simulate again what failed.
@@ -58,7 +58,7 @@ class Asked:
     """
 
     out: Path
-    half: str
+    set_name: str
     only: tuple[str, ...]
     number: int
     workers: int
@@ -81,7 +81,7 @@ class Asked:
     def scores(self) -> Path:
         """Folder of the figures."""
         own = "" if set(self.only) <= set(FINGERS) else "-".join(self.only) + "-"
-        return self.out / "score" / f"{own}{self.half}-{self.how.mode}"
+        return self.out / "score" / f"{own}{self.set_name}-{self.how.mode}"
 
     def at_work(self, show: Callable[..., None]) -> Workers:
         """Workers that show their progress."""
@@ -101,12 +101,12 @@ def run_library(asked: Asked) -> None:
 
 
 def planned(asked: Asked) -> list[Case]:
-    """The cases of the half that follow the protocols asked for."""
+    """The cases of the set that follow the protocols asked for."""
     if set(asked.only) <= set(FINGERS):
-        every = cases.plan(asked.half, asked.number)
+        every = cases.plan(asked.set_name, asked.number)
         return [case for case in every if case.protocol in asked.only]
     often = dict.fromkeys(asked.only, 1.0)
-    return cases.plan(asked.half, asked.number, often, full=often)
+    return cases.plan(asked.set_name, asked.number, often, full=often)
 
 
 def run_full(asked: Asked) -> None:
@@ -118,20 +118,20 @@ def run_full(asked: Asked) -> None:
 
 def run_cases(asked: Asked) -> None:
     """Write the cases that the library allows so far: measured.csv, measured.toml, truth.json."""
-    half = Half(planned(asked), asked.folders)
-    made = sum(1 for _ in half.made())
+    case_set = CaseSet(planned(asked), asked.folders)
+    made = sum(1 for _ in case_set.made())
     folder = asked.out / "cases"
-    cases.table_of(half.cases).to_csv(folder / f"{asked.half}.csv", index=False)
-    missing = len(half.cases) - made
+    cases.table_of(case_set.cases).to_csv(folder / f"{asked.set_name}.csv", index=False)
+    missing = len(case_set.cases) - made
     asked.screen.print(f"{made} cases in {folder}; {missing} wait for simulations", soft_wrap=True)
-    for line in half.failures():
+    for line in case_set.failures():
         asked.screen.print(f"not hidden: {line}", soft_wrap=True, markup=False)
 
 
 def run_diagnose(asked: Asked) -> None:
     """Diagnose them; with --quick by closed forms alone."""
-    half = Half(planned(asked), asked.folders)
-    diagnose_all(asked, [case for case, _ in half.made()])
+    case_set = CaseSet(planned(asked), asked.folders)
+    diagnose_all(asked, [case for case, _ in case_set.made()])
 
 
 def diagnose_all(asked: Asked, every: Sequence[Case]) -> None:
@@ -148,10 +148,10 @@ def diagnose_all(asked: Asked, every: Sequence[Case]) -> None:
 
 def run_next(asked: Asked) -> None:
     """Make the experiments that were proposed for ties, and diagnose with them."""
-    half = Half(planned(asked), asked.folders)
+    case_set = CaseSet(planned(asked), asked.folders)
     tied = [
         case
-        for case, _ in half.made()
+        for case, _ in case_set.made()
         if diagnoses.is_known(asked.folders.case(case), asked.how)
         and followup.to_be_split(
             case, diagnoses.diagnose(case, asked.folders.case(case), asked.how)
@@ -171,20 +171,20 @@ def run_next(asked: Asked) -> None:
 def run_controls(asked: Asked) -> None:
     """The same cases with other noise, or with noise that is not as told: controls.csv."""
     wanted = controls.variants(planned(asked))
-    half = Half([case for own in wanted.values() for case in own], asked.folders)
-    diagnose_all(asked, [case for case, _ in half.made()])
+    case_set = CaseSet([case for own in wanted.values() for case in own], asked.folders)
+    diagnose_all(asked, [case for case, _ in case_set.made()])
     table = controls.table(wanted, asked.folders.case, asked.how)
-    table["noticeable"] = [noticeable(half, wanted[name]) for name in table["control"]]
+    table["noticeable"] = [noticeable(case_set, wanted[name]) for name in table["control"]]
     asked.scores.mkdir(parents=True, exist_ok=True)
     table.to_csv(asked.scores / "controls.csv", index=False)
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
 
 
-def noticeable(half: Half, own: Sequence[Case]) -> float:
+def noticeable(case_set: CaseSet, own: Sequence[Case]) -> float:
     """The share of :func:`controls.noticeable` over the cases of one control."""
     kinds = Counter((case.protocol, case.instruments) for case in own)
     found = [
-        count * controls.noticeable(half.bound(protocol), instruments)
+        count * controls.noticeable(case_set.bound(protocol), instruments)
         for (protocol, instruments), count in kinds.items()
     ]
     return sum(found) / len(own)
@@ -228,11 +228,11 @@ def run_misfit(asked: Asked) -> None:
 
 def run_score(asked: Asked) -> None:
     """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv, confusion.png."""
-    half = Half(planned(asked), asked.folders)
+    case_set = CaseSet(planned(asked), asked.folders)
     how = asked.how
     with progress.shown(asked.screen, "cases", at_once=True) as show:
-        judged = half.judged(how, show)
-    title = f"Blind benchmark, {asked.half} half, {how.mode}"
+        judged = case_set.judged(how, show)
+    title = f"Blind benchmark, {asked.set_name} cases, {how.mode}"
     asked.screen.print(report.write(judged, title, asked.scores), soft_wrap=True, markup=False)
     asked.screen.print(f"wrote {asked.scores}", soft_wrap=True)
 
@@ -270,15 +270,16 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
         help=f"default: all but {' and '.join(EXTRA)}, in order",
     )
     parser.add_argument(
-        "--half", choices=cases.HALVES, default=cases.HALVES[0], help="of the cases"
-    )
+        "--cases", dest="set_name", choices=cases.SETS, default=cases.SETS[0],
+        help=f"which set of them; default: {cases.SETS[0]}",
+    )  # fmt: skip
     parser.add_argument(
         "--only", default=",".join(FINGERS), metavar="PROTOCOL,…",
         help=f"of {', '.join(PROTOCOLS)}; default: all of the reference finger",
     )  # fmt: skip
     parser.add_argument(
         "--number", type=int, default=cases.NUMBER, metavar="N",
-        help=f"of cases of a half; default: {cases.NUMBER}",
+        help=f"of cases of a set; default: {cases.NUMBER}",
     )  # fmt: skip
     parser.add_argument("--workers", type=int, default=1, metavar="N", help="default: 1")
     parser.add_argument("--out", type=Path, default=OUT, metavar="FOLDER", help=f"default: {OUT}")
@@ -304,8 +305,8 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
         if getattr(asked, name) < 1:
             parser.error(f"--{name} {getattr(asked, name)}: allowed: 1 or more")
     wanted = Asked(
-        asked.out, asked.half, only, asked.number, asked.workers, asked.quick, asked.retry_failed,
-        alarms.Draws(asked.out / "alarms", asked.draws, asked.seed), console(),
+        asked.out, asked.set_name, only, asked.number, asked.workers, asked.quick,
+        asked.retry_failed, alarms.Draws(asked.out / "alarms", asked.draws, asked.seed), console(),
     )  # fmt: skip
     return tuple(asked.stages) or ORDINARY, wanted
 

@@ -1,6 +1,6 @@
 """False alarms: how often measurements in which nothing is hidden are said to have a cause.
 
-A half has a dozen cases without a cause, which hardly tell a share of 5 % from one of 15 %. Here
+A set has a dozen cases without a cause, which hardly tell a share of 5 % from one of 15 %. Here
 are as many as wanted: nuisances, noise and missing readings are drawn anew for each, the readings
 come from the generator's library, and the screen compares its odds with its own threshold. Draws
 are kept one by one, those of each seed apart: an analyser that was tuned on draws of one seed is

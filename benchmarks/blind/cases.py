@@ -27,12 +27,12 @@ from dolfingrip.diagnosis.data.columns import MEASURED, READING_COLUMNS
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 
 Kind = Literal["one", "none", "outsider", "two"]
-HALVES: Final = ("development", "final", "confirmation")
+SETS: Final = ("development", "final", "confirmation")
 """The first is for finding what to mend. The others are only ever scored; the last one was drawn
 when the second had been looked at."""
 SEED: Final = 20_261
 NUMBER: Final = 120
-"""Cases of a half."""
+"""Cases of a set."""
 SHARES: Final[Mapping[Kind, float]] = {"one": 0.6, "none": 0.15, "outsider": 0.15, "two": 0.1}
 OFTEN: Final[Mapping[str, float]] = {"P1": 0.2, "P2": 0.2, "P3": 0.15, "P4": 0.15, "P7+": 0.3}
 """How often each protocol is followed."""
@@ -52,7 +52,7 @@ class Case:
     """A case.
 
     Attributes:
-        half, number: which it is.
+        set_name, number: which it is.
         protocol: that is followed.
         kind: how many causes there are, and of what sort.
         full: whether it has a simulation of its own.
@@ -62,7 +62,7 @@ class Case:
         variant: name of a control, of which these are other than usual.
     """
 
-    half: str
+    set_name: str
     number: int
     protocol: str
     kind: Kind
@@ -75,7 +75,7 @@ class Case:
     @property
     def name(self) -> str:
         """Name of its folder."""
-        parts = (self.half, f"{self.number:03d}", self.protocol, self.variant)
+        parts = (self.set_name, f"{self.number:03d}", self.protocol, self.variant)
         return "-".join(part for part in parts if part)
 
     @property
@@ -85,25 +85,26 @@ class Case:
 
 
 def plan(
-    half: str,
+    set_name: str,
     number: int = NUMBER,
     often: Mapping[str, float] = OFTEN,
     seed: int = SEED,
     full: Mapping[str, float] = OFTEN_FULL,
 ) -> list[Case]:
-    """The cases of a half.
+    """The cases of a set.
 
     Args:
-        half: of :data:`HALVES`.
+        set_name: of :data:`SETS`.
         number: of cases.
         often: how often each protocol is followed.
         seed: of everything that is drawn.
         full: likewise of those with a simulation of their own; none where empty.
     """
-    start = (seed, HALVES.index(half))
+    start = (seed, SETS.index(set_name))
     known = causes()
     return [
-        _case(half, i, kind, _picked(full if full and not i % EVERY_FULL else often, (*start, i)),
+        _case(set_name, i, kind,
+              _picked(full if full and not i % EVERY_FULL else often, (*start, i)),
               bool(full) and not i % EVERY_FULL, (*start, i), known)
         for i, kind in enumerate(_kinds(number, np.random.default_rng(start)))
     ]  # fmt: skip
@@ -126,7 +127,7 @@ def _picked(often: Mapping[str, float], seed: Sequence[int]) -> str:
 
 
 def _case(
-    half: str, number: int, kind: Kind, protocol: str, full: bool, seed: tuple[int, ...],
+    set_name: str, number: int, kind: Kind, protocol: str, full: bool, seed: tuple[int, ...],
     known: Mapping[str, Cause],
 ) -> Case:  # fmt: skip
     rng = np.random.default_rng([*seed, 1])
@@ -141,7 +142,7 @@ def _case(
             form, strength = known[str(name)].draw(rng)
             hidden.append(Hidden(str(name), form, strength))
     return Case(
-        half,
+        set_name,
         number,
         protocol,
         kind,

@@ -1,4 +1,4 @@
-"""One half of the benchmark: its cases, their files, diagnoses and the bound's opinions."""
+"""One set of the benchmark: its cases, their files, diagnoses and the bound's opinions."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ class Folders:
         return self.out / "cases" / case.name
 
 
-class Half:
-    """The cases of a half that the library allows so far.
+class CaseSet:
+    """The cases of a set that the library allows so far.
 
     Args:
         cases: of the plan.

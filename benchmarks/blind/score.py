@@ -101,7 +101,7 @@ def _something(case: Judged, opinion: Opinion) -> bool:
 
 
 def figures(cases: Sequence[Judged]) -> list[Figure]:
-    """All figures of a half."""
+    """All figures of a set."""
     ones = [case for case in cases if case.kind == "one"]
     visible = [case for case in ones if case.sigma >= INVISIBLE_SIGMA]
     rich = [case for case in ones if case.protocol in RICHEST]

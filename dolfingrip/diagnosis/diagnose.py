@@ -121,7 +121,7 @@ def diagnose_measurement(
         return found
     if found.best.effects:
         settings.say("measuring the gain on readings that are left out")
-        found.gain = gains(found.problem, found.none, found.best)
+        found.gain, found.odds = gains(found.problem, found.none, found.best)
         if not found.gain_claimed:
             found.warnings.append(
                 "the cause does not predict readings that were left out better than refitted "

@@ -12,7 +12,8 @@ from dolfingrip.diagnosis import extend
 from dolfingrip.diagnosis.additions import worth
 from dolfingrip.diagnosis.conclude import NONE, Conclusion
 from dolfingrip.diagnosis.downstream import Downstream
-from dolfingrip.diagnosis.gain.gain import GainRow, claimed
+from dolfingrip.diagnosis.gain.gain import GainRow
+from dolfingrip.diagnosis.gain.odds import Odds, claimed
 from dolfingrip.diagnosis.gain.rivals import NuisanceFit
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Vector
@@ -40,6 +41,7 @@ class Diagnosis:
         posterior: probabilities of all hypotheses, averaged over these models.
         doubts: what speaks against the noise as believed.
         gain: errors on what was left out.
+        odds: of what was left out, for the cause.
         next: additions, the best first.
         downstream: what the extended model changes about a campaign's best designs.
         suspicions: slips of units, signs and columns, a question each.
@@ -59,6 +61,7 @@ class Diagnosis:
     posterior: Posterior
     doubts: NoiseDoubts
     gain: list[GainRow] = field(default_factory=list)
+    odds: list[Odds] = field(default_factory=list)
     next: list[worth.AdditionWorth] = field(default_factory=list)
     downstream: Downstream | None = None
     suspicions: list[str] = field(default_factory=list)
@@ -94,7 +97,7 @@ class Diagnosis:
     def nuisances_fitted(self) -> Vector:
         """The base model with its nuisances fitted as well as they can be, shape (n,)."""
         everything = np.ones(len(self.problem.value), dtype=bool)
-        return NuisanceFit(self.problem, self.none).refitted(everything)
+        return NuisanceFit(self.problem, self.none).refitted(everything).predicted
 
     @property
     def takes_part(self) -> float:
@@ -107,4 +110,4 @@ class Diagnosis:
     @property
     def gain_claimed(self) -> bool | None:
         """Whether the cause beats both rivals; None where nothing was compared."""
-        return claimed(self.gain) if self.gain else None
+        return claimed(self.odds) if self.odds else None

@@ -107,6 +107,18 @@ class Gain(_Part):
     cause_high: float = Field(description="upper end")
     by_nuisances_low: float = Field(description="cause by nuisances, lower end")
     by_nuisances_high: float = Field(description="upper end")
+    log_odds_nuisances: float | None = Field(
+        None, description="ln of the odds for the cause, by all folds; null: not compared"
+    )
+    log_odds_process: float | None = Field(None, description="likewise against the process")
+
+
+class GainOdds(_Part):
+    """How much more probable the readings left out are with the cause, given the others."""
+
+    mean: float = Field(description="ln of the mean odds of a part, against refitted nuisances")
+    nuisances: float = Field(description="ln of the odds of all folds, the mean over the kinds")
+    process: float = Field(description="likewise, against a process without cause")
 
 
 class NextExperiment(_Part):
@@ -160,6 +172,7 @@ class Diagnosis(_Part):
     nuisances: dict[str, float] = Field(description="fitted, by their standard deviations")
     gain: tuple[Gain, ...] = ()
     gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
+    gain_odds: GainOdds | None = None
     next_experiments: tuple[NextExperiment, ...] = ()
     downstream: Downstream | None = None
     suspicions: tuple[str, ...] = Field((), description="slips of units, signs and columns")

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from dolfingrip.diagnosis import outcome
+from dolfingrip.diagnosis.gain.odds import CLEAR
 
 CERTAIN: Final = 0.9
+
+DIGITS: Final = 4
+"""Power of ten up to which odds are written out."""
 
 EVEN: Final = 0.5
 """Probability of no cause below which its absence cannot be claimed either."""
@@ -147,7 +152,27 @@ def _gain(result: outcome.Diagnosis) -> list[str]:
             f"({row.cause_low:.3g} to {row.cause_high:.3g}) |"
             for row in result.gain
         ),
+        *_odds(result.gain_odds),
     ]
+
+
+def _odds(odds: outcome.GainOdds | None) -> list[str]:
+    """In words, for the summary."""
+    if odds is None:
+        return []
+    return [
+        "",
+        "Given the others, readings that were left out are more probable with the cause: "
+        f"{_power(min(odds.mean, odds.nuisances))} times against refitted nuisances "
+        f"({CLEAR:.0f} are needed), {_power(odds.process)} times against a process without cause "
+        "(1 is needed).",
+    ]
+
+
+def _power(log: float) -> str:
+    """Odds of this logarithm, in digits or as a power of ten."""
+    power = log / math.log(10)
+    return f"{math.exp(log):.2g}" if abs(power) < DIGITS else f"10^{power:.0f}"
 
 
 def _chance(p: float) -> str:

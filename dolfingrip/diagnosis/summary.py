@@ -13,6 +13,8 @@ from dolfingrip import __version__
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import extend, outcome
 from dolfingrip.diagnosis.found import Diagnosis
+from dolfingrip.diagnosis.gain.gain import GainRow
+from dolfingrip.diagnosis.gain.odds import Odds, log_odds_of_kinds, mean_log_odds
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.multiple import holm
 from dolfingrip.diagnosis.inference.sentences import sentences
@@ -124,16 +126,9 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
             if_not_believed=dict(found.doubts.models),
         ),
         nuisances=fitted_nuisances(found),
-        gain=tuple(
-            outcome.Gain(
-                left_out=row.left_out, channel=row.channel, folds=row.folds, before=row.before,
-                nuisances=row.nuisances, process=row.process, cause=row.cause,
-                cause_low=row.cause_interval[0], cause_high=row.cause_interval[1],
-                by_nuisances_low=row.by_nuisances[0], by_nuisances_high=row.by_nuisances[1],
-            )
-            for row in found.gain
-        ),
+        gain=tuple(_gain(row, found.odds) for row in found.gain),
         gain_claimed=found.gain_claimed,
+        gain_odds=_odds(found.odds) if found.odds else None,
         next_experiments=tuple(
             outcome.NextExperiment(
                 name=each.name, minutes=each.minutes, gain=each.gain,
@@ -147,6 +142,26 @@ def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome
         warnings=tuple(found.warnings),
         extended=_changes(config, found),
         simulated_s=found.simulated_s,
+    )  # fmt: skip
+
+
+def _odds(odds: Sequence[Odds]) -> outcome.GainOdds:
+    return outcome.GainOdds(
+        mean=mean_log_odds(odds, "nuisances"),
+        nuisances=log_odds_of_kinds(odds, "nuisances"),
+        process=log_odds_of_kinds(odds, "process"),
+    )
+
+
+def _gain(row: GainRow, odds: Sequence[Odds]) -> outcome.Gain:
+    same = [o for o in odds if (o.left_out, o.channel) == (row.left_out, row.channel)]
+    return outcome.Gain(
+        left_out=row.left_out, channel=row.channel, folds=row.folds, before=row.before,
+        nuisances=row.nuisances, process=row.process, cause=row.cause,
+        cause_low=row.cause_interval[0], cause_high=row.cause_interval[1],
+        by_nuisances_low=row.by_nuisances[0], by_nuisances_high=row.by_nuisances[1],
+        log_odds_nuisances=sum(same[0].nuisances) if same else None,
+        log_odds_process=sum(same[0].process) if same else None,
     )  # fmt: skip
 
 

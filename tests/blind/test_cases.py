@@ -18,19 +18,19 @@ from dolfingrip.diagnosis.inference.noise import noise_matrix
 
 
 def test_the_plan_is_that_of_the_seed() -> None:
-    halves = {half: cases.plan(half) for half in cases.HALVES}
+    sets = {name: cases.plan(name) for name in cases.SETS}
     again = cases.plan("development")
-    pd.testing.assert_frame_equal(cases.table_of(halves["development"]), cases.table_of(again))
-    every = [each for half in halves.values() for each in half]
+    pd.testing.assert_frame_equal(cases.table_of(sets["development"]), cases.table_of(again))
+    every = [each for own in sets.values() for each in own]
     assert len(every) >= 200
     assert sum(each.full for each in every) >= 40
     assert all(each.full for each in every if "plate_tilt" in each.hidden)
     assert any("plate_tilt" in each.hidden for each in every)
     assert len({each.seed for each in every}) == len(every)
-    for half in halves.values():
-        counts = pd.Series([each.kind for each in half]).value_counts(normalize=True)
+    for own in sets.values():
+        counts = pd.Series([each.kind for each in own]).value_counts(normalize=True)
         assert counts.to_dict() == pytest.approx(dict(cases.SHARES))
-        used = {each.protocol for each in half}
+        used = {each.protocol for each in own}
         assert used == set(FINGERS)
     kinds = {each.hidden[0] for each in every if each.kind == "outsider"}
     assert len(kinds) >= 4

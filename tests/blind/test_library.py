@@ -11,7 +11,7 @@ import pytest
 from blind.made_up import case, made_up
 
 from benchmarks.blind import judging, library
-from benchmarks.blind.judging import Folders, Half
+from benchmarks.blind.judging import CaseSet, Folders
 from benchmarks.blind.library import BASE, Entry
 from benchmarks.blind.response import Hidden
 from dolfingrip.config import Config
@@ -78,8 +78,8 @@ def test_cases_wait_for_what_is_missing_but_not_for_what_failed(
     for failed, complete in ((frozenset[str](), False), (frozenset({"mooney_rivlin"}), True)):
         left = library.Library(whole.base, few, tuple(failed), failed)
         monkeypatch.setattr(library, "of_protocol", lambda protocol, folder, left=left: left)
-        half = Half([hidden, other], Folders(tmp_path))
-        assert half.complete("P2") is complete
-        assert half.readings(hidden) is not None
-        assert half.readings(other) is None
-        assert half.failures() == sorted(failed)
+        case_set = CaseSet([hidden, other], Folders(tmp_path))
+        assert case_set.complete("P2") is complete
+        assert case_set.readings(hidden) is not None
+        assert case_set.readings(other) is None
+        assert case_set.failures() == sorted(failed)

@@ -1,4 +1,4 @@
-"""Where fits begin, when they end, and what a rival without a cause is worth; no simulation."""
+"""Where fits begin and when they end; no simulation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import pytest
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.descent import descend
-from dolfingrip.diagnosis.gain.gain import OWN_SCALE, GainRow, claimed
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.model import FitFailure, FreeParameter, free_parameters
 from dolfingrip.diagnosis.problem import Problem
@@ -142,14 +141,3 @@ def test_a_mesh_is_off_by_the_deformation_not_by_the_pressure() -> None:
     np.testing.assert_allclose(found, softer_deg, atol=0.02)
     assert np.abs(rough_deg + off_deg - softer_deg).max() > 1.0  # at its pressure
     assert (slopes[1:, 0] > rough_deg[1:]).all()
-
-
-def row(left_out: str, cause: float, nuisances: float, by: tuple[float, float]) -> GainRow:
-    return GainRow(left_out, "force_N", 8, 10.0, nuisances, 1.0, cause, (cause, cause), by)
-
-
-def test_a_scale_that_is_fitted_claims_nothing() -> None:
-    better = row("specimens", 0.5, 2.0, (0.2, 0.4))
-    assert claimed([better])
-    assert claimed([better, row(OWN_SCALE, 5.0, 2.0, (2.0, 3.0))])
-    assert not claimed([row(OWN_SCALE, 0.1, 2.0, (0.02, 0.1))])

@@ -21,18 +21,15 @@ def folds(index: pd.DataFrame) -> dict[str, list[np.ndarray]]:
         "load bands": band,
         "branches": index["branch"].to_numpy(),
         "cycles": index["cycle"].to_numpy(),
-        "rates": _runs_by_rate(index),
+        "rates": index["rate_kPa_per_s"].to_numpy(),
         "specimens": index["specimen"].to_numpy(),
         "experiments": index["experiment"].to_numpy(),
     }
     found = {}
     for name, values in labels.items():
-        parts = [values == label for label in dict.fromkeys(values)]
+        # a coupon is led by its travel and has no rate of the pressure
+        parts = [values == label for label in pd.Series(values).dropna().unique()]
         parts = [p for p in parts if p.sum() >= FEWEST and (~p).sum() >= FEWEST]
         if len(parts) > 1:
             found[name] = parts
     return found
-
-
-def _runs_by_rate(index: pd.DataFrame) -> np.ndarray:
-    return index["rate_kPa_per_s"].fillna(-1.0).to_numpy()

@@ -1,4 +1,4 @@
-"""Errors before and after on what was left out, against two rivals.
+"""Errors before and after on what was left out, and its odds, against two rivals.
 
 Each fold is refitted with the derivatives at the full fit, so no new simulation is made. The rivals
 are the base model with its nuisances refitted, and that with a Gaussian process for the rest.
@@ -13,6 +13,8 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.diagnosis.gain.folds import folds
+from dolfingrip.diagnosis.gain.odds import Fold, Odds, odds_of
+from dolfingrip.diagnosis.gain.refitted import Refitted
 from dolfingrip.diagnosis.gain.rivals import NuisanceFit, with_process
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Vector
@@ -23,9 +25,6 @@ DRAWS: Final = 1000
 SEED: Final = 0
 OWN_SCALE: Final = "specimens, their scale fitted"
 """Coupons that are left out but for one number, their scale: what is left is the law's alone."""
-
-EQUAL: Final = 1.1
-"""A cause that is no worse than this by a rival's error is as good."""
 
 
 @dataclass(frozen=True)
@@ -43,57 +42,41 @@ class GainRow:
     by_nuisances: tuple[float, float]
 
 
-def gains(problem: Problem, none: Hypothesis, cause: Hypothesis) -> list[GainRow]:
-    """A row for each kind of fold and channel."""
+def gains(
+    problem: Problem, none: Hypothesis, cause: Hypothesis
+) -> tuple[list[GainRow], list[Odds]]:
+    """A row of errors for each kind of fold and channel, and the odds of what was left out."""
     smooth = SmoothMisfit(problem.index, none.covariance(problem), problem.noise_std)
     nuisances = NuisanceFit(problem, none)
-    found: list[GainRow] = []
+    rows: list[GainRow] = []
+    odds: list[Odds] = []
     coupons = bool((problem.index["experiment"] == "coupon").all())
     for kind, parts in folds(problem.index).items():
-        predictions = [
-            (part, nuisances.refitted(~part), with_process(problem, none, smooth, ~part),
-             cause.predicted(problem, ~part))
+        every = [
+            Fold(part, nuisances.refitted(~part), with_process(problem, none, smooth, ~part),
+                  Refitted.of(problem, cause, ~part))
             for part in parts
         ]  # fmt: skip
-        for channel in dict.fromkeys(problem.index["channel"]):
-            of_channel = (problem.index["channel"] == channel).to_numpy()
-            own = [(part & of_channel, *rest) for part, *rest in predictions]
-            own = [entry for entry in own if entry[0].any()]
+        odds.append(odds_of(kind, None, every, np.ones(len(problem.value), dtype=bool)))
+        for name in dict.fromkeys(problem.index["channel"]):
+            channel = str(name)
+            of_channel = (problem.index["channel"] == name).to_numpy()
+            felt = [fold for fold in every if (fold.part & of_channel).any()]
+            own = [(fold.part & of_channel, *fold.predictions) for fold in felt]
+            if felt:
+                odds.append(odds_of(kind, channel, felt, of_channel))
             if len(own) > 1:
-                found.append(_row(kind, str(channel), problem, own))
+                rows.append(_row(kind, channel, problem, own))
             if len(own) > 1 and coupons and kind == "specimens":
                 scaled = [(part, *(_scaled(problem, part, p) for p in rest)) for part, *rest in own]
-                found.append(_row(OWN_SCALE, str(channel), problem, scaled))
-    return found
+                rows.append(_row(OWN_SCALE, channel, problem, scaled))
+    return rows, odds
 
 
 def _scaled(problem: Problem, part: np.ndarray, predicted: Vector) -> Vector:
     """With the scale that fits a part best, as of a cross-section that is not known."""
     own = predicted[part]
     return np.asarray(predicted * (float(own @ problem.value[part]) / float(own @ own)))
-
-
-def claimed(rows: Sequence[GainRow]) -> bool:
-    """Whether a cause beats both rivals.
-
-    It has to be better than refitted nuisances in sum, with certainty somewhere and never certainly
-    worse, and better than the process somewhere and as good in sum: a process that has seen the
-    same place of another specimen repeats it as well as any cause.
-    """
-    rows = [row for row in rows if row.left_out != OWN_SCALE]
-    if not rows:
-        return False
-    nuisances = np.array([row.cause / row.nuisances for row in rows])
-    process = np.array([row.cause / row.process for row in rows])
-    certain = any(row.by_nuisances[1] < 1 for row in rows)
-    worse = any(row.by_nuisances[0] > 1 for row in rows)
-    return bool(
-        certain
-        and not worse
-        and np.exp(np.log(nuisances).mean()) < 1
-        and process.min() < 1
-        and np.exp(np.log(process).mean()) < EQUAL
-    )
 
 
 def _row(

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
+from dolfingrip.diagnosis.gain.refitted import Refitted
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -61,9 +62,9 @@ class NuisanceFit:
         ]
         self._curve = CubicSpline(self._zeta, np.array(rows))
 
-    def refitted(self, known: np.ndarray) -> Vector:
-        """All readings, shape (n,), fitted to those ``known``, shape (n,) of bool."""
-        best, found = -np.inf, self._none.readings
+    def refitted(self, known: np.ndarray) -> Refitted:
+        """Fitted to the readings ``known``, shape (n,) of bool."""
+        best, chosen = -np.inf, (self._problems[0], self._none)
         for problem in self._problems:
             columns = np.hstack([self._none.jacobian, problem.nuisances])[known]
             noise = problem.error_covariance.matrix[np.ix_(known, known)]
@@ -72,8 +73,8 @@ class NuisanceFit:
                 fit.residual(problem.value)[known]
             )
             if density > best:
-                best, found = density, fit.predicted(problem, known)
-        return found
+                best, chosen = density, (problem, fit)
+        return Refitted.of(*chosen, known)
 
     def _sought(self, problem: Problem, noise: Matrix, known: np.ndarray) -> Hypothesis:
         """At the modulus that fits the known readings best."""
@@ -99,7 +100,7 @@ class NuisanceFit:
 
 def with_process(
     problem: Problem, none: Hypothesis, smooth: SmoothMisfit, known: np.ndarray
-) -> Vector:
+) -> Refitted:
     """The base model with the process that explains the known readings best."""
     best, value = None, -np.inf
     noise = problem.error_covariance.matrix[np.ix_(known, known)]
@@ -115,4 +116,4 @@ def with_process(
             if density > value:
                 best, value = size * features, density
     others: list[Matrix] = [] if best is None else [best]
-    return none.predicted(problem, known, others)
+    return Refitted.of(problem, none, known, others)
