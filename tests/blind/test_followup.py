@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from blind.made_up import case, made_up
 
-from benchmarks.blind import cases, followup, full, generator
+from benchmarks.blind import cases, followup, full, generator, noise
 from benchmarks.blind.cases import Case
 from benchmarks.blind.protocols import PROTOCOLS
 from benchmarks.blind.response import Hidden, Truth
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.selection import selected
+from dolfingrip.diagnosis.simulation.job import JobResult
 
 
 def proposed(kind: str, tmp_path: Path) -> tuple[Case, list[Proposal]]:
@@ -130,3 +131,32 @@ def test_a_coupon_that_is_pulled_farther_is_compared_so_far(tmp_path: Path) -> N
     assert again.readings["displacement_mm"].max() == pytest.approx(1.5 * 33.0)
     assert again.readings["force_N"].iloc[-1] == 1.0
     assert not any("above" in note for note in notes)
+
+
+def test_a_camera_sees_the_width_of_the_added_coupon(tmp_path: Path) -> None:
+    """With noise of 0.002 of which a quarter of the variance drifts; read again as written."""
+    protocol = PROTOCOLS["pull-up"]
+    hidden = replace(case(made_up("P2"), Hidden("bulk_modulus", 0, 1.0)), protocol="pull-up")
+    travel_mm = protocol.courses[0].rows["displacement_mm"].to_numpy()
+    config = generator.analysed(protocol)
+    file = cases.write(hidden, cases.read(hidden, 0.5 * travel_mm), tmp_path)
+    found = proposals(read([file], config), config)
+    (seen,) = (each for each in found if each.name.startswith("a coupon in uniaxial tension; a ca"))
+    (added,) = followup.additions(hidden, seen)
+    assert added.protocol.columns == {"coupon": ("force_N", "transverse_strain")}
+    (run,) = full.runs(added.protocol, added.truth, added.lab)
+    count = len(run.job.config.protocol.displacement_mm)
+    narrowed = -0.01 * np.arange(count)
+    result = JobResult({"force_N": np.arange(count) / 2, "transverse_strain": narrowed})
+    true = full.readings(added.protocol, added.truth, [run], {run.job.key: result})
+    assert true is not None
+    told = {**added.protocol.setup()}
+    told["noise"] = hidden.instruments.told(noise.channels(added.protocol))
+    drift = told["noise"]["correlated"]["transverse_strain"]
+    assert drift == pytest.approx(0.001)
+    assert np.hypot(told["noise"]["transverse_strain"], drift) == pytest.approx(0.002, rel=1e-3)
+    rows = cases.rows(added.protocol, true, "B")
+    cases.write_files(tmp_path / "added.csv", rows, told)
+    again = read([tmp_path / "added.csv"], config).readings
+    np.testing.assert_allclose(again["transverse_strain"], narrowed[run.place])
+    np.testing.assert_allclose(again["force_N"], run.place / 2)

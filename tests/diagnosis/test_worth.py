@@ -76,3 +76,13 @@ def test_pairs_that_differ_are_told_apart() -> None:
     assert _chance(equal, now, _Expected.of(laws, covariance, other)) == 1.0
     found = worth.AdditionWorth("a hold", 2.0, 1.0, 0.5, 0.8)
     assert found.splits
+
+
+def test_the_quickest_way_to_a_split_comes_first() -> None:
+    """26 certain minutes before 25 that may not do; then by what is told a minute."""
+    sure = worth.AdditionWorth("sure", 26.0, 30.0, 0.7, 1.0)
+    likely = worth.AdditionWorth("likely", 25.0, 40.0, 0.75, 0.85)
+    dear = worth.AdditionWorth("dear", 60.0, 900.0, 0.3, 1.0)
+    little, less = (worth.AdditionWorth(f"{gain}", 5.0, gain, gain / 5, 0.7) for gain in (9.0, 2.0))
+    ranked = sorted([less, dear, little, likely, sure], key=lambda each: each.rank)
+    assert [each.name for each in ranked] == ["sure", "likely", "dear", "9.0", "2.0"]

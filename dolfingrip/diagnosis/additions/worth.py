@@ -70,6 +70,15 @@ class AdditionWorth:
         """Whether the true one is expected to be left alone."""
         return self.chance >= ALONE
 
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Place in the order: the less, the earlier.
+
+        Where the true effect is expected to be left alone, the minutes that this is expected to
+        take count, as what is told beyond decides nothing; else what is told by the minute.
+        """
+        return not self.splits, self.minutes / self.chance if self.splits else -self.gain_per_minute
+
 
 def judge(
     problem: Problem,
@@ -78,9 +87,7 @@ def judge(
     workers: Workers,
     say: Callable[[str], None],
 ) -> tuple[list[AdditionWorth], list[str]]:
-    """Additions in the order of what they tell per minute, and why some could not be judged.
-
-    Those that are expected to leave the true effect alone come first.
+    """Additions, the best first (:attr:`AdditionWorth.rank`), and why some could not be judged.
 
     Args:
         problem: the readings so far.
@@ -114,7 +121,7 @@ def judge(
                 _chance(probability, now, then),
             )
         )
-    return sorted(found, key=lambda worth: (not worth.splits, -worth.gain_per_minute)), failed
+    return sorted(found, key=lambda worth: worth.rank), failed
 
 
 @dataclass(frozen=True)
