@@ -7,6 +7,10 @@ Bayes factor. An addition is worth what it adds, over the readings so far and it
 A law of many parameters follows whatever one of few does, so no readings tell them apart in this
 way. But its evidence falls, as ever fewer of the values that were possible before remain. So e is
 told from f, too, where the odds against f rise to what refutes an effect in a verdict.
+
+Along one loading at one rate a law with memory, fitted anew, follows any elastic law, which its
+tangent does not tell. Such a pair counts as told apart where memory shows itself alone
+(:mod:`dolfingrip.diagnosis.additions.memory`).
 """
 
 from __future__ import annotations
@@ -16,8 +20,10 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+import numpy.typing as npt
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.additions import memory
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.hypothesis import Hypothesis
@@ -110,6 +116,8 @@ def judge(
         except (FitFailure, ConfigError) as failure:
             failed.append(f"{proposal.name} could not be judged: {failure}")
             continue
+        seen = memory.shows(problem.measurement, proposal.measurement)
+        unseen = np.zeros_like(weights, dtype=bool) if seen else memory.differs(fits)
         before, after = now.misfit, then.misfit
         useful = np.minimum(after, ENOUGH) - np.minimum(before, ENOUGH)
         found.append(
@@ -118,7 +126,7 @@ def judge(
                 proposal.minutes,
                 float((weights * (after - before)).sum()),
                 float((weights * useful).sum() / proposal.minutes),
-                _chance(probability, now, then),
+                _chance(probability, now, then, unseen),
             )
         )
     return sorted(found, key=lambda worth: worth.rank), failed
@@ -157,16 +165,20 @@ class _Expected:
         return cls(misfit, np.diag(evidence)[:, None] - evidence)
 
 
-def _chance(probability: Vector, now: _Expected, then: _Expected) -> float:
+def _chance(
+    probability: Vector, now: _Expected, then: _Expected, unseen: npt.NDArray[np.bool_]
+) -> float:
     """Probability that the true effect is left alone.
 
     Args:
         probability: of each effect so far.
         now, then: without and with an addition.
+        unseen: pairs that differ in what the readings do not show, shape (effects, effects).
     """
     log = np.log(probability)
     odds = log[:, None] - log[None, :] + then.log_odds - now.log_odds
-    apart = (then.misfit > TIED) | (odds > REFUTES) | np.eye(len(log), dtype=bool)
+    apart = (then.misfit > TIED) | (odds > REFUTES)
+    apart = (apart & ~unseen) | np.eye(len(log), dtype=bool)
     return float(probability[apart.all(axis=1)].sum() / probability.sum())
 
 

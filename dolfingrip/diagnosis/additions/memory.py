@@ -1,0 +1,50 @@
+"""Whether readings show what a material or a joint remembers: unloading, waits, another rate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.extensions.index import effect
+
+OTHER_RATE: Final = 2.0
+"""Ratio of two rates from which on they are different ones."""
+
+
+def differs(fits: Sequence[Hypothesis]) -> npt.NDArray[np.bool_]:
+    """(n, n) pairs of which one hypothesis has an effect with memory and the other has none."""
+    remembers = np.array(
+        [any(effect(name).kind == "dissipative" for name in fit.effects) for fit in fits],
+        dtype=bool,
+    )
+    return remembers[:, None] != remembers[None, :]
+
+
+def shows(known: Measurement, added: Measurement) -> bool:
+    """Whether readings of the same experiments show memory, those that are added among them.
+
+    They do where something is unloaded or waits, or is loaded at two rates.
+    """
+    rates: dict[str, list[float]] = {}
+    for measurement in (known, added):
+        for test in measurement.tests:
+            rows = measurement.rows(test.number)
+            if (rows["branch"] != "loading").any():
+                return True
+            rate = _rate(measurement, test)
+            if np.isfinite(rate):
+                rates.setdefault(test.experiment, []).append(rate)
+    return any(max(own) > OTHER_RATE * min(own) for own in rates.values())
+
+
+def _rate(measurement: Measurement, test: SpecimenTest) -> float:
+    """Median rate of what is led, in its unit per second; NaN where it stands still."""
+    rows = measurement.rows(test.number)
+    steps, times = np.abs(np.diff(rows[test.led])), np.diff(rows["time_s"])
+    moving = (steps > 0) & (times > 0)
+    return float(np.median(steps[moving] / times[moving])) if moving.any() else float("nan")
