@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
 
-from dolfingrip.diagnosis.additions import worth
+from dolfingrip.diagnosis.additions import memory, worth
 from dolfingrip.diagnosis.additions.worth import _chance, _Expected
+from dolfingrip.diagnosis.data import planned
+from dolfingrip.diagnosis.data.lab_setup import LabSetup
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.covariance import Covariance
 
@@ -52,6 +57,9 @@ def test_expected_odds_are_those_of_drawn_readings() -> None:
     np.testing.assert_allclose(expected.misfit, 0.0, atol=1e-9)
 
 
+NO_PAIR = np.zeros((2, 2), dtype=bool)
+
+
 @pytest.mark.parametrize(("reach", "chance"), [(1.0, 0.0), (3.0, 0.5)])
 def test_a_law_of_many_terms_is_refuted_by_more_travel(reach: float, chance: float) -> None:
     """Its misfit stays 0. What it has more of cannot be refuted if it is there, so that only the
@@ -61,7 +69,7 @@ def test_a_law_of_many_terms_is_refuted_by_more_travel(reach: float, chance: flo
     then = _Expected.of(laws, *fits(reach)[::2])
     before = np.array([0.5, 0.5])
     print(now.log_odds, then.log_odds)
-    assert _chance(before, now, then) == pytest.approx(chance)
+    assert _chance(before, now, then, NO_PAIR) == pytest.approx(chance)
 
 
 def test_pairs_that_differ_are_told_apart() -> None:
@@ -72,8 +80,10 @@ def test_pairs_that_differ_are_told_apart() -> None:
     other = [alike[0], (np.array([1.0, 0.2]), np.array([[1.0], [0.2]]))]
     equal = np.array([0.5, 0.5])
     now = _Expected.of(laws, covariance, alike)
-    assert _chance(equal, now, now) == 0.0
-    assert _chance(equal, now, _Expected.of(laws, covariance, other)) == 1.0
+    assert _chance(equal, now, now, NO_PAIR) == 0.0
+    then = _Expected.of(laws, covariance, other)
+    assert _chance(equal, now, then, NO_PAIR) == 1.0
+    assert _chance(equal, now, then, ~np.eye(2, dtype=bool)) == 0.0
     found = worth.AdditionWorth("a hold", 2.0, 1.0, 0.5, 0.8)
     assert found.splits
 
@@ -86,3 +96,27 @@ def test_the_quickest_way_to_a_split_comes_first() -> None:
     little, less = (worth.AdditionWorth(f"{gain}", 5.0, gain, gain / 5, 0.7) for gain in (9.0, 2.0))
     ranked = sorted([less, dear, little, likely, sure], key=lambda each: each.rank)
     assert [each.name for each in ranked] == ["sure", "likely", "dear", "9.0", "2.0"]
+
+
+def pulled(way: Sequence[tuple[str, int]], rate_mm_per_s: float) -> Measurement:
+    """A coupon's readings to be."""
+    test = SpecimenTest(0, Path("coupon.csv"), "coupon", "A", LabSetup())
+    return Measurement(planned.rows(test, way, [4.0, 8.0], rate_mm_per_s, ("force_N",)), [test])
+
+
+def test_memory_shows_where_a_loading_at_one_rate_is_not_all() -> None:
+    """A Prony series, fitted anew, follows an elastic law's loading."""
+    once = [("loading", 1)]
+    known = pulled(once, 0.5)
+    assert not memory.shows(known, pulled(once, 0.5))
+    assert memory.shows(known, pulled(once, 0.05))
+    assert memory.shows(known, pulled([*once, ("unloading", 1)], 0.5))
+    assert memory.shows(known, pulled([*once, ("hold", 1)], 0.5))
+    assert memory.shows(pulled(planned.cycles(2), 0.5), known)
+
+
+def test_pairs_of_which_one_has_memory_differ_in_it() -> None:
+    names = (("ogden_terms",), ("prony",), ("bulk_modulus",), ("yeoh", "mullins"))
+    fits = [cast(Hypothesis, SimpleNamespace(effects=each)) for each in names]
+    expected = np.array([[0, 1, 0, 1], [1, 0, 1, 0], [0, 1, 0, 1], [1, 0, 1, 0]], dtype=bool)
+    np.testing.assert_array_equal(memory.differs(fits), expected)
