@@ -37,6 +37,7 @@ from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
+from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import StayingWorkers
 
@@ -106,7 +107,9 @@ def main() -> None:
         for part, measurement in measurements():
             if part in parts:
                 print(part, flush=True)
-                simulate_base(measurement, Config(), workers, effects=tried(None))
+                base = simulate_base(measurement, Config(), workers, effects=tried(None))
+                if part == PROTOCOL:
+                    simulate_walls(measurement, base, workers)
     jobs, results = zip(*workers.asked.values(), strict=True)
     seconds = sum(result.wall_s or 0.0 for result in results)
     print(f"{len(jobs)} simulations of {seconds:.0f} s")

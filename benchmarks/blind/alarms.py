@@ -30,6 +30,7 @@ from dolfingrip.diagnosis.diagnose import problem_of
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation.base import simulate_base
+from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import StayingWorkers
 
@@ -95,7 +96,7 @@ def whole_problem(catalogue: Catalogue, folder: Path, crew: StayingWorkers) -> P
     config = generator.analysed(protocol)
     measurement, _ = selection.selected(measured.read([path], config), config)
     base = simulate_base(measurement, config, crew, effects=tried(None))
-    problem, _ = problem_of(measurement, base)
+    problem, _ = problem_of(measurement, base, simulate_walls(measurement, base, crew))
     return problem
 
 

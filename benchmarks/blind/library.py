@@ -29,8 +29,13 @@ Way = Literal["curve", "history"]
 BASE: Final = "base"
 BESIDE: Final = "base on the mesh of changes"
 """What changes are taken against, where the base is on another mesh."""
-BASES: Final = (BASE, BESIDE)
-SLOPES: Final = ("finger.wall_mm", "finger.base_layer_mm", "plate.gap_mm")
+WALLS: Final = "base with other walls"
+BASES: Final = (BASE, BESIDE, WALLS)
+WALL_PARTS: Final = (-0.125, -0.0625, 0.0625, 0.125)
+"""Relative changes of the walls' thickness that the base is simulated with, too: 2.5 and 1.25
+standard deviations. Where bellows touch, the force's derivative by the walls jumps, and other walls
+move the jump."""
+SLOPES: Final = ("finger.base_layer_mm", "plate.gap_mm")
 """Parameters that the base curve is derived by."""
 HISTORIES: Final = ("P2", PULL, "P4", "short", "short-P4", "coupon")
 """Longest protocols; others begin like one of them."""
@@ -51,8 +56,8 @@ class Entry:
     """One simulation of the library.
 
     Attributes:
-        name: of the base (:data:`BASE`, :data:`BESIDE`), a cause or an outsider.
-        form, part: of the cause; its strength.
+        name: of the base (one of :data:`BASES`), a cause or an outsider.
+        form, part: of the cause, and its strength; of :data:`WALLS` one of :data:`WALL_PARTS`.
         experiment: that is simulated.
         way: along one curve, or through a history.
         store: name of the store that keeps it.
@@ -112,7 +117,12 @@ def _entries(protocol: Protocol, course: Course) -> Iterator[Entry]:
     slopes = () if coupon else tuple(felt_here)
     yield entry(BASE, 0, 0.0, (), base, slopes, converged)
     if converged != config:
-        yield entry(BESIDE, 0, 0.0, (), base, slopes)
+        yield entry(BESIDE, 0, 0.0, (), base)
+    if not coupon:
+        wall_mm = converged.finger.wall_mm
+        for part in WALL_PARTS:
+            changes = (f"finger.wall_mm={wall_mm * (1 + part)!r}",)
+            yield entry(WALLS, 0, part, changes, base, model=converged)
     for cause in generator.causes().values():
         if experiment in felt(cause):
             told = course.protocol() if cause.remembers else along
@@ -221,12 +231,14 @@ class Library:
 
     Attributes:
         base: by experiment, on the converged mesh.
+        walls: the same with other walls, by experiment and relative change of their thickness.
         changes: by cause or outsider, form and experiment; what is not felt is absent.
         failures: a sentence for each simulation that ended early.
         failed: causes and outsiders that they are of, which no case hides.
     """
 
     base: Mapping[str, Curve]
+    walls: Mapping[str, Mapping[float, Curve]]
     changes: Mapping[tuple[str, int, str], Change]
     failures: tuple[str, ...] = ()
     failed: frozenset[str] = frozenset()
@@ -246,6 +258,7 @@ def load(history: str, folder: Path) -> Library:
     found = known(wanted, folder)
     base: dict[str, Curve] = {}
     beside: dict[str, Curve] = {}
+    walls: dict[str, dict[float, Curve]] = {}
     failures, missing = [], []
     kept: dict[tuple[str, int, str], list[tuple[Entry, JobResult]]] = {}
     for entry in wanted:
@@ -255,7 +268,10 @@ def load(history: str, folder: Path) -> Library:
         elif entry.name in BASES:
             reached = len(next(iter(result.columns.values())))
             curve = Curve(_at(entry)[:reached], result.columns, result.slopes)
-            (base if entry.name == BASE else beside)[entry.experiment] = curve
+            if entry.name == WALLS:
+                walls.setdefault(entry.experiment, {})[entry.part] = curve
+            else:
+                (base if entry.name == BASE else beside)[entry.experiment] = curve
         elif result.failure_class is not None:
             failures.append(f"{entry.name} in {entry.experiment}: {result.failure}")
             missing.append(entry.name)
@@ -268,7 +284,7 @@ def load(history: str, folder: Path) -> Library:
         for key, parts in kept.items()
         if key[0] not in missing
     }
-    return Library(base, changes, tuple(failures), failed_in(wanted, found))
+    return Library(base, walls, changes, tuple(failures), failed_in(wanted, found))
 
 
 def _at(entry: Entry) -> np.ndarray:
@@ -316,6 +332,7 @@ def of_protocol(protocol: Protocol, folder: Path) -> Library:
         both = [name for name in {key[0] for key in pull.changes} if library.knows(name)]
         library = Library(
             {**library.base, **pull.base},
+            library.walls,
             {
                 **{key: each for key, each in library.changes.items() if _whole(key[0], pull)},
                 **{key: each for key, each in pull.changes.items() if key[0] in both},

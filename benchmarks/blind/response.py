@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from benchmarks.blind.generator import BY_SLOPE, DRIFT, STAGES, Cause, generating
 from benchmarks.blind.library import Change, Curve, Library
@@ -136,7 +136,8 @@ def _read(catalogue: Catalogue, course: Course, truth: Truth) -> pd.DataFrame:
     found = {}
     for name in names:
         value = CubicSpline(base.at, base.columns[name])(at)
-        value += _by_dimensions(catalogue, base, name, at, truth)
+        value += _by_walls(catalogue, course, name, at, truth)
+        value += _by_dimensions(base, name, at, truth, catalogue.causes)
         for hidden in truth.causes:
             change = catalogue.library.changes.get((hidden.name, hidden.form, course.experiment))
             if change is not None:
@@ -215,15 +216,28 @@ def outsider_modulus(course: Course, truth: Truth) -> np.ndarray:
     return factor
 
 
-def _by_dimensions(
-    catalogue: Catalogue, base: Curve, name: str, at: np.ndarray, truth: Truth
+def _by_walls(
+    catalogue: Catalogue, course: Course, name: str, at: np.ndarray, truth: Truth
 ) -> np.ndarray:
-    """(rows,) change by walls, base layer and the plate's place."""
-    moved = {
-        "finger.wall_mm": WALL_SPREAD * truth.sigma("wall") * catalogue.config.finger.wall_mm,
-        "plate.gap_mm": GAP_SPREAD_mm * truth.sigma("plate_gap"),
-    }
-    for effect in effects_on(catalogue.causes, truth):
+    """(rows,) change by walls, between those that were simulated; beyond them a straight line."""
+    part = WALL_SPREAD * truth.sigma("wall")
+    walls = catalogue.library.walls.get(course.experiment)
+    if not walls or not part:
+        return np.zeros(len(at))
+    curves = {0.0: catalogue.library.base[course.experiment], **walls}
+    parts = sorted(curves)
+    values = [_along(curves[p].at, curves[p].columns[name], at) for p in parts]
+    along = PchipInterpolator(parts, values)
+    inside = min(max(part, parts[0]), parts[-1])
+    return np.asarray(along(inside) + (part - inside) * along(inside, 1) - along(0.0))
+
+
+def _by_dimensions(
+    base: Curve, name: str, at: np.ndarray, truth: Truth, causes: Mapping[str, Cause]
+) -> np.ndarray:
+    """(rows,) change by base layer and the plate's place."""
+    moved = {"plate.gap_mm": GAP_SPREAD_mm * truth.sigma("plate_gap")}
+    for effect in effects_on(causes, truth):
         key = BY_SLOPE.get(effect.name())
         if key is not None:
             moved[key] = moved.get(key, 0.0) + effect.model_dump()["offset_mm"]

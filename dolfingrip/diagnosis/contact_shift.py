@@ -110,7 +110,8 @@ def start(problem: Problem) -> dict[str, float]:
     pressure = problem.index["pressure_kPa"].to_numpy(dtype=float)[force]
     own = {p.key: p for p in problem.shifts}
     assert problem.scale is not None
-    best, found = np.inf, {p.key: p.prior.mean for p in (problem.scale, *problem.shifts)}
+    every = [each for each in (problem.scale, problem.wall, *problem.shifts) if each is not None]
+    best, found = np.inf, {each.key: each.prior.mean for each in every}
     if GAP not in own:
         return found
     for z in np.linspace(-FARTHEST, FARTHEST, 2 * GRID + 1):

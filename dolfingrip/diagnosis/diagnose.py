@@ -36,6 +36,7 @@ from dolfingrip.diagnosis.problem import Problem, index_of
 from dolfingrip.diagnosis.search import search
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.walls import WallCurves, simulate_walls
 from dolfingrip.diagnosis.tried import check_effects, tried
 from dolfingrip.diagnosis.workers import staying
 
@@ -131,8 +132,15 @@ def diagnose_measurement(
     return found
 
 
-def problem_of(measurement: Measurement, base: BaseSimulation) -> tuple[Problem, NoiseModel]:
+def problem_of(
+    measurement: Measurement, base: BaseSimulation, walls: WallCurves | None = None
+) -> tuple[Problem, NoiseModel]:
     """The readings that the base simulation reached, and the noise that is taken for them.
+
+    Args:
+        measurement: whose readings they are.
+        base: of it.
+        walls: readings with other walls, where these are no linear nuisance.
 
     Raises:
         ConfigError: one line, where it reached less than two.
@@ -152,14 +160,15 @@ def problem_of(measurement: Measurement, base: BaseSimulation) -> tuple[Problem,
     noise = noise_model(measurement, index, value, base.readings[kept], kept)
     led_std = instrument_noise(measurement).led[kept]
     scale = modulus_parameter(measurement, base.config)
-    return Problem(measurement, base, kept, index, value, noise.noise, led_std, scale), noise
+    problem = Problem(measurement, base, kept, index, value, noise.noise, led_std, scale, walls)
+    return problem, noise
 
 
 def _name(
     measurement: Measurement, base: BaseSimulation, workers: Workers, settings: Settings
 ) -> Diagnosis:
     """Fits and verdict."""
-    problem, noise = problem_of(measurement, base)
+    problem, noise = problem_of(measurement, base, simulate_walls(measurement, base, workers))
     fitter = Fitter(problem, workers, settings.say)
     none = fitter.none()
     settings.say("comparing effects")

@@ -12,7 +12,7 @@ from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.evidence import INTERVAL
 from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.model import SCALE
-from dolfingrip.diagnosis.simulation.nuisances import modulus_keys
+from dolfingrip.diagnosis.simulation.nuisances import WALL, modulus_keys
 from dolfingrip.parameter import find, scaled
 
 
@@ -34,7 +34,9 @@ CHOICES = ("contact.self_contact=true", 'solver.element="P2"')
 def parameters(
     config: Config, fit: Hypothesis, estimates: Sequence[Estimate], area_spread: float = 0.0
 ) -> list[tuple[str, Estimate]]:
-    """Fitted numbers by key of the configuration, moduli at the fitted modulus.
+    """Fitted numbers by key of the configuration, moduli at the fitted modulus; no walls.
+
+    The walls are a nuisance of one print.
 
     Args:
         config: that was diagnosed.
@@ -52,7 +54,7 @@ def parameters(
             keys = [key for key in modulus_keys(config) if key.startswith("material.")]
             own = find(config, keys)
             found += [(each.key, _times(wider, each.value(config))) for each in own]
-        else:
+        elif parameter.key != WALL:
             found.append((parameter.key, _times(estimate, factor if parameter.is_modulus else 1)))
     return found
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -79,19 +79,13 @@ class Fitter:
     _points: dict[tuple[str, Hypothesis], SurfacePoint | None] = field(default_factory=dict)
 
     def none(self) -> Hypothesis:
-        """The base model, its modulus fitted."""
+        """The base model, its modulus and walls fitted."""
         base = self.problem.base
         if self.problem.shifts:
-            moved = EffectModel(
-                base.measurement, base.config, self.workers, self.problem.scale,
-                shifts=self.problem.shifts,
-            )  # fmt: skip
+            moved = self._model()
             start = contact_shift.start(self.problem)
             return self._fitted((), moved, [start[p.key] for p in moved.parameters], None)
-        model = EffectModel(
-            base.measurement, base.config, self.workers, self.problem.scale,
-            base=base.simulated, scales=base.scales,
-        )  # fmt: skip
+        model = self._model(base=base.simulated, scales=base.scales)
         if not model.parameters:
             return self._at((), model, np.zeros(0))
         found = self._descend(model.evaluate, model, model.start(), SETTLED)
@@ -133,11 +127,7 @@ class Fitter:
                 text for text in each.overrides[score.shape]
                 if text.partition("=")[0] not in {p.key for p in own}
             ]  # fmt: skip
-        base = self.problem.base
-        model = EffectModel(
-            base.measurement, base.config, self.workers, self.problem.scale, parameters, held,
-            shifts=self.problem.shifts,
-        )  # fmt: skip
+        model = self._model(effects=parameters, held=held)
         self.say(f"fitting {' with '.join(names)}")
         try:
             start = self._start([score for score, _ in simulated], fits)
@@ -146,6 +136,14 @@ class Fitter:
             self.failures.append(f"{' with '.join(names)} could not be fitted: {failure}")
             return None
         return with_linear(self.problem, names, hypothesis, linear) if linear else hypothesis
+
+    def _model(self, **own: Any) -> EffectModel:
+        """A model of the problem's readings."""
+        problem, base = self.problem, self.problem.base
+        return EffectModel(
+            base.measurement, base.config, self.workers, problem.scale,
+            wall=problem.wall, curves=problem.walls, shifts=problem.shifts, **own,
+        )  # fmt: skip
 
     def linear(self, score: Score) -> Candidate | None:
         """The candidate of an effect that no parameter needs a simulation for; else None."""

@@ -23,9 +23,9 @@ STRENGTH: Final = "strength of "
 """Begins the key of a strength by the ordinary one."""
 
 STEPS: Final = 12
-"""Of a fit of modulus and strength; most take two to five."""
+"""Of a fit of modulus, walls and strength; most take two to five."""
 LONGEST: Final = 0.7
-"""Of these, in standard deviations of the modulus before measuring."""
+"""Of these, in standard deviations of modulus and walls before measuring."""
 SETTLED: Final = 0.02
 """Step that is not worth another one."""
 
@@ -68,12 +68,12 @@ def with_linear(
 def beside_own_modulus(
     problem: Problem, none: Hypothesis, score: Score, candidate: Candidate
 ) -> Hypothesis:
-    """An effect and the modulus beside it, fitted together by Gauss and Newton.
+    """An effect with modulus and walls beside it, fitted together by Gauss and Newton.
 
     Without an effect the base model may fit best at a modulus and walls that are far from the
     truth: an angle that is read 20 % low is a stiffer finger, nearly. The tangent there does not
     reach to the modulus that the effect brings back. The base model needs no simulation at another
-    modulus (:mod:`dolfingrip.diagnosis.simulation.modulus`).
+    modulus or with other walls (:mod:`dolfingrip.diagnosis.simulation.modulus`, ``walls``).
 
     Args:
         problem: the readings.
@@ -86,11 +86,11 @@ def beside_own_modulus(
     """
     name = (score.name,)
     first = with_linear(problem, name, none, [(score, candidate)])
-    if none.model is None or none.model.base is None or len(none.parameters) != 1:
+    if none.model is None or not none.model.in_closed_form or not none.parameters:
         return first
     fit, zeta = first, none.zeta
     for _ in range(STEPS):
-        step = np.clip(fit.zeta[:1] - zeta, -LONGEST, LONGEST)
+        step = np.clip(fit.zeta[:-1] - zeta, -LONGEST, LONGEST)
         if fit.zeta[-1] == 0.0 or float(np.abs(step).max()) < SETTLED:
             break
         zeta = zeta + step

@@ -15,10 +15,11 @@ from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import to_value
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.closed_forms import has_closed_form
-from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
+from dolfingrip.diagnosis.simulation.nuisances import WALL, by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure, simulate
 from dolfingrip.diagnosis.simulation.strengths import HELD
+from dolfingrip.diagnosis.simulation.walls import WallCurves
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import Entry, find, moduli
@@ -26,6 +27,9 @@ from dolfingrip.parameter.priors import priors_beside
 
 SCALE: Final = "modulus"
 """Name of the factor of all moduli among the parameters."""
+
+STEP: Final = 1e-3
+"""Relative difference of moduli over which scaled readings are derived by them."""
 
 MARGIN: Final = 1e-3
 """Distance of values from their bounds, as part of the prior's spread."""
@@ -82,6 +86,11 @@ def modulus_parameter(measurement: Measurement, config: Config) -> FreeParameter
     return FreeParameter(SCALE, prior, 0.1, 10.0)
 
 
+def wall_parameter(spread: float) -> FreeParameter:
+    """The walls' thickness by that configured, of a relative standard deviation."""
+    return FreeParameter(WALL, Prior(1.0, spread, "of the walls' thickness"), 0.5, 1.5)
+
+
 def coupons_alone(measurement: Measurement) -> bool:
     """Whether all readings are in proportion to the modulus, or do not depend on it."""
     return all(test.experiment == "coupon" for test in measurement.tests)
@@ -128,11 +137,13 @@ class EffectModel:
         measurement, config, workers: as for
             :func:`~dolfingrip.diagnosis.simulation.simulated.simulate`.
         scale: the factor of all moduli, first among the parameters, where it is free.
-        effects: parameters of the effects, after it and ``shifts``.
+        effects: parameters of the effects, after all others.
         held: overrides of the effects' other parameters.
         base: without effects; serves where there are none.
         count: of evaluations by simulation.
-        shifts: nuisances that are simulated at their values, after ``scale``.
+        wall: the walls' thickness, after ``scale``, where ``curves`` tell what it changes.
+        curves: of the base model; they serve beside effects, too.
+        shifts: nuisances that are simulated at their values, after these.
     """
 
     measurement: Measurement
@@ -144,13 +155,16 @@ class EffectModel:
     base: Simulated | None = None
     scales: bool = False
     count: int = 0
+    wall: FreeParameter | None = None
+    curves: WallCurves | None = None
     shifts: Sequence[FreeParameter] = ()
     _known: dict[tuple[float, ...], tuple[Vector, Matrix]] = field(default_factory=dict)
 
     @property
     def parameters(self) -> list[FreeParameter]:
         """All that is free."""
-        return [*([self.scale] if self.scale else []), *self.shifts, *self.effects]
+        first = [each for each in (self.scale, self.wall) if each]
+        return [*first, *self.shifts, *self.effects]
 
     @property
     def coupons_alone(self) -> bool:
@@ -163,7 +177,7 @@ class EffectModel:
 
     def overrides(self, values: Sequence[float]) -> tuple[str, ...]:
         """The configuration at these values, as with ``--set``; without ``shifts``."""
-        factor, _, own = self._split(values)
+        factor, _, own = self._split(self._beside_walls(values))
         return (*self._material(factor), *self._extensions(factor, own))
 
     def evaluate(self, values: Sequence[float]) -> tuple[Vector, Matrix]:
@@ -172,23 +186,50 @@ class EffectModel:
         Raises:
             FitFailure: where a simulation fails.
         """
-        key = tuple(float(f"{value:.10g}") for value in values)
+        key = tuple(float(f"{value:.10g}") for value in self._beside_walls(values))
         if key not in self._known:
             self._known[key] = self._evaluate(key)
-        return self._known[key]
+        readings, slopes = self._known[key]
+        return (readings, slopes) if self.wall is None else self._moved(values, readings, slopes)
 
     @property
-    def unshifted(self) -> list[int]:
-        """Places of the parameters that are no shift."""
+    def in_closed_form(self) -> bool:
+        """Whether no evaluation needs a simulation."""
+        return self.base is not None and not (self.effects or self.held)
+
+    @property
+    def of_the_finger(self) -> list[int]:
+        """Places of the parameters but walls and shifts: what an addition is simulated at."""
         first = int(self.scale is not None)
-        second = first + len(self.shifts)
-        return [i for i in range(len(self.parameters)) if not first <= i < second]
+        second = len(self.parameters) - len(self.effects)
+        return [*range(first), *range(second, len(self.parameters))]
+
+    def _beside_walls(self, values: Sequence[float]) -> list[float]:
+        """All values but that of the walls."""
+        at = int(self.scale is not None)
+        return [*values[:at], *values[at + int(self.wall is not None) :]]
 
     def _split(self, values: Sequence[float]) -> tuple[float, Sequence[float], Sequence[float]]:
-        """The factor of all moduli, the shifts and the effects' parameters."""
+        """The factor of all moduli, the shifts and the effects' parameters; walls left out."""
         first = int(self.scale is not None)
         second = first + len(self.shifts)
         return (values[0] if first else 1.0), values[first:second], values[second:]
+
+    def _moved(
+        self, values: Sequence[float], readings: Vector, slopes: Matrix
+    ) -> tuple[Vector, Matrix]:
+        """With what the walls change in the base model."""
+        assert self.curves is not None
+        at = int(self.scale is not None)
+        factor, walls = (values[0] if at else 1.0), values[at]
+        change, by_walls = self.curves.change(walls, factor)
+        found = np.insert(slopes, at, by_walls, axis=1)
+        if self.scale:
+            more, less = (
+                self.curves.change(walls, factor * (1 + way * STEP))[0] for way in (1, -1)
+            )
+            found[:, 0] += (more - less) / (2 * STEP * factor)
+        return readings + change, found
 
     def _material(self, factor: float) -> tuple[str, ...]:
         if factor == 1.0:
@@ -200,8 +241,9 @@ class EffectModel:
         return (*self.held, *(p.override(v) for p, v in zip(self.effects, values, strict=True)))
 
     def _evaluate(self, values: tuple[float, ...]) -> tuple[Vector, Matrix]:
+        """Readings and derivatives with the walls as configured; ``values`` are the others."""
         factor, moved, own = self._split(values)
-        if not self.effects and not self.held and self.base is not None and not self.shifts:
+        if self.in_closed_form:
             return self._without_effect(factor)
         simulated_factor = 1.0 if self.coupons_alone else factor
         stages = () if self.base is None else self.base.case.overrides
@@ -260,12 +302,11 @@ class EffectModel:
         if not self.scale:
             return base.readings, np.zeros((len(base.readings), 0))
         if self.scales:
-            step = 1e-3
             here, more, less = (
                 modulus.scaled(self.measurement, base, factor * by)
-                for by in (1.0, 1 + step, 1 - step)
+                for by in (1.0, 1 + STEP, 1 - STEP)
             )
-            return here, ((more - less) / (2 * step * factor))[:, None]
+            return here, ((more - less) / (2 * STEP * factor))[:, None]
         slope = by_log_modulus(self.measurement, base)
         return base.readings + (factor - 1) * slope, slope[:, None]
 

@@ -17,10 +17,11 @@ from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import ChannelNoise, noise_matrix
 from dolfingrip.diagnosis.inference.readings import load
-from dolfingrip.diagnosis.model import FreeParameter, coupons_alone
+from dolfingrip.diagnosis.model import FreeParameter, coupons_alone, wall_parameter
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
-from dolfingrip.diagnosis.simulation.nuisances import Nuisance
+from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
 from dolfingrip.diagnosis.simulation.secants import Candidate
+from dolfingrip.diagnosis.simulation.walls import WallCurves
 
 MODULUS: Final = "modulus"
 """The nuisance that fits treat beside the effect's parameters, as it may be far off."""
@@ -95,6 +96,7 @@ class Problem:
         noise: by place in ``tracks``: channel of each test.
         led_std: of the reading of what is led, shape (n,).
         scale: the factor of all moduli, where fits find it beside the effects' parameters.
+        walls: readings with other walls, where these are no linear nuisance.
         shifts: gap and regulator's zero, where they do so, too
             (:mod:`dolfingrip.diagnosis.contact_shift`); else they are linear nuisances.
     """
@@ -107,6 +109,7 @@ class Problem:
     noise: Mapping[str, ChannelNoise]
     led_std: Vector
     scale: FreeParameter | None = None
+    walls: WallCurves | None = None
     shifts: tuple[FreeParameter, ...] = ()
 
     def take(self, values: np.ndarray) -> Vector:
@@ -134,11 +137,20 @@ class Problem:
                 found[at] = float(self.value[at] @ self.simulated[at]) / square
         return np.clip(found, LEAST_RATIO, MOST_RATIO)
 
+    @property
+    def wall(self) -> FreeParameter | None:
+        """The walls' thickness, where fits find it beside the modulus."""
+        if self.walls is None:
+            return None
+        return wall_parameter(min(t.setup.nuisances[WALL] for t in self.measurement.tests))
+
     def linear_nuisances(self) -> list[Nuisance]:
         """Nuisances whose change is taken as linear, at the size that the readings have."""
         in_scale: set[str] = set()
         if self.scale is not None:
             in_scale = {MODULUS, AREA} if coupons_alone(self.measurement) else {MODULUS}
+        if self.walls is not None:
+            in_scale.add(WALL)
         fitted = {each.key.rpartition(".")[2] for each in self.shifts}
         names = {"offset_kPa": "pressure_offset_kPa", "gap_mm": "plate_gap_mm"}
         in_scale |= {names[key] for key in fitted}

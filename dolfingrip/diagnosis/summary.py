@@ -19,6 +19,7 @@ from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.multiple import holm
 from dolfingrip.diagnosis.inference.sentences import sentences
 from dolfingrip.diagnosis.inference.significance import significance_table
+from dolfingrip.diagnosis.simulation.nuisances import WALL
 
 BANDS: Final = 5
 STEPS: Final = (1.0, 2.0, 2.5, 5.0, 10.0)
@@ -70,7 +71,7 @@ def _edges(top: float) -> list[float]:
 def fitted_nuisances(found: Diagnosis) -> dict[str, float]:
     """Nuisances beside the best fit, by their standard deviations."""
     problem, fit = found.problem, found.best
-    shifts = {each.key for each in problem.shifts}
+    shifts = {WALL, *(each.key for each in problem.shifts)}
     moved = {p.key: float(z) for p, z in zip(fit.parameters, fit.zeta, strict=True)
              if p.key in shifts}  # fmt: skip
     return moved | fit.fitted_nuisances(problem)

@@ -38,7 +38,7 @@ from dolfingrip.diagnosis.model import FitFailure
 from dolfingrip.diagnosis.problem import AREA, MODULUS, Problem
 from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.base import simulate_base
-from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
+from dolfingrip.diagnosis.simulation.nuisances import WALL, keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 
@@ -191,11 +191,16 @@ def _after(
     config = base.config.overridden(flat) if flat else base.config
     measurement = proposal.measurement
     listed = measurement.listed()
+    nuisance = _own_nuisances(problem, proposal, config, workers)
+    walls = nuisance.pop(WALL, None) if problem.wall else None
     found = []
     for fit in fits:
         own, jacobian = _readings(fit, proposal, config, workers)
+        if walls is not None:
+            place = [each.key for each in fit.parameters].index(WALL)
+            own, jacobian[:, place] = own + walls * fit.zeta[place], walls
         found.append((np.append(fit.readings, own), np.vstack([fit.jacobian, jacobian])))
-    columns = _nuisances(problem, proposal, config, workers)
+    columns = _joined(problem, nuisance, len(listed))
     std = np.array([_noise_std(problem, str(column)) for column in listed["column"]])
     n = len(problem.value)
     std = np.hypot(std, _model_error(measurement) * np.abs(found[0][0][n:]))
@@ -214,10 +219,10 @@ def _readings(
     if fit.model is None:  # an effect that was not fitted
         raise FitFailure(f"{' with '.join(fit.effects)} cannot be simulated there")
     # the gap and the regulator's zero of an addition are others, not those that were fitted
-    kept = fit.model.unshifted
+    kept = fit.model.of_the_finger
     model = replace(
         fit.model, measurement=proposal.measurement, config=config, workers=workers,
-        base=None, scales=False, count=0, shifts=(), _known={},
+        base=None, scales=False, count=0, wall=None, curves=None, shifts=(), _known={},
     )  # fmt: skip
     readings, own = model.evaluate([fit.values[i] for i in kept])
     slopes = np.zeros((len(readings), len(fit.parameters)))
@@ -246,17 +251,23 @@ def _with_linear(
     return readings + changes @ fit.zeta[first:], np.hstack([slopes, changes])
 
 
-def _nuisances(problem: Problem, proposal: Proposal, config: Config, workers: Workers) -> Matrix:
-    """Nuisances of all readings; those of the same name are shared."""
+def _own_nuisances(
+    problem: Problem, proposal: Proposal, config: Config, workers: Workers
+) -> dict[str, Vector]:
+    """Nuisances of an addition's readings, by name; what fits find is left out."""
     case = Case(neutral_stages(config), keys(proposal.measurement, config), headroom=True)
     (base,) = simulate(proposal.measurement, config, [case], workers)
-    new = {
+    return {
         each.name: np.nan_to_num(each.change)
         for each in nuisances(proposal.measurement, base)
         if problem.scale is None or each.name not in (MODULUS, AREA)
     }
+
+
+def _joined(problem: Problem, new: dict[str, Vector], m: int) -> Matrix:
+    """Nuisances of all readings, those of an addition, m of them, included; alike ones are shared."""
     old = {each.name: each.change for each in problem.linear_nuisances()}
-    n, m = len(problem.value), len(base.readings)
+    n = len(problem.value)
     columns = []
     for name in dict.fromkeys([*old, *new]):
         # a plate that is set once more is off by another gap

@@ -22,6 +22,8 @@ from dolfingrip.diagnosis.simulation.simulated import Simulated
 from dolfingrip.parameter import SHAPES, every, find, moduli
 
 WALLS: Final = tuple(f"{shape}.wall_mm" for shape in SHAPES)
+WALL: Final = "wall"
+"""Name of the nuisance that these are."""
 BASE_LAYER: Final = "finger.base_layer_mm"
 GAIN: Final = "extensions.pressure_gain.gain"
 OFFSET: Final = "extensions.pressure_offset.offset_kPa"
@@ -128,7 +130,7 @@ def nuisances(measurement: Measurement, base: Simulated) -> list[Nuisance]:
     walls = np.sum([base.slope(key) for key in WALLS], axis=0)
     found = [
         Nuisance("modulus", stiffness * spread("modulus")),
-        Nuisance("wall", walls * spread("wall", lambda config: config.geometry.wall_mm)),
+        Nuisance(WALL, walls * spread(WALL, lambda config: config.geometry.wall_mm)),
         Nuisance("pressure_gain", base.slope(GAIN) * spread("pressure_gain", _gain)),
         Nuisance("pressure_offset_kPa", base.slope(OFFSET) * spread("pressure_offset_kPa")),
         Nuisance("coupon_area", np.where(forces, base.readings, 0.0) * spread("coupon_area")),
