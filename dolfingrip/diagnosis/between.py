@@ -74,8 +74,6 @@ def between(fitter: Fitter, analysis: Analysis, none: Hypothesis) -> Fits:
     if first.posterior.log_odds_unknown() <= 0:
         return found
     for name in _strong(first.scores)[:MOST]:
-        if frozenset([name]) in found:
-            continue
         fit = on_surface(fitter, scores[name], none)
         if fit is not None:
             found[frozenset([name])] = fit

@@ -41,7 +41,7 @@ def index_of(measurement: Measurement) -> pd.DataFrame:
     listed = measurement.listed()
     rows = measurement.readings.iloc[listed["row"].to_numpy()].reset_index(drop=True)
     test = listed["test"].to_numpy()
-    rates = _rates(measurement)
+    rates = {test.number: _pressure_rate(measurement, test) for test in measurement.tests}
     designs = {test.number: _design(test) for test in measurement.tests}
     return pd.DataFrame(
         {
@@ -70,18 +70,10 @@ def _design(test: SpecimenTest) -> str:
     return json.dumps(own, sort_keys=True, default=str)
 
 
-def _rates(measurement: Measurement) -> dict[int, float]:
-    """Median rate of the ramps of each test that has a pressure, rounded so as to be a label."""
-    found = {}
-    for test in measurement.tests:
-        rows = measurement.rows(test.number)
-        ramp = rows[rows["branch"] != "hold"]
-        steps, times = np.abs(np.diff(ramp[test.led])), np.diff(ramp["time_s"])
-        moving = (steps > 0) & (times > 0)
-        known = test.led == "pressure_kPa" and moving.any()
-        rate = float(np.median(steps[moving] / times[moving])) if known else np.nan
-        found[test.number] = float(f"{rate:.2g}")
-    return found
+def _pressure_rate(measurement: Measurement, test: SpecimenTest) -> float:
+    """Rate of the ramps in kPa/s; NaN where there is none, or another quantity is led."""
+    rate = measurement.ramp_rate(test) if test.led == "pressure_kPa" else None
+    return np.nan if rate is None else rate
 
 
 @dataclass(frozen=True)

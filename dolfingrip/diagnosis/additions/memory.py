@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.extensions.index import effect
 
@@ -36,15 +36,7 @@ def shows(known: Measurement, added: Measurement) -> bool:
             rows = measurement.rows(test.number)
             if (rows["branch"] != "loading").any():
                 return True
-            rate = _rate(measurement, test)
-            if np.isfinite(rate):
+            rate = measurement.ramp_rate(test)
+            if rate is not None:
                 rates.setdefault(test.experiment, []).append(rate)
     return any(max(own) > OTHER_RATE * min(own) for own in rates.values())
-
-
-def _rate(measurement: Measurement, test: SpecimenTest) -> float:
-    """Median rate of what is led, in its unit per second; NaN where it stands still."""
-    rows = measurement.rows(test.number)
-    steps, times = np.abs(np.diff(rows[test.led])), np.diff(rows["time_s"])
-    moving = (steps > 0) & (times > 0)
-    return float(np.median(steps[moving] / times[moving])) if moving.any() else float("nan")

@@ -76,7 +76,7 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
 def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
     """The same set-up led another way."""
     rows = measurement.rows(test.number)
-    top, rate = _top(rows, test), _rate(rows, test, config)
+    top, rate = _top(rows, test), _rate(measurement, test, config)
     reading = "force_N" if test.experiment == "blocked_force" else "angle_deg"
     done = set(rows["branch"])
     ways = [
@@ -96,7 +96,7 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
     """More readings, another gap, and the finger hung and stood."""
     found = []
     rows = measurement.rows(test.number)
-    top, rate = _top(rows, test), _rate(rows, test, config)
+    top, rate = _top(rows, test), _rate(measurement, test, config)
     loading = [("loading", 1)]
     if test.experiment == "bending" and rows["tip_x_mm"].isna().all():
         found.append(_again(measurement, "tip", "the tip tracked (x and z)", "camera", test,
@@ -137,11 +137,7 @@ def _coupons(
     )
     own = test.setup.applied(config).coupon
     top = own.max_strain * own.gauge_length_mm
-    rate = (
-        own.rate_mm_per_s
-        if coupon is None
-        else _rate(measurement.rows(coupon.number), coupon, config)
-    )
+    rate = own.rate_mm_per_s if coupon is None else _rate(measurement, coupon, config)
     once, held = [("loading", 1)], [("loading", 1), ("hold", 1)]
     ways: list[tuple[str, list[tuple[str, int]], float]] = [
         ("a coupon at a tenth of the rate", once, rate / SLOWER),
@@ -211,13 +207,11 @@ def _top(rows: pd.DataFrame, test: SpecimenTest) -> float:
     return nominal.end(read, read / STOPS, test.setup.noise.get(test.led, 0.0))
 
 
-def _rate(rows: pd.DataFrame, test: SpecimenTest, config: Config) -> float:
-    """Median rate of the ramps, in the led quantity's unit per second."""
-    ramp = rows[rows["branch"] != "hold"]
-    steps, times = np.abs(np.diff(ramp[test.led])), np.diff(ramp["time_s"])
-    moving = (steps > 0) & (times > 0)
-    if moving.any():
-        return float(f"{np.median(steps[moving] / times[moving]):.2g}")
+def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float:
+    """Median rate of the ramps, in the led quantity's unit per second; else as configured."""
+    found = measurement.ramp_rate(test)
+    if found is not None:
+        return found
     applied = test.setup.applied(config)
     return (
         applied.coupon.rate_mm_per_s

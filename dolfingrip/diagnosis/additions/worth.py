@@ -265,7 +265,7 @@ def _own_nuisances(
 
 
 def _joined(problem: Problem, new: dict[str, Vector], m: int) -> Matrix:
-    """Nuisances of all readings, those of an addition, m of them, included; alike ones are shared."""
+    """Nuisances of the readings so far and of m more; those of the same name are shared."""
     old = {each.name: each.change for each in problem.linear_nuisances()}
     n = len(problem.value)
     columns = []

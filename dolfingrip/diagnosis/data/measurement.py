@@ -76,6 +76,19 @@ class Measurement:
         """The rows of a test."""
         return self.readings[self.readings["test"] == test]
 
+    def ramp_rate(self, test: SpecimenTest) -> float | None:
+        """Median rate of a test's ramps, in the unit of what is led per second, to two digits.
+
+        None where it has no ramp.
+        """
+        rows = self.rows(test.number)
+        ramp = rows[rows["branch"] != "hold"]
+        steps, times = np.abs(np.diff(ramp[test.led])), np.diff(ramp["time_s"])
+        moving = (steps > 0) & (times > 0)
+        if not moving.any():
+            return None
+        return float(f"{np.median(steps[moving] / times[moving]):.2g}")
+
     def listed(self) -> pd.DataFrame:
         """A row for each single reading, in the order of the rows and, within one, of columns.
 

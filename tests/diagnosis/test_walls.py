@@ -1,0 +1,170 @@
+"""Walls that are not as drawn: the base model with others, fits, and where a derivative serves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from diagnosis.data.files import written
+from diagnosis.simulation.here import Here
+from experiments import small
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.diagnose import problem_of
+from dolfingrip.diagnosis.extend import extended, parameters
+from dolfingrip.diagnosis.fit import Fitter
+from dolfingrip.diagnosis.simulation import walls as other_walls
+from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation.nuisances import WALL
+from dolfingrip.diagnosis.simulation.simulated import Case, simulate
+from dolfingrip.diagnosis.simulation.walls import PART, WallCurves, simulate_walls
+
+PRESSURES_kPa = (0, 15, 30, 45, 60)
+TOLD = """experiment = ["bending", "blocked_force"]
+[noise]
+angle_deg = 0.003
+force_N = 0.002
+[noise.correlated]
+angle_deg = 0.0005
+force_N = 0.0004
+[plate]
+gap_mm = 0.1
+"""
+
+
+def finger() -> Config:
+    """Two bellows."""
+    return small.short("solver.rtol=1e-9")
+
+
+def written_with(
+    folder: Path, readings: np.ndarray | None = None, told: str = TOLD, names: str = "both"
+) -> Measurement:
+    """Angles and blocked forces, or ones where no readings are given."""
+    lines = ["experiment,branch,time_s,pressure_kPa,angle_deg,force_N"]
+    for name in ("bending", "blocked_force") if names == "both" else (names,):
+        for i, pressure in enumerate(PRESSURES_kPa):
+            at = i + len(PRESSURES_kPa) * (name == "blocked_force" and names == "both")
+            value = 1.0 if readings is None else readings[at]
+            entry = f"{value:.7f}," if name == "bending" else f",{value:.7f}"
+            lines.append(f"{name},loading,{i},{pressure},{entry}")
+    return read([written(folder, "\n".join(lines) + "\n", told)], finger())
+
+
+@pytest.fixture(scope="module")
+def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
+    return written_with(tmp_path_factory.mktemp("walls"))
+
+
+@pytest.fixture(scope="module")
+def base(measurement: Measurement, store: Path) -> BaseSimulation:
+    return simulate_base(measurement, finger(), Here(store), effects=())
+
+
+@pytest.fixture(scope="module")
+def curves(measurement: Measurement, base: BaseSimulation, store: Path) -> WallCurves:
+    found = simulate_walls(measurement, base, Here(store))
+    assert found is not None
+    return found
+
+
+def with_walls(measurement: Measurement, store: Path, walls: float, factor: float = 1.0):
+    """Readings, simulated at other walls and moduli."""
+    config = finger()
+    overrides = (
+        f"finger.wall_mm={config.finger.wall_mm * walls!r}",
+        *other_walls.modulus.overrides(config, factor),
+    )
+    return simulate(measurement, config, [Case(overrides)], Here(store))[0].readings
+
+
+def test_the_parabola_leads_through_what_was_simulated(
+    measurement: Measurement, base: BaseSimulation, curves: WallCurves, store: Path
+) -> None:
+    """At ±δ exactly, between them far nearer to a simulation than along the derivative."""
+    for walls in (1 - PART, 1 + PART):
+        there = with_walls(measurement, store, walls)
+        np.testing.assert_allclose(curves.change(walls)[0], there - base.readings, atol=1e-9)
+    assert not curves.change(1.0)[0].any()
+    there = with_walls(measurement, store, 0.95) - base.readings
+    by_derivative = -0.05 * finger().finger.wall_mm * base.simulated.slope("finger.wall_mm")
+    for name in ("angle_deg", "force_N"):
+        at = (measurement.listed()["column"] == name).to_numpy()
+        off = np.abs(curves.change(0.95)[0] - there)[at].max()
+        print(name, "off by", off, "derivative by", np.abs(by_derivative - there)[at].max(),
+              "of", np.abs(there[at]).max())  # fmt: skip
+        assert off < 0.01 * np.abs(there[at]).max()
+        assert off < 0.5 * np.abs(by_derivative - there)[at].max()
+
+
+def test_it_scales_with_the_modulus(
+    measurement: Measurement, base: BaseSimulation, curves: WallCurves, store: Path
+) -> None:
+    """Against a simulation with thinner, softer walls, to what interpolation leaves."""
+    there = with_walls(measurement, store, 1 - PART, 0.8)
+    found = base.at_modulus(0.8) + curves.change(1 - PART, 0.8)[0]
+    for name, allowed in (("angle_deg", 1e-4), ("force_N", 1e-2)):
+        at = (measurement.listed()["column"] == name).to_numpy()
+        assert np.abs(found - there)[at].max() < allowed * there[at].max()
+
+
+@pytest.mark.parametrize("walls", [0.85, 0.93, 1.0, 1.04, 1.2])
+def test_the_derivative_is_that_of_the_change(curves: WallCurves, walls: float) -> None:
+    """Against central differences, beyond ±δ, too, where a straight line goes on."""
+    step = 1e-6
+    more, less = (curves.change(walls + way * step)[0] for way in (1, -1))
+    slope = curves.change(walls)[1]
+    np.testing.assert_allclose(slope, (more - less) / (2 * step), rtol=1e-4, atol=1e-5)
+
+
+def test_a_fit_finds_the_walls(base: BaseSimulation, curves: WallCurves, store: Path) -> None:
+    """The readings were simulated with walls 8 % thinner of a material 10 % softer."""
+    true = with_walls(base.measurement, store, 0.92, 0.9)
+    measured = written_with(store, true)
+    problem, _ = problem_of(measured, base, WallCurves(measured, *_three(curves)))
+    assert WALL not in [each.name for each in problem.linear_nuisances()]
+    fit = Fitter(problem, Here(store), print).none()
+    modulus, walls = fit.values
+    print("modulus", modulus, "walls", walls, "std", fit.std(problem))
+    assert [each.key for each in fit.parameters] == ["modulus", WALL]
+    left = (problem.value - fit.predicted(problem, np.ones(len(true), bool))) / problem.noise_std
+    print("left", left)
+    assert np.abs(left).max() < 1.0
+    std = fit.std(problem)
+    assert abs(walls - 0.92) < 0.05 * 3 * std[1]
+    linear, _ = problem_of(measured, base)
+    old = Fitter(linear, Here(store), print).none()
+    off = linear.value - old.predicted(linear, np.ones(len(true), bool))
+    free = (problem.index["channel"] == "angle_deg").to_numpy()
+    assert np.abs(off / linear.noise_std)[free].max() > 1.5 * np.abs(left)[free].max()
+
+
+def test_walls_are_a_nuisance_and_no_result(
+    base: BaseSimulation, curves: WallCurves, store: Path
+) -> None:
+    """They stay out of the extended model and of its numbers: they belong to one print."""
+    problem, _ = problem_of(base.measurement, base, curves)
+    fit = Fitter(problem, Here(store), print).none()
+    numbers = parameters(finger(), fit, fit.estimates(problem))
+    assert [key for key, _ in numbers] == ["material.mu_MPa"]
+    assert extended(finger(), fit).finger.wall_mm == finger().finger.wall_mm
+
+
+@pytest.mark.parametrize(
+    ("names", "more"), [("bending", ""), ("both", "[nuisance]\nwall = 0.005\n")]
+)
+def test_else_a_derivative_serves(names: str, more: str, tmp_path: Path, store: Path) -> None:
+    """Where nothing is blocked, or where the walls are known; nothing is simulated."""
+    told = TOLD.replace("force_N = 0.002\n", "").replace("force_N = 0.0004\n", "")
+    measured = written_with(tmp_path, None, (told if names == "bending" else TOLD) + more, names)
+    own = simulate_base(measured, finger(), Here(store), effects=())
+    assert simulate_walls(measured, own, Here(tmp_path / "none")) is None
+    assert not (tmp_path / "none").exists()
+    problem, _ = problem_of(measured, own)
+    assert WALL in [each.name for each in problem.linear_nuisances()]
+
+
+def _three(curves: WallCurves):
+    return curves.thinner, curves.usual, curves.thicker
