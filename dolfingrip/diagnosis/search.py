@@ -15,7 +15,6 @@ from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.analysis import Analysis
 from dolfingrip.diagnosis.inference.posterior import LogPriors
 from dolfingrip.diagnosis.inference.screen import Score
-from dolfingrip.diagnosis.inference.verdict import REFUTED
 from dolfingrip.diagnosis.model import coupons_alone
 from dolfingrip.diagnosis.remodulated import remodulated
 from dolfingrip.diagnosis.surface import SurfacePoint
@@ -142,7 +141,7 @@ def search(
             break
         own.attempt(pair)
     if coupons_alone(fitter.problem.measurement):  # which are simulated in no time
-        for name in _left(own.conclusion(), own.names):
+        for name in _leading(own.conclusion()):
             if frozenset([name]) not in own.tried:
                 own.attempt(frozenset([name]))
     return fits
@@ -174,18 +173,6 @@ def _best_single(conclusion: Conclusion, names: Sequence[str]) -> str | None:
     if not len(singles) or singles.max() < WORTH:
         return None
     return names[int(singles.argmax())]
-
-
-def _left(conclusion: Conclusion, names: Sequence[str]) -> list[str]:
-    """Effects that are not refuted beside the leading one, the most probable first.
-
-    The secant of a law with many parameters has one strength, and thus too much evidence.
-    """
-    alone = conclusion.posterior.singles
-    if not len(alone):
-        return []
-    order = np.argsort(-alone)
-    return [names[int(i)] for i in order if 0 < REFUTED * alone[order[0]] <= alone[i]]
 
 
 def _best_pair(
