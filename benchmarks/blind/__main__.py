@@ -23,6 +23,7 @@ from benchmarks.blind import (
     generator,
     library,
     misfit,
+    packed,
     report,
 )
 from benchmarks.blind.cases import Case
@@ -35,6 +36,7 @@ from dolfingrip.cli.options import console
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign.campaign import SchedulerGone
 from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.simulation.runner import Workers
 
 OUT: Final = Path("out/blind")
@@ -83,21 +85,37 @@ class Asked:
         own = "" if set(self.only) <= set(FINGERS) else "-".join(self.only) + "-"
         return self.out / "score" / f"{own}{self.set_name}-{self.how.mode}"
 
+    def at_hand(self, store: str) -> shipped.Shipped | None:
+        """Results of a store that come with the repository; none where failures are retried."""
+        return None if self.retry_failed else shipped.read(packed.file_of(store))
+
     def at_work(self, show: Callable[..., None]) -> Workers:
         """Workers that show their progress."""
         return Workers(self.folders.library, Where(workers=self.workers), show, self.retry_failed)
 
 
-def run_library(asked: Asked) -> None:
-    """Simulate the generator's responses: curves first, then histories, the shortest first."""
+def histories(asked: Asked) -> list[str]:
+    """Histories that the protocols begin like, the shortest first."""
     wanted = {PROTOCOLS[name].history for name in asked.only}
     if set(WITH_COUPON) & set(asked.only):
         wanted.add(PULL)
-    for history in library.HISTORIES:
-        if history in wanted:
-            asked.screen.print(f"library of {history}", soft_wrap=True)
-            with progress.designs(asked.screen) as show:
-                library.compute(history, asked.folders.library, asked.at_work(show))
+    return [history for history in library.HISTORIES if history in wanted]
+
+
+def run_library(asked: Asked) -> None:
+    """Simulate the generator's responses: curves first, then histories, the shortest first."""
+    for history in histories(asked):
+        asked.screen.print(f"library of {history}", soft_wrap=True)
+        with progress.designs(asked.screen) as show:
+            library.compute(history, asked.folders.library, asked.at_work(show), asked.at_hand)
+
+
+def run_pack(asked: Asked) -> None:
+    """Write what was simulated into benchmarks/blind/simulated (only where asked for)."""
+    every = [entry for history in histories(asked) for entry in library.entries(history)]
+    for file in packed.write(every, asked.folders.library):
+        size = f"{file.stat().st_size / 1000:.0f} kB"
+        asked.screen.print(f"wrote {file}, {size}", soft_wrap=True, markup=False)
 
 
 def planned(asked: Asked) -> list[Case]:
@@ -239,6 +257,7 @@ def run_score(asked: Asked) -> None:
 
 STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
     "library": run_library,
+    "pack": run_pack,
     "full": run_full,
     "cases": run_cases,
     "diagnose": run_diagnose,
@@ -248,7 +267,7 @@ STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
     "alarms": run_alarms,
     "misfit": run_misfit,
 }
-EXTRA: Final = ("alarms", "misfit")
+EXTRA: Final = ("pack", "alarms", "misfit")
 ORDINARY: Final = tuple(name for name in STAGES if name not in EXTRA)
 """Those that are run where none is named."""
 
@@ -267,7 +286,7 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
         "stages",
         nargs="*",
         metavar="STAGE",
-        help=f"default: all but {' and '.join(EXTRA)}, in order",
+        help=f"default: all but {', '.join(EXTRA)}, in order",
     )
     parser.add_argument(
         "--cases", dest="set_name", choices=cases.SETS, default=cases.SETS[0],
