@@ -6,7 +6,9 @@ import argparse
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -38,6 +40,7 @@ from dolfingrip.design.campaign.campaign import SchedulerGone
 from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.workers import StayingWorkers
 
 OUT: Final = Path("out/blind")
 DRAWS: Final = 400
@@ -85,9 +88,12 @@ class Asked:
         own = "" if set(self.only) <= set(FINGERS) else "-".join(self.only) + "-"
         return self.out / "score" / f"{own}{self.set_name}-{self.how.mode}"
 
-    def at_hand(self, store: str) -> shipped.Shipped | None:
-        """Results of a store that come with the repository; none where failures are retried."""
-        return None if self.retry_failed else shipped.read(packed.file_of(store))
+    def at_hand(self, workers: Workers, stack: ExitStack, store: str) -> StayingWorkers:
+        """The same workers, with a store's results of the repository where nothing is retried."""
+        return StayingWorkers(
+            workers.store, workers.where, workers.progress, workers.retry_failed, stack=stack,
+            known=None if self.retry_failed else shipped.read(packed.file_of(store)),
+        )  # fmt: skip
 
     def at_work(self, show: Callable[..., None]) -> Workers:
         """Workers that show their progress."""
@@ -106,8 +112,9 @@ def run_library(asked: Asked) -> None:
     """Simulate the generator's responses: curves first, then histories, the shortest first."""
     for history in histories(asked):
         asked.screen.print(f"library of {history}", soft_wrap=True)
-        with progress.designs(asked.screen) as show:
-            library.compute(history, asked.folders.library, asked.at_work(show), asked.at_hand)
+        with progress.designs(asked.screen) as show, ExitStack() as stack:
+            workers = partial(asked.at_hand, asked.at_work(show), stack)
+            library.compute(history, asked.folders.library, workers)
 
 
 def run_pack(asked: Asked) -> None:

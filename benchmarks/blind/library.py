@@ -8,7 +8,6 @@ library that is stopped goes on where it was.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -24,8 +23,6 @@ from dolfingrip.design.campaign.store import NAME, Store
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, result_of
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import felt_in
-from dolfingrip.diagnosis.simulation.shipped import Shipped
-from dolfingrip.diagnosis.workers import StayingWorkers
 
 Way = Literal["curve", "history"]
 
@@ -145,12 +142,7 @@ def felt(cause: Cause) -> frozenset[str]:
     return felt_in(cause.name, Config())
 
 
-def compute(
-    history: str,
-    folder: Path,
-    workers: Workers,
-    at_hand: Callable[[str], Shipped | None] = lambda store: None,
-) -> None:
+def compute(history: str, folder: Path, workers: Callable[[str], Workers]) -> None:
     """Simulate what is missing, store by store and test by test; elastic curves first.
 
     What failed in one test cannot be hidden, so that its other tests are not simulated.
@@ -158,22 +150,9 @@ def compute(
     Args:
         history: whose entries are wanted.
         folder: of the stores.
-        workers: where it is computed.
-        at_hand: results of a store that need not be computed.
+        workers: where a store is computed, by its name.
     """
     wanted = entries(history)
-    with ExitStack() as stack:
-        _compute(wanted, folder, workers, at_hand, stack)
-
-
-def _compute(
-    wanted: Sequence[Entry],
-    folder: Path,
-    workers: Workers,
-    at_hand: Callable[[str], Shipped | None],
-    stack: ExitStack,
-) -> None:
-    addresses: list[str] = []
     for store, experiment in dict.fromkeys((entry.store, entry.experiment) for entry in wanted):
         failed = failed_in(wanted, known(wanted, folder))
         jobs = [
@@ -181,11 +160,7 @@ def _compute(
             for entry in wanted
             if (entry.store, entry.experiment) == (store, experiment) and entry.name not in failed
         ]
-        own = StayingWorkers(
-            folder / store, workers.where, workers.progress, workers.retry_failed,
-            stack=stack, addresses=addresses, known=at_hand(store),
-        )  # fmt: skip
-        own.results(jobs)
+        replace(workers(store), store=folder / store).results(jobs)
 
 
 def failed_in(wanted: Sequence[Entry], found: Mapping[str, JobResult]) -> frozenset[str]:

@@ -7,7 +7,7 @@ import numpy as np
 from benchmarks.blind import cases, generator
 from benchmarks.blind.cases import Case
 from benchmarks.blind.generator import Cause
-from benchmarks.blind.library import Change, Curve, Library
+from benchmarks.blind.library import WALL_PARTS, Change, Curve, Library
 from benchmarks.blind.protocols import PROTOCOLS
 from benchmarks.blind.response import Catalogue, Hidden, Truth
 
@@ -23,18 +23,22 @@ def few() -> dict[str, Cause]:
 def made_up(protocol: str = "P2") -> Catalogue:
     """A finger that bends and presses as powers of the pressure, and three effects on it."""
     at = np.linspace(0, 375, 31)
-    base, changes = {}, {}
+    base, walls, changes = {}, {}, {}
     for experiment, column, scale in (
         ("bending", "angle_deg", 100),
         ("blocked_force", "force_N", 3),
     ):
         y = scale * (at / 250 + 0.3 * (at / 250) ** 2)
         slopes = {
-            (column, "finger.wall_mm"): -0.5 * y * (1 - at / 800),
             (column, "finger.base_layer_mm"): -0.3 * y,
             (column, "plate.gap_mm"): -0.02 * (experiment == "blocked_force") * at / (at + 20),
         }
         base[experiment] = Curve(at, {column: y, "tip_x_mm": y, "tip_z_mm": y}, slopes)
+        softer = -0.8 * y * (1 - at / 800)
+        walls[experiment] = {
+            part: Curve(at, dict.fromkeys(base[experiment].columns, y + part * softer), {})
+            for part in WALL_PARTS
+        }
         rows = PROTOCOLS[protocol].course(experiment).rows
         history = rows["pressure_kPa"].to_numpy()
         up = at[at <= 300]
@@ -49,7 +53,7 @@ def made_up(protocol: str = "P2") -> Catalogue:
                 sizes = np.array([part + 0.1 * part**2 for part in each.parts])
                 values = 0.1 * scale * (1 + 0.2 * form) * sizes[:, None] * shape[None, :]
                 changes[name, form, experiment] = Change(way, place, each.parts, {column: values})
-    return Catalogue(PROTOCOLS[protocol], Library(base, changes), few())
+    return Catalogue(PROTOCOLS[protocol], Library(base, walls, changes), few())
 
 
 def case(catalogue: Catalogue, *hidden: Hidden, kind: cases.Kind = "one", seed: int = 3) -> Case:

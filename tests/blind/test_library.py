@@ -58,7 +58,7 @@ def test_what_failed_in_one_test_is_not_simulated_in_another(
     workers = Pretended(tmp_path)
     monkeypatch.setattr(library, "entries", lambda history: every)
     monkeypatch.setattr(library, "known", lambda wanted, folder: dict(workers.known))
-    library.compute("P2", tmp_path, workers)
+    library.compute("P2", tmp_path, lambda store: workers)
     assert workers.order == ["bending base", "bending yeoh", "blocked_force base"]
     found = library.load("P2", tmp_path)
     assert found.failed == {"yeoh"}
@@ -76,7 +76,7 @@ def test_cases_wait_for_what_is_missing_but_not_for_what_failed(
     few = {key: each for key, each in whole.changes.items() if key[0] != "mooney_rivlin"}
     monkeypatch.setattr(judging.generator, "causes", lambda: catalogue.causes)
     for failed, complete in ((frozenset[str](), False), (frozenset({"mooney_rivlin"}), True)):
-        left = library.Library(whole.base, few, tuple(failed), failed)
+        left = library.Library(whole.base, whole.walls, few, tuple(failed), failed)
         monkeypatch.setattr(library, "of_protocol", lambda protocol, folder, left=left: left)
         case_set = CaseSet([hidden, other], Folders(tmp_path))
         assert case_set.complete("P2") is complete

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.simulation.job import Batch
-from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.workers import StayingWorkers
 
 
 def kept(entries: list[Entry], folder: Path) -> None:
@@ -37,10 +38,14 @@ def test_what_was_written_is_entered_and_not_computed(
     stores = dict.fromkeys(entry.store for entry in entries)
     assert [file.stem for file in files] == list(stores)
     monkeypatch.setattr(library, "entries", lambda history: entries)
-    library.compute(
-        "pull-up", tmp_path / "again", Workers(tmp_path, Where(workers=1)),
-        lambda store: shipped.read(tmp_path / "files" / f"{store}.npz"),
-    )  # fmt: skip
+    with ExitStack() as stack:
+        library.compute(
+            "pull-up", tmp_path / "again",
+            lambda store: StayingWorkers(
+                tmp_path, Where(workers=1), stack=stack, computes=False,
+                known=shipped.read(tmp_path / "files" / f"{store}.npz"),
+            ),
+        )  # fmt: skip
     before = library.known(entries, tmp_path / "first")
     after = library.known(entries, tmp_path / "again")
     assert after.keys() == before.keys()

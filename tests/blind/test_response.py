@@ -85,3 +85,27 @@ def test_outsiders_of_a_coupon() -> None:
     for name in names:
         assert outsiders.possible(PROTOCOLS["coupon"], name)
         assert not outsiders.possible(PROTOCOLS["P2"], name)
+
+
+def test_walls_lie_between_those_that_were_simulated() -> None:
+    """With a kink that thinner walls move: there exactly as simulated, beyond along a line."""
+    catalogue = made_up("P1")
+    curves = catalogue.library.walls["bending"]
+    at = curves[0.0625].at
+    for part, curve in curves.items():
+        kink = np.maximum(at - 150 - 400 * part, 0) / 10
+        curve.columns["angle_deg"][:] += kink  # type: ignore[index]
+    base = catalogue.library.base["bending"].columns["angle_deg"]
+    base += np.maximum(at - 150, 0) / 10  # type: ignore[misc]
+    pressure = catalogue.protocol.course("bending").rows["pressure_kPa"].to_numpy()
+
+    def angle(sigmas: float) -> np.ndarray:
+        return catalogue.readings(Truth((), {"wall": sigmas}))[0]["angle_deg"].to_numpy()
+
+    on_stops = np.isin(pressure, at)
+    assert on_stops.sum() > 3
+    for sigmas, part in ((-2.5, -0.125), (-1.25, -0.0625), (1.25, 0.0625), (2.5, 0.125)):
+        there = curves[part].columns["angle_deg"][np.isin(at, pressure)]
+        np.testing.assert_allclose(angle(sigmas)[on_stops], there, atol=1e-9)
+    beyond = [angle(sigmas) for sigmas in (2.5, 2.7, 2.9)]
+    np.testing.assert_allclose(beyond[2] - beyond[1], beyond[1] - beyond[0], atol=1e-9)
