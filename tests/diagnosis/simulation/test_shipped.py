@@ -11,7 +11,9 @@ import pytest
 from diagnosis.simulation.here import Here
 
 from dolfingrip.config import Config
+from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.groups import groups
@@ -20,8 +22,9 @@ from dolfingrip.diagnosis.simulation.meshes import ungraded
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.shipped import Shipped
+from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.diagnosis.tried import tried
-from dolfingrip.diagnosis.workers import staying
+from dolfingrip.diagnosis.workers import StayingWorkers, staying
 
 UP_DOWN_mm = [0.0, 4.0, 8.0, 4.0, 0.0]
 
@@ -146,9 +149,8 @@ class Asking(Workers):
         raise KeyboardInterrupt
 
 
-def test_three_cycles_of_bending_and_blocked_force_find_all_at_hand(tmp_path: Path) -> None:
-    """As a laboratory reads them. Where this fails as an effect's code has changed, run
-    python -m benchmarks.reference_simulations."""
+def three_cycles() -> Measurement:
+    """Bending and blocked force as a laboratory reads them."""
     seed = 3
     print("seed", seed)
     planned = reference_measurement()
@@ -156,10 +158,15 @@ def test_three_cycles_of_bending_and_blocked_force_find_all_at_hand(tmp_path: Pa
     rows = planned.readings.copy()
     rows["pressure_kPa"] += 0.5 * np.random.default_rng(seed).standard_normal(len(rows))
     tests = [replace(test, setup=LabSetup(noise=noise)) for test in planned.tests]
+    return replace(planned, readings=rows, tests=tests)
+
+
+def test_three_cycles_of_bending_and_blocked_force_find_all_at_hand(tmp_path: Path) -> None:
+    """Where this fails as an effect's code has changed, run
+    python -m benchmarks.reference_simulations."""
     workers = Asking(tmp_path)
     with pytest.raises(KeyboardInterrupt):
-        simulate_base(replace(planned, readings=rows, tests=tests), Config(), workers,
-                      effects=tried(None))  # fmt: skip
+        simulate_base(three_cycles(), Config(), workers, effects=tried(None))
     asked = list({job.key: job for job in workers.asked}.values())
     found = opened(shipped.FILE)
     found.agrees = True
@@ -168,6 +175,21 @@ def test_three_cycles_of_bending_and_blocked_force_find_all_at_hand(tmp_path: Pa
     print([(job.experiment, job.config.extensions) for job in missing])
     assert len(asked) > 70
     assert not missing
+
+
+def test_other_walls_are_at_hand_too(tmp_path: Path) -> None:
+    """With all nuisances beside them, and no simulation."""
+    found = opened(shipped.FILE)
+    found.agrees = True
+    workers = StayingWorkers(tmp_path, Where(workers=1), known=found, computes=False)
+    measurement = three_cycles()
+    base = simulate_base(measurement, Config(), workers, effects=())
+    walls = simulate_walls(measurement, base, workers)
+    assert walls is not None
+    thinner, thicker = (walls.change(by)[0] for by in (0.9, 1.1))
+    free = (measurement.listed()["column"] == "angle_deg").to_numpy()
+    assert thinner[free].max() > 5.0  # degrees
+    assert thicker[free].min() < -5.0
 
 
 def test_anew_believes_nothing(tmp_path: Path) -> None:
