@@ -20,12 +20,12 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
+from benchmarks.remembering import Remembering
 from dolfingrip.config import Config
 from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.design.campaign.cluster import Where
@@ -35,11 +35,9 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.base import simulate_base
-from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.diagnosis.tried import tried
-from dolfingrip.diagnosis.workers import StayingWorkers
 
 PROTOCOL: Final = "protocol"
 """The part that every diagnosis of the reference finger begins with; the others are additions."""
@@ -48,24 +46,6 @@ APART: Final = ("orientation",)
 """Additions that are left out: the tip up and down is another 80 simulations."""
 
 PARTS: Final = (PROTOCOL, *(kind for kind in rig.KINDS if kind not in APART))
-
-
-@dataclass(frozen=True, slots=True)
-class Remembering(StayingWorkers):
-    """Workers that keep what they were asked for.
-
-    Attributes:
-        asked: jobs and their results, by key.
-    """
-
-    asked: dict[str, tuple[Job, JobResult]] = field(default_factory=dict)
-
-    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
-        """As :meth:`StayingWorkers.results`."""
-        found = StayingWorkers.results(self, jobs)
-        for job, result in zip(jobs, found, strict=True):
-            self.asked[job.key] = (job, result)
-        return found
 
 
 def measurements() -> Iterator[tuple[str, Measurement]]:
@@ -110,7 +90,7 @@ def main() -> None:
                 base = simulate_base(measurement, Config(), workers, effects=tried(None))
                 if part == PROTOCOL:
                     simulate_walls(measurement, base, workers)
-    jobs, results = zip(*workers.asked.values(), strict=True)
+    jobs, results = workers.kept()
     seconds = sum(result.wall_s or 0.0 for result in results)
     print(f"{len(jobs)} simulations of {seconds:.0f} s")
     if set(parts) == set(PARTS):

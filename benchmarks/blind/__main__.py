@@ -120,7 +120,10 @@ def run_library(asked: Asked) -> None:
 def run_pack(asked: Asked) -> None:
     """Write what was simulated into benchmarks/blind/simulated (only where asked for)."""
     every = [entry for history in histories(asked) for entry in library.entries(history)]
-    for file in packed.write(every, asked.folders.library):
+    files = packed.write(every, asked.folders.library)
+    with diagnoses.with_crew(asked.how) as how:
+        files += packed.write_analyser(list(catalogues(asked)), asked.out / "packed", how)
+    for file in files:
         size = f"{file.stat().st_size / 1000:.0f} kB"
         asked.screen.print(f"wrote {file}, {size}", soft_wrap=True, markup=False)
 

@@ -27,9 +27,12 @@ from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.results import write
+from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
 
 RESULT: Final = "diagnosis.json"
+PACKED: Final = Path(__file__).with_name("simulated") / "analyser.npz"
+"""The analyser's simulations of the protocols, beside those that come with the package."""
 MODES: Final = ("quick", "whole")
 
 
@@ -61,9 +64,14 @@ class How:
 
 @contextmanager
 def with_crew(how: How) -> Iterator[How]:
-    """The same with workers that stay until the ``with`` block ends."""
+    """The same with workers that stay until the ``with`` block ends.
+
+    They know the simulations that come with the package, and those of :mod:`packed`.
+    """
     with staying(how.store, how.workers, how.progress) as workers:
-        yield replace(how, crew=workers)
+        own, packed = workers.known, shipped.read(PACKED)
+        known = own.joined(packed) if own and packed else own
+        yield replace(how, crew=replace(workers, known=known))
 
 
 def diagnose(case: Case, folder: Path, how: How) -> dict[str, Any]:

@@ -9,11 +9,19 @@ mechanics have changed one simulation has to agree first.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from benchmarks.blind.alarms import whole_problem
+from benchmarks.blind.diagnoses import PACKED, How
 from benchmarks.blind.library import Entry, known
-from dolfingrip.diagnosis.simulation import shipped
+from benchmarks.blind.response import Catalogue
+from benchmarks.remembering import Remembering
+from dolfingrip.diagnosis.simulation import shipped, sources
+from dolfingrip.diagnosis.simulation.job import Job, JobResult
+from dolfingrip.diagnosis.workers import NotAtHand
 
 FOLDER: Final = Path(__file__).with_name("simulated")
 
@@ -48,3 +56,44 @@ def write(entries: list[Entry], folder: Path, to: Path = FOLDER) -> list[Path]:
             shipped.write(file, jobs.values(), [found[key] for key in jobs])
             files.append(file)
     return files
+
+
+def write_analyser(
+    catalogues: Sequence[Catalogue], folder: Path, how: How, to: Path = PACKED
+) -> list[Path]:
+    """Write the analyser's simulations of protocols, as far as they have been made.
+
+    What comes with the package is left out.
+
+    Args:
+        catalogues: of the protocols.
+        folder: for the measured files.
+        how: cases are diagnosed; with workers that stay.
+        to: the file.
+
+    Returns:
+        The file, where something was to be written.
+    """
+    assert how.crew is not None
+    crew = how.crew.at_hand()
+    asked: dict[str, tuple[Job, JobResult]] = {}
+    workers = Remembering(
+        crew.store, crew.where, crew.progress, known=crew.known, computes=False, asked=asked
+    )
+    for catalogue in catalogues:
+        with suppress(NotAtHand):
+            whole_problem(catalogue, folder / catalogue.protocol.name, workers)
+    jobs, results = workers.kept()
+    own, come = shipped.read(), set[str]()
+    if own is not None and own.core == sources.core_digest():
+        come = {job.key for job, _ in own.answers(jobs, _never)}
+    kept = [(job, result) for job, result in zip(jobs, results, strict=True) if job.key not in come]
+    if not kept:
+        return []
+    to.parent.mkdir(parents=True, exist_ok=True)
+    shipped.write(to, *zip(*kept, strict=True))
+    return [to]
+
+
+def _never(job: Job) -> JobResult:
+    raise AssertionError("the same code needs no check")

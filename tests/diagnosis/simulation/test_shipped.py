@@ -177,6 +177,18 @@ def test_three_cycles_of_bending_and_blocked_force_find_all_at_hand(tmp_path: Pa
     assert not missing
 
 
+def test_two_files_serve_together(file: Path, tmp_path: Path) -> None:
+    """Where the same code made both; the other is left out where not."""
+    more = [coupon(3, "extensions.prony.g=[0.3]"), coupon(4, *PRONY)]
+    shipped.write(tmp_path / "more.npz", more, Here(tmp_path / "store").results(more))
+    first, second = opened(file), opened(tmp_path / "more.npz")
+    both = first.joined(second)
+    asked = [coupon(5, *PRONY), more[0]]
+    assert [job for job, _ in both.answers(asked, never)] == asked
+    second.core = "other code"
+    assert [job for job, _ in first.joined(second).answers(asked, never)] == asked[:1]
+
+
 def test_other_walls_are_at_hand_too(tmp_path: Path) -> None:
     """With all nuisances beside them, and no simulation."""
     found = opened(shipped.FILE)
