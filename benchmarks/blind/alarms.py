@@ -130,7 +130,8 @@ def _drawn(
 def _screened(problem: Problem, crew: StayingWorkers) -> dict[str, float]:
     """Log odds of any cause, and their threshold."""
     fitter = Fitter(problem, crew, lambda text: None)
-    none = fitter.none()
+    none = fitter.settled()
+    problem = fitter.problem
     analysis = conclude.screen(problem, none)
     found = conclude.conclude(problem, analysis, between(fitter, analysis, none))
     odds = found.posterior.log_odds_something()

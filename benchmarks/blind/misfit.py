@@ -49,10 +49,11 @@ def table(
         show(number, len(wanted))
         truth = Truth((), {nuisance: sigmas} if sigmas else {})
         problem = replace(whole, value=catalogue.vector(truth)[where])
-        none = Fitter(problem, how.crew, lambda text: None).none()
+        fitter = Fitter(problem, how.crew, lambda text: None)
+        none = fitter.settled()
         rows.append({
             "protocol": name, "nuisance": nuisance, "sigmas": sigmas,
-            "left_sigma": round(_left_sigma(problem, none), 2),
+            "left_sigma": round(_left_sigma(fitter.problem, none), 2),
         })  # fmt: skip
     return pd.DataFrame(rows)
 

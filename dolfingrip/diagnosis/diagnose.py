@@ -170,7 +170,8 @@ def _name(
     """Fits and verdict."""
     problem, noise = problem_of(measurement, base, simulate_walls(measurement, base, workers))
     fitter = Fitter(problem, workers, settings.say)
-    none = fitter.none()
+    none = fitter.settled()
+    problem = fitter.problem
     settings.say("comparing effects")
     analysis = conclusions.screen(problem, none)
     first = conclusions.conclude(problem, analysis, {NONE: none})

@@ -32,6 +32,7 @@ from dolfingrip.diagnosis.model import (
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
+from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.step import Evaluate, hypothesis_at, stepped, visit
@@ -59,6 +60,12 @@ BEHIND: Final = 30.0
 
 PROMISE: Final = 0.5
 """… and by this part of what the next step promises to gain."""
+
+ROUNDS: Final = 3
+"""Times that the error of the mesh is taken anew, for the walls that were found."""
+
+SAME_WALLS: Final = 0.003
+"""Relative difference of walls that does not matter to it."""
 
 
 @dataclass
@@ -90,6 +97,20 @@ class Fitter:
             return self._at((), model, np.zeros(0))
         found = self._descend(model.evaluate, model, model.start(), SETTLED)
         return self._at((), model, found.stepped)
+
+    def settled(self) -> Hypothesis:
+        """The same, with the error of the mesh for the walls that are found.
+
+        :attr:`problem` has that error from then on.
+        """
+        none = self.none()
+        for _ in range(ROUNDS):
+            walls = none.by_key.get(WALL)
+            if walls is None or abs(walls - self.problem.walls_at) < SAME_WALLS:
+                break
+            self.problem = replace(self.problem, walls_at=walls)
+            none = self.none()
+        return none
 
     def effects(
         self,

@@ -89,6 +89,7 @@ class Problem:
         led_std: of the reading of what is led, shape (n,).
         scale: the factor of all moduli, where fits find it beside the effects' parameters.
         walls: readings with other walls, where these are no linear nuisance.
+        walls_at: thickness of the walls, by that configured, that the mesh's error is for.
         shifts: gap and regulator's zero, where they do so, too
             (:mod:`dolfingrip.diagnosis.contact_shift`); else they are linear nuisances.
     """
@@ -102,6 +103,7 @@ class Problem:
     led_std: Vector
     scale: FreeParameter | None = None
     walls: WallCurves | None = None
+    walls_at: float = 1.0
     shifts: tuple[FreeParameter, ...] = ()
 
     def take(self, values: np.ndarray) -> Vector:
@@ -218,7 +220,10 @@ class Problem:
     @cached_property
     def errors(self) -> Matrix:
         """What mesh and material laws get wrong, as columns of one standard deviation, (n, l)."""
-        return np.hstack([np.nan_to_num(self.base.mesh[self.kept]), self.tolerance()])
+        mesh = self.base.mesh
+        if self.walls is not None and mesh.shape[1]:
+            mesh = mesh + self.walls.mesh(self.walls_at)[:, None]
+        return np.hstack([np.nan_to_num(mesh[self.kept]), self.tolerance()])
 
     @cached_property
     def error_covariance(self) -> Covariance:

@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import modulus
+from dolfingrip.diagnosis.simulation import meshes, modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL, WALLS
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -40,12 +40,15 @@ class WallCurves:
     Attributes:
         measurement: of all arrays.
         thinner, usual, thicker: the base simulation with each walls, with headroom.
+        ungraded: readings of the three on the ungraded mesh, shape (3, n); None where there is no
+            second mesh.
     """
 
     measurement: Measurement
     thinner: Simulated
     usual: Simulated
     thicker: Simulated
+    ungraded: np.ndarray | None = None
 
     def change(self, walls: float, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """(n,) change of the readings by the walls, and its derivative by them.
@@ -54,16 +57,33 @@ class WallCurves:
             walls: thickness by that configured.
             factor: of all moduli.
         """
-        below, here, above = (
+        three = [
             modulus.scaled(self.measurement, each, factor)
             for each in (self.thinner, self.usual, self.thicker)
-        )
-        slope, curvature = (above - below) / 2, above + below - 2 * here
-        x = (walls - 1) / PART
-        inside = min(max(x, -1.0), 1.0)
-        tangent = slope + curvature * inside
-        found = slope * inside + 0.5 * curvature * inside**2 + tangent * (x - inside)
-        return np.nan_to_num(found), np.nan_to_num(tangent / PART)
+        ]
+        return _between(np.array(three), walls)
+
+    def mesh(self, walls: float) -> np.ndarray:
+        """(n,) by how much more the mesh is off than with the walls as configured.
+
+        As for these, :data:`~dolfingrip.diagnosis.simulation.meshes.SHARE` of what grading changes:
+        thinner walls bend further, and a mesh is off by more then.
+        """
+        if self.ungraded is None:
+            return np.zeros(len(self.usual.readings))
+        graded = np.array([s.readings for s in (self.thinner, self.usual, self.thicker)])
+        return meshes.SHARE * _between(graded - self.ungraded, walls)[0]
+
+
+def _between(three: np.ndarray, walls: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) change from the second row by the parabola through all three, and its derivative."""
+    below, here, above = three
+    slope, curvature = (above - below) / 2, above + below - 2 * here
+    x = (walls - 1) / PART
+    inside = min(max(x, -1.0), 1.0)
+    tangent = slope + curvature * inside
+    found = slope * inside + 0.5 * curvature * inside**2 + tangent * (x - inside)
+    return np.nan_to_num(found), np.nan_to_num(tangent / PART)
 
 
 def simulate_walls(
@@ -94,17 +114,22 @@ def simulate_walls(
         return None
     ((key, wall_mm),) = found
     stages = base.simulated.case.overrides
+    flat = () if base.plain is None else base.plain.case.overrides
     fingers = frozenset(run.group.experiment for run in bodies)
-    cases = [
-        Case(
-            (*stages, f"{key}={wall_mm * (1 + way * PART)!r}"),
-            headroom=True, only_in=fingers, elsewhere=stages,
-        )
-        for way in (-1, 1)
-    ]  # fmt: skip
-    thinner, thicker = simulate(measurement, base.config, cases, workers)
+
+    def case(way: int, others: tuple[str, ...], *, headroom: bool) -> Case:
+        moved = (*others, f"{key}={wall_mm * (1 + way * PART)!r}")
+        return Case(moved, headroom=headroom, only_in=fingers, elsewhere=others)
+
+    cases = [case(way, stages, headroom=True) for way in (-1, 1)]
+    if flat:
+        cases += [case(way, flat, headroom=False) for way in (-1, 1)]
+    thinner, thicker, *plain = simulate(measurement, base.config, cases, workers)
     kept = np.isfinite(base.readings)
     for each in (thinner, thicker):
         if not np.isfinite(each.readings[kept]).all():
             return None
-    return WallCurves(measurement, thinner, base.simulated, thicker)
+    rough = None
+    if base.plain is not None and plain:
+        rough = np.array([plain[0].readings, base.plain.readings, plain[1].readings])
+    return WallCurves(measurement, thinner, base.simulated, thicker, rough)
