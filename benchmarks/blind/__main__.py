@@ -44,6 +44,8 @@ from dolfingrip.diagnosis.workers import StayingWorkers
 
 OUT: Final = Path("out/blind")
 DRAWS: Final = 400
+COUPONS: Final = ("coupon", "pull-up")
+"""Protocols that the analyser simulates in no time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +124,8 @@ def run_pack(asked: Asked) -> None:
     every = [entry for history in histories(asked) for entry in library.entries(history)]
     files = packed.write(every, asked.folders.library)
     with diagnoses.with_crew(asked.how) as how:
-        files += packed.write_analyser(list(catalogues(asked)), asked.out / "packed", how)
+        fingers = replace(asked, only=tuple(n for n in asked.only if n not in COUPONS))
+        files += packed.write_analyser(list(catalogues(fingers)), asked.out / "packed", how)
     for file in files:
         size = f"{file.stat().st_size / 1000:.0f} kB"
         asked.screen.print(f"wrote {file}, {size}", soft_wrap=True, markup=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import problem_of
 from dolfingrip.diagnosis.extend import extended, parameters
 from dolfingrip.diagnosis.fit import Fitter
-from dolfingrip.diagnosis.simulation import walls as other_walls
+from dolfingrip.diagnosis.simulation import meshes, modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
@@ -43,6 +44,10 @@ def written_with(
     folder: Path, readings: np.ndarray | None = None, told: str = TOLD, names: str = "both"
 ) -> Measurement:
     """Angles and blocked forces, or ones where no readings are given."""
+    return read([written(folder, _table(readings, names), told)], finger())
+
+
+def _table(readings: np.ndarray | None, names: str) -> str:
     lines = ["experiment,branch,time_s,pressure_kPa,angle_deg,force_N"]
     for name in ("bending", "blocked_force") if names == "both" else (names,):
         for i, pressure in enumerate(PRESSURES_kPa):
@@ -50,7 +55,7 @@ def written_with(
             value = 1.0 if readings is None else readings[at]
             entry = f"{value:.7f}," if name == "bending" else f",{value:.7f}"
             lines.append(f"{name},loading,{i},{pressure},{entry}")
-    return read([written(folder, "\n".join(lines) + "\n", told)], finger())
+    return "\n".join(lines) + "\n"
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +80,7 @@ def with_walls(measurement: Measurement, store: Path, walls: float, factor: floa
     config = finger()
     overrides = (
         f"finger.wall_mm={config.finger.wall_mm * walls!r}",
-        *other_walls.modulus.overrides(config, factor),
+        *modulus.overrides(config, factor),
     )
     return simulate(measurement, config, [Case(overrides)], Here(store))[0].readings
 
@@ -164,6 +169,33 @@ def test_else_a_derivative_serves(names: str, more: str, tmp_path: Path, store: 
     assert not (tmp_path / "none").exists()
     problem, _ = problem_of(measured, own)
     assert WALL in [each.name for each in problem.linear_nuisances()]
+
+
+def test_the_mesh_is_off_as_with_the_walls_that_are_found(tmp_path: Path, store: Path) -> None:
+    """Against what grading changes with thinner walls; and a fit whose readings had these."""
+    config = small.short("mesh.edge_size_mm=4", "solver.rtol=1e-9")
+    measured = read([written(tmp_path, _table(None, "both"), TOLD)], config)
+    base = simulate_base(measured, config, Here(store), effects=())
+    curves = simulate_walls(measured, base, Here(store))
+    assert curves is not None
+    thin = f"finger.wall_mm={config.finger.wall_mm * (1 - PART)!r}"
+    cases = [Case((thin,)), Case((*meshes.ungraded(config), thin))]
+    graded, plain = (each.readings for each in simulate(measured, config, cases, Here(store)))
+    expected = meshes.SHARE * (graded - plain)
+    found = base.mesh[:, 0] + curves.mesh(1 - PART)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    assert np.abs(curves.mesh(1 - PART)).max() > 0.02 * np.abs(base.mesh).max()
+    assert not curves.mesh(1.0).any()
+    again = read([written(tmp_path, _table(graded, "both"), TOLD)], config)
+    problem, _ = problem_of(again, base, replace(curves, measurement=again))
+    fitter = Fitter(problem, Here(store), print)
+    fit = fitter.settled()
+    assert fitter.problem.walls_at == pytest.approx(fit.by_key[WALL], abs=0.003)
+    assert fitter.problem.walls_at < 0.97
+    error = fitter.problem.errors[:, 0]
+    np.testing.assert_allclose(
+        error, base.mesh[:, 0] + curves.mesh(fitter.problem.walls_at), atol=1e-12
+    )
 
 
 def _three(curves: WallCurves):
