@@ -138,12 +138,16 @@ def _read(catalogue: Catalogue, course: Course, truth: Truth) -> pd.DataFrame:
         value = CubicSpline(base.at, base.columns[name])(at)
         value += _by_walls(catalogue, course, name, at, truth)
         value += _by_dimensions(base, name, at, truth, catalogue.causes)
+        value += _by_plate(catalogue, base, name, at, truth)
         for hidden in truth.causes:
             change = catalogue.library.changes.get((hidden.name, hidden.form, course.experiment))
             if change is not None:
                 value += _changed(change, name, hidden.strength, at, rows)
         if name in FROM_REST:
             value -= value[0]
+        if name == "force_N" and course.experiment == "blocked_force":
+            # the plate is set away from the tip at rest, and does not pull
+            value = np.where(np.isclose(at, at[0]), 0.0, np.maximum(value, 0.0))
         found[name] = value * factor if name == "force_N" else value
     shown = displayed(catalogue.causes, course, found, truth)
     read = catalogue.protocol.columns[course.experiment]
@@ -235,18 +239,31 @@ def _by_walls(
 def _by_dimensions(
     base: Curve, name: str, at: np.ndarray, truth: Truth, causes: Mapping[str, Cause]
 ) -> np.ndarray:
-    """(rows,) change by base layer and the plate's place."""
-    moved = {"plate.gap_mm": GAP_SPREAD_mm * truth.sigma("plate_gap")}
+    """(rows,) change by the base layer."""
+    total = np.zeros(len(at))
     for effect in effects_on(causes, truth):
         key = BY_SLOPE.get(effect.name())
-        if key is not None:
-            moved[key] = moved.get(key, 0.0) + effect.model_dump()["offset_mm"]
-    total = np.zeros(len(at))
-    for key, by in moved.items():
-        slope = base.slopes.get((name, key))
-        if slope is not None and by:
-            total += by * CubicSpline(base.at, slope)(at)
+        slope = None if key is None else base.slopes.get((name, key))
+        if slope is not None:
+            total += effect.model_dump()["offset_mm"] * CubicSpline(base.at, slope)(at)
     return total
+
+
+def _by_plate(
+    catalogue: Catalogue, base: Curve, name: str, at: np.ndarray, truth: Truth
+) -> np.ndarray:
+    """(rows,) change by the plate's place.
+
+    It is set against the tip as it is at rest. A regulator whose zero is off has bent the finger
+    there already, towards negative x, so that the plate is further away from where it would be.
+    """
+    slope = base.slopes.get((name, "plate.gap_mm"))
+    if slope is None:
+        return np.zeros(len(at))
+    free = catalogue.library.base["bending"]
+    bent_mm = -float(_along(free.at, free.columns["tip_x_mm"], at[:1])[0])
+    by_mm = GAP_SPREAD_mm * truth.sigma("plate_gap") + bent_mm
+    return np.asarray(by_mm * CubicSpline(base.at, slope)(at))
 
 
 def _changed(

@@ -33,7 +33,7 @@ def made_up(protocol: str = "P2") -> Catalogue:
             (column, "finger.base_layer_mm"): -0.3 * y,
             (column, "plate.gap_mm"): -0.02 * (experiment == "blocked_force") * at / (at + 20),
         }
-        base[experiment] = Curve(at, {column: y, "tip_x_mm": y, "tip_z_mm": y}, slopes)
+        base[experiment] = Curve(at, {column: y, "tip_x_mm": -y / 2, "tip_z_mm": y}, slopes)
         softer = -0.8 * y * (1 - at / 800)
         walls[experiment] = {
             part: Curve(at, dict.fromkeys(base[experiment].columns, y + part * softer), {})

@@ -22,7 +22,10 @@ def test_longer_protocols_begin_as_shorter_ones() -> None:
 
 
 def test_a_modulus_scales_and_a_regulator_shifts() -> None:
-    """α(p; cμ) = α(p/c), F(p; cμ) = c F(p/c), against the curve itself; α from the pose at rest."""
+    """α(p; cμ) = α(p/c), F(p; cμ) = c F(p/c), against the curve itself; α from the pose at rest.
+
+    The plate is set against the tip at rest, which has bent away by −2 kPa: 0.2 mm for each kPa.
+    """
     catalogue = made_up()
     truth = Truth((), {"modulus": 1.0, "pressure_gain": 2.0, "pressure_offset": -1.0})
     bending, blocked = catalogue.readings(truth)
@@ -30,7 +33,13 @@ def test_a_modulus_scales_and_a_regulator_shifts() -> None:
     x = (1.03 * bending["pressure_kPa"] - 2) / c / 250
     angle_deg = 100 * (x + 0.3 * x**2)
     np.testing.assert_allclose(bending["angle_deg"], angle_deg - angle_deg[0], atol=1e-6)
-    np.testing.assert_allclose(blocked["force_N"], c * 3 * (x + 0.3 * x**2), atol=1e-6)
+    x = x.to_numpy()
+    at = 250 * x
+    nearer = 0.2 * at[0] * -0.02 * at / (at + 20)
+    force_N = c * (3 * (x + 0.3 * x**2) + nearer)
+    force_N[[0, -1]] = 0.0
+    np.testing.assert_allclose(blocked["force_N"], force_N, atol=3e-4)
+    assert force_N[1] - c * 3 * (x + 0.3 * x**2)[1] > 2e-3
 
 
 def test_strengths_are_interpolated_through_nothing() -> None:
