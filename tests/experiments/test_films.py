@@ -172,7 +172,12 @@ def test_a_region_may_have_another_law() -> None:
 
 
 def test_derivatives_by_films_and_regions() -> None:
-    """Against differences of whole runs; among them a dimension of the geometry's own."""
+    """Against differences of whole runs; among them a dimension of the geometry's own.
+
+    Angles are converged to 3e-8 degrees, which differences over 1 % of a stiffness show. So these
+    are taken over 5 and 10 %, and extrapolated to none by Richardson. Walls that differ by 2 % are
+    meshed otherwise; 1 % tells enough.
+    """
     keys = {
         "material.base.mu_MPa": 0.05,
         "film.sheet.Et_N_per_mm": 1.0,
@@ -193,11 +198,14 @@ def test_derivatives_by_films_and_regions() -> None:
     }
     assert set(found) == set(keys)
     for key in ("material.base.mu_MPa", "film.sheet.Et_N_per_mm", "pneunet.wall_mm"):
-        step = 1e-2 * keys[key]
-        ends = [bent(*base, f"{key}={keys[key] + way * step!r}") for way in (1, -1)]
-        angles = [end.column("angle_deg")[-1] for end in ends]
-        expected = (angles[0] - angles[1]) / (2 * step)
-        print(key, found[key], expected)
+        parts = (0.01,) if key == "pneunet.wall_mm" else (0.05, 0.1)
+        slopes = []
+        for step in (part * keys[key] for part in parts):
+            ends = [bent(*base, f"{key}={keys[key] + way * step!r}") for way in (1, -1)]
+            angles = [end.column("angle_deg")[-1] for end in ends]
+            slopes.append((angles[0] - angles[1]) / (2 * step))
+        expected = slopes[0] if len(slopes) == 1 else (4 * slopes[0] - slopes[1]) / 3
+        print(key, found[key], expected, slopes)
         assert found[key] == pytest.approx(expected, rel=1e-3)
 
 
