@@ -38,14 +38,10 @@ from dolfingrip.cli.options import console
 from dolfingrip.config import ConfigError
 from dolfingrip.design.campaign.campaign import SchedulerGone
 from dolfingrip.design.campaign.cluster import Where
-from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.workers import StayingWorkers
 
 OUT: Final = Path("out/blind")
 DRAWS: Final = 400
-COUPONS: Final = ("coupon", "pull-up")
-"""Protocols that the analyser simulates in no time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +86,6 @@ class Asked:
         own = "" if set(self.only) <= set(FINGERS) else "-".join(self.only) + "-"
         return self.out / "score" / f"{own}{self.set_name}-{self.how.mode}"
 
-    def at_hand(self, workers: Workers, stack: ExitStack, store: str) -> StayingWorkers:
-        """The same workers, with a store's results of the repository where nothing is retried."""
-        return StayingWorkers(
-            workers.store, workers.where, workers.progress, workers.retry_failed, stack=stack,
-            known=None if self.retry_failed else shipped.read(packed.file_of(store)),
-        )  # fmt: skip
-
     def at_work(self, show: Callable[..., None]) -> Workers:
         """Workers that show their progress."""
         return Workers(self.folders.library, Where(workers=self.workers), show, self.retry_failed)
@@ -115,7 +104,7 @@ def run_library(asked: Asked) -> None:
     for history in histories(asked):
         asked.screen.print(f"library of {history}", soft_wrap=True)
         with progress.designs(asked.screen) as show, ExitStack() as stack:
-            workers = partial(asked.at_hand, asked.at_work(show), stack)
+            workers = partial(packed.at_hand, asked.at_work(show), stack)
             library.compute(history, asked.folders.library, workers)
 
 
@@ -124,7 +113,9 @@ def run_pack(asked: Asked) -> None:
     every = [entry for history in histories(asked) for entry in library.entries(history)]
     files = packed.write(every, asked.folders.library)
     with diagnoses.with_crew(asked.how) as how:
-        fingers = replace(asked, only=tuple(n for n in asked.only if n not in COUPONS))
+        # coupons are simulated in no time
+        own = tuple(name for name in asked.only if PROTOCOLS[name].body != "coupon")
+        fingers = replace(asked, only=own)
         files += packed.write_analyser(list(catalogues(fingers)), asked.out / "packed", how)
     for file in files:
         size = f"{file.stat().st_size / 1000:.0f} kB"

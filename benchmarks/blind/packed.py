@@ -10,7 +10,7 @@ mechanics have changed one simulation has to agree first.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Final
 
@@ -21,14 +21,23 @@ from benchmarks.blind.response import Catalogue
 from benchmarks.remembering import Remembering
 from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
-from dolfingrip.diagnosis.workers import NotAtHand
+from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.workers import NotAtHand, StayingWorkers
 
-FOLDER: Final = Path(__file__).with_name("simulated")
+FOLDER: Final = PACKED.parent
 
 
-def file_of(store: str) -> Path:
+def file_of(store: str, folder: Path = FOLDER) -> Path:
     """Where the results of a store are, if they have been written."""
-    return FOLDER / f"{store}.npz"
+    return folder / f"{store}.npz"
+
+
+def at_hand(workers: Workers, stack: ExitStack, store: str) -> StayingWorkers:
+    """The same workers, with a store's results of the repository where nothing is retried."""
+    return StayingWorkers(
+        workers.store, workers.where, workers.progress, workers.retry_failed, stack=stack,
+        known=None if workers.retry_failed else shipped.read(file_of(store)),
+    )  # fmt: skip
 
 
 def write(entries: list[Entry], folder: Path, to: Path = FOLDER) -> list[Path]:
@@ -52,7 +61,7 @@ def write(entries: list[Entry], folder: Path, to: Path = FOLDER) -> list[Path]:
             if entry.store == store and entry.job.key in found
         }
         if jobs:
-            file = to / file_of(store).name
+            file = file_of(store, to)
             shipped.write(file, jobs.values(), [found[key] for key in jobs])
             files.append(file)
     return files
@@ -75,11 +84,8 @@ def write_analyser(
         The file, where something was to be written.
     """
     assert how.crew is not None
-    crew = how.crew.at_hand()
-    asked: dict[str, tuple[Job, JobResult]] = {}
-    workers = Remembering(
-        crew.store, crew.where, crew.progress, known=crew.known, computes=False, asked=asked
-    )
+    crew = how.crew
+    workers = Remembering(crew.store, crew.where, crew.progress, known=crew.known, computes=False)
     for catalogue in catalogues:
         with suppress(NotAtHand):
             whole_problem(catalogue, folder / catalogue.protocol.name, workers)
