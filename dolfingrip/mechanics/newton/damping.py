@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import NODE
+from dolfingrip.mechanics.newton import workspace
 from dolfingrip.mechanics.newton.tangent import Tangent
 
 LEAST: Final = 1e-7
@@ -103,7 +104,7 @@ class Damping:
     def _leads_downhill(self, matrix: PETSc.Mat) -> bool:
         """Factorise; whether the inertia is that of a minimum's tangent."""
         self._pc.setOperators(matrix)
-        self._pc.setUp()
+        workspace.set_up(self._pc)
         self.count += 1
         downhill = self._pc.getFactorMatrix().getMumpsInfog(12) == self._negative
         self.unstable |= not downhill

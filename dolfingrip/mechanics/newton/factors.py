@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.newton import workspace
 from dolfingrip.mechanics.newton.following import FollowingStep
 from dolfingrip.mechanics.newton.ordering import AUTOMATIC, cheapest
 
@@ -157,7 +158,7 @@ class Factors:
         pc = ksp.getPC()
         pc.setReusePreconditioner(False)
         pc.setOperators(matrix)
-        pc.setUp()
+        workspace.set_up(pc)
         pc.setReusePreconditioner(True)
         self._factorised = matrix
         self._current = self._good = True

@@ -1,0 +1,41 @@
+"""Factorisations by MUMPS that get more memory where the estimate was too small."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from petsc4py import PETSc
+
+RELAXATION: Final = "mat_mumps_icntl_14"
+"""PETSc's option for MUMPS' ICNTL(14): by how many per cent the workspace exceeds the estimate."""
+
+TOO_SMALL: Final = (-8, -9, -14, -17, -20)
+"""INFOG(1) of MUMPS where the integer or real workspace, or a buffer of messages, is too small."""
+
+FIRST: Final = 100
+"""Workspace beyond the estimate (%) that a factorisation is repeated with at first."""
+
+MOST: Final = 400
+"""Largest workspace beyond the estimate (%); a matrix of zeros needs no more to be refused."""
+
+
+def set_up(pc: PETSc.PC) -> None:
+    """Factorise; where MUMPS' workspace is too small, factorise again with a larger one.
+
+    The estimate does not know pivots that are delayed, as those of a saddle point are. Which ones
+    are delayed depends on rounding, and on several ranks on the order in which messages arrive. A
+    body of few elements needs twice the estimate then (MUMPS Users' Guide, error -9).
+
+    Args:
+        pc: a factorisation by MUMPS with its operators; what it still fails by is its own
+            ``getFailedReason``.
+    """
+    pc.setUp()
+    more = FIRST
+    while more <= MOST and pc.getFactorMatrix().getMumpsInfog(1) in TOO_SMALL:
+        operators = pc.getOperators()
+        pc.reset()  # PETSc takes no further matrix for factors that ran out of memory once
+        pc.setOperators(*operators)
+        PETSc.Options(pc.getOptionsPrefix())[RELAXATION] = more
+        pc.setUp()
+        more *= 4
