@@ -31,8 +31,10 @@ from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
 
 RESULT: Final = "diagnosis.json"
-PACKED: Final = Path(__file__).with_name("simulated") / "analyser.npz"
-"""The analyser's simulations of the protocols, beside those that come with the package."""
+PACKED: Final = Path(__file__).with_name("simulated")
+"""Folder of the simulations in the repository."""
+OF_ANALYSER: Final = "analyser-"
+"""How the names of files begin that hold the analyser's simulations of one body's protocols."""
 MODES: Final = ("quick", "whole")
 
 
@@ -69,8 +71,11 @@ def with_crew(how: How) -> Iterator[How]:
     They know the simulations that come with the package, and those of :mod:`packed`.
     """
     with staying(how.store, how.workers, how.progress) as workers:
-        own, packed = workers.known, shipped.read(PACKED)
-        known = own.joined(packed) if own and packed else own
+        known = workers.known
+        for file in sorted(PACKED.glob(f"{OF_ANALYSER}*.npz")):
+            packed = shipped.read(file)
+            if known and packed:
+                known = known.joined(packed)
         yield replace(how, crew=replace(workers, known=known))
 
 

@@ -12,10 +12,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Final
 
 from benchmarks.blind.alarms import whole_problem
-from benchmarks.blind.diagnoses import PACKED, How
+from benchmarks.blind.diagnoses import OF_ANALYSER, PACKED, How
 from benchmarks.blind.library import Entry, known
 from benchmarks.blind.response import Catalogue
 from benchmarks.remembering import Remembering
@@ -24,10 +23,8 @@ from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.workers import NotAtHand, StayingWorkers
 
-FOLDER: Final = PACKED.parent
 
-
-def file_of(store: str, folder: Path = FOLDER) -> Path:
+def file_of(store: str, folder: Path = PACKED) -> Path:
     """Where the results of a store are, if they have been written."""
     return folder / f"{store}.npz"
 
@@ -40,7 +37,7 @@ def at_hand(workers: Workers, stack: ExitStack, store: str) -> StayingWorkers:
     )  # fmt: skip
 
 
-def write(entries: list[Entry], folder: Path, to: Path = FOLDER) -> list[Path]:
+def write(entries: list[Entry], folder: Path, to: Path = PACKED) -> list[Path]:
     """Write what has been simulated, a file for each store.
 
     Args:
@@ -78,11 +75,26 @@ def write_analyser(
         catalogues: of the protocols.
         folder: for the measured files.
         how: cases are diagnosed; with workers that stay.
-        to: the file.
+        to: folder of the files.
 
     Returns:
-        The file, where something was to be written.
+        Files that were written, one for each body.
     """
+    files = []
+    for body in dict.fromkeys(catalogue.protocol.body for catalogue in catalogues):
+        own = [catalogue for catalogue in catalogues if catalogue.protocol.body == body]
+        jobs, results = _made(own, folder, how)
+        if jobs:
+            to.mkdir(parents=True, exist_ok=True)
+            files.append(file_of(OF_ANALYSER + body, to))
+            shipped.write(files[-1], jobs, results)
+    return files
+
+
+def _made(
+    catalogues: Sequence[Catalogue], folder: Path, how: How
+) -> tuple[list[Job], list[JobResult]]:
+    """The analyser's simulations at hand that do not come with the package."""
     assert how.crew is not None
     crew = how.crew
     workers = Remembering(crew.store, crew.where, crew.progress, known=crew.known, computes=False)
@@ -94,11 +106,7 @@ def write_analyser(
     if own is not None and own.core == sources.core_digest():
         come = {job.key for job, _ in own.answers(jobs, _never)}
     kept = [(job, result) for job, result in zip(jobs, results, strict=True) if job.key not in come]
-    if not kept:
-        return []
-    to.parent.mkdir(parents=True, exist_ok=True)
-    shipped.write(to, *zip(*kept, strict=True))
-    return [to]
+    return [job for job, _ in kept], [result for _, result in kept]
 
 
 def _never(job: Job) -> JobResult:

@@ -59,7 +59,11 @@ def test_a_history_that_was_not_simulated_has_no_file(tmp_path: Path) -> None:
     assert packed.write(entries, tmp_path / "none", tmp_path / "files") == []
 
 
-OF_THE_LIBRARY = sorted(set(packed.FOLDER.glob("*.npz")) - {diagnoses.PACKED})
+OF_THE_LIBRARY = sorted(
+    file
+    for file in diagnoses.PACKED.glob("*.npz")
+    if not file.name.startswith(diagnoses.OF_ANALYSER)
+)
 
 
 @pytest.mark.parametrize("file", OF_THE_LIBRARY, ids=lambda file: file.stem)
