@@ -46,6 +46,7 @@ class How:
         store: folder of the analyser's simulations.
         workers: number of processes.
         quick: by closed forms alone.
+        screen_first: by closed forms, and whole unless these find no cause.
         effects: names of those that are tried; all where None.
         progress: called with each simulation.
         crew: workers that stay from case to case; each case starts its own where None.
@@ -57,11 +58,17 @@ class How:
     effects: Sequence[str] | None = None
     progress: Callable[[Standing], None] = lambda standing: None
     crew: StayingWorkers | None = None
+    screen_first: bool = False
 
     @property
     def mode(self) -> str:
         """Name of the folder of the results."""
         return MODES[0] if self.quick else MODES[1]
+
+    @property
+    def screen(self) -> How:
+        """The screen alone."""
+        return replace(self, quick=True, screen_first=False)
 
 
 @contextmanager
@@ -87,12 +94,26 @@ def diagnose(case: Case, folder: Path, how: How) -> dict[str, Any]:
         folder: with ``measured.csv``.
         how: it is diagnosed.
     """
+    if how.screen_first:
+        content = diagnose(case, folder, how.screen)
+        if _finds_nothing(content):
+            return content
     return diagnose_files(case, [folder / "measured.csv"], folder / how.mode, how)
 
 
 def is_known(folder: Path, how: How) -> bool:
     """Whether a case of this folder has been diagnosed in this way."""
+    if how.screen_first:
+        if not is_known(folder, how.screen):
+            return False
+        file = folder / how.screen.mode / RESULT
+        if _finds_nothing(json.loads(file.read_text(encoding="utf-8"))):
+            return True
     return (folder / how.mode / RESULT).is_file()
+
+
+def _finds_nothing(content: dict[str, Any]) -> bool:
+    return bool(content["verdict"]["answer"] == "none")
 
 
 def diagnose_files(case: Case, files: Sequence[Path], out: Path, how: How) -> dict[str, Any]:
