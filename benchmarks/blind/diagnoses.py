@@ -104,12 +104,16 @@ def diagnose(case: Case, folder: Path, how: How) -> dict[str, Any]:
 def is_known(folder: Path, how: How) -> bool:
     """Whether a case of this folder has been diagnosed in this way."""
     if how.screen_first:
-        if not is_known(folder, how.screen):
-            return False
-        file = folder / how.screen.mode / RESULT
-        if _finds_nothing(json.loads(file.read_text(encoding="utf-8"))):
-            return True
+        first = kept(folder / how.screen.mode)
+        if first is None or _finds_nothing(first):
+            return first is not None
     return (folder / how.mode / RESULT).is_file()
+
+
+def kept(folder: Path) -> dict[str, Any] | None:
+    """The content of a folder's ``diagnosis.json``; None where there is none."""
+    path = folder / RESULT
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
 
 
 def _finds_nothing(content: dict[str, Any]) -> bool:
@@ -129,7 +133,8 @@ def diagnose_files(case: Case, files: Sequence[Path], out: Path, how: How) -> di
             else _diagnosed(files, config, how.crew, settings)
         )
         write(found, config, files, out)
-    content: dict[str, Any] = json.loads((out / RESULT).read_text(encoding="utf-8"))
+    content = kept(out)
+    assert content is not None
     return content
 
 

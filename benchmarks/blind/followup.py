@@ -6,7 +6,6 @@ coupon is a specimen of its own, whose stiffness differs by 1.5 %.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -85,8 +84,7 @@ def split(case: Case, folder: Path, how: How, workers: Workers) -> dict[str, Any
 
 def known(folder: Path, how: How) -> dict[str, Any] | None:
     """What :func:`split` found for a case of this folder; None where it has not been made."""
-    path = folder / how.mode / FOLDER / diagnoses.RESULT
-    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+    return diagnoses.kept(folder / how.mode / FOLDER)
 
 
 def _made(case: Case, folder: Path, how: How, workers: Workers) -> list[Path]:

@@ -250,9 +250,8 @@ def run_misfit(asked: Asked) -> None:
 def run_score(asked: Asked) -> None:
     """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv, confusion.png."""
     case_set = CaseSet(planned(asked), asked.folders)
-    how = asked.how
     with progress.shown(asked.screen, "cases", at_once=True) as show:
-        judged = case_set.judged(how, show)
+        judged = case_set.judged(asked.how, show)
     title = f"Blind benchmark, {asked.set_name} cases, {asked.mode}"
     asked.screen.print(report.write(judged, title, asked.scores), soft_wrap=True, markup=False)
     asked.screen.print(f"wrote {asked.scores}", soft_wrap=True)
