@@ -27,9 +27,11 @@ from dolfingrip.diagnosis.data.columns import MEASURED, READING_COLUMNS
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 
 Kind = Literal["one", "none", "outsider", "two"]
-SETS: Final = ("development", "final", "confirmation", "second-confirmation")
-"""The first is for finding what to mend. The others are only ever scored; each of the last two was
-drawn when the one before it had been looked at."""
+SETS: Final = (
+    "development", "final", "confirmation", "second-confirmation", "third-confirmation"
+)  # fmt: skip
+"""The first is for finding what to mend. The others are only ever scored; each of the last three
+was drawn when the one before it had been looked at."""
 SEED: Final = 20_261
 NUMBER: Final = 120
 """Cases of a set."""

@@ -28,9 +28,8 @@ from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.remodulated import remodulated
 from dolfingrip.diagnosis.search import BEHIND, PART
 from dolfingrip.diagnosis.simulation.strengths import ALIKE
-from dolfingrip.diagnosis.step import hypothesis_at, visit
 
-STRONG: Final = 10.0
+STRONG: Final = 3.0
 """Strength (σ) of the leading effect from which on surfaces replace secants."""
 
 OFF: Final = 0.15
@@ -49,9 +48,6 @@ ROUGH: Final = 0.3
 MOST: Final = 6
 """Effects that are judged on their surfaces."""
 
-ROUNDS: Final = 2
-"""Times that the base model is taken anew at the modulus that was found beside the effect."""
-
 
 def between(fitter: Fitter, analysis: Analysis, none: Hypothesis) -> Fits:
     """The base model, linear effects beside their own modulus, and strong ones on their surfaces.
@@ -62,7 +58,8 @@ def between(fitter: Fitter, analysis: Analysis, none: Hypothesis) -> Fits:
         none: the base model's fit.
 
     Returns:
-        None of the latter where no effect is strong, or secants serve: no unknown cause leads.
+        None of the latter where no effect is strong, or secants serve: one effect or none explains
+        the readings more probably than two, or an unknown cause, do.
     """
     found: dict[frozenset[str], Hypothesis] = {NONE: none}
     first = conclude(fitter.problem, analysis, found)
@@ -71,7 +68,7 @@ def between(fitter: Fitter, analysis: Analysis, none: Hypothesis) -> Fits:
         found |= more
         first = conclude(fitter.problem, analysis, found)
     scores = {score.name: score for score in first.scores}
-    if first.posterior.log_odds_unknown() <= 0:
+    if first.posterior.at_most_one >= 0.5:
         return found
     for name in _strong(first.scores)[:MOST]:
         fit = on_surface(fitter, scores[name], none)
@@ -91,19 +88,11 @@ def _strong(scores: Sequence[Score]) -> list[str]:
 
 def on_surface(fitter: Fitter, score: Score, none: Hypothesis) -> Hypothesis | None:
     """An effect at the best place of its surface; None where it has none."""
-    problem, beside = fitter.problem, none
-    count = len(none.parameters)
+    problem = fitter.problem
     point = fitter.on_surface(score, none)
-    for _ in range(ROUNDS):
-        if point is None or none.model is None or not count:
-            break
-        place = visit(problem, none.model.evaluate, none.model, point.zeta[:count])
-        beside = hypothesis_at((), none.model, place)
-        point = fitter.on_surface(score, beside)
     if point is None:
         return None
-    readings = beside.readings + beside.jacobian @ (point.zeta[:count] - beside.zeta)
-    readings = readings + point.change
+    beside, readings = point.beside, point.readings
     found = replace(
         beside,
         effects=(score.name,),

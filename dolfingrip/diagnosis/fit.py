@@ -21,6 +21,7 @@ from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import to_values
 from dolfingrip.diagnosis.inference.screen import Score
+from dolfingrip.diagnosis.lag_surface import LagSurface
 from dolfingrip.diagnosis.linear import beside_own_modulus, with_linear
 from dolfingrip.diagnosis.model import (
     EffectModel,
@@ -30,7 +31,7 @@ from dolfingrip.diagnosis.model import (
     free_parameters,
 )
 from dolfingrip.diagnosis.problem import Problem
-from dolfingrip.diagnosis.simulation import meshes
+from dolfingrip.diagnosis.simulation import line_lag, meshes
 from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -66,6 +67,9 @@ ROUNDS: Final = 3
 
 SAME_WALLS: Final = 0.003
 """Relative difference of walls that does not matter to it."""
+
+ANEW: Final = 2
+"""Times that the base model is taken anew at the modulus and walls found beside an effect."""
 
 
 @dataclass
@@ -180,14 +184,30 @@ class Fitter:
     def on_surface(self, score: Score, beside: Hypothesis) -> SurfacePoint | None:
         """The best fit between the screen's simulations of an effect; None where it has no numbers.
 
+        Without the effect, modulus and walls may be far from where they are beside it. Where the
+        other fit needs no simulation there, its tangent is taken anew.
+
         Args:
             score: of the effect, in the screen.
             beside: a fit whose parameters are free, too.
         """
         key = score.name, beside
         if key not in self._points:
-            self._points[key] = self._searched(score, beside)
+            point = self._searched(score, beside)
+            self._points[key] = None if point is None else self._settled(score, point)
         return self._points[key]
+
+    def _settled(self, score: Score, point: SurfacePoint) -> SurfacePoint:
+        """The same with the other fit's tangent taken at the place that was found."""
+        model, count = point.beside.model, len(point.beside.parameters)
+        if model is None or not model.in_closed_form or not count:
+            return point
+        for _ in range(ANEW):
+            place = visit(self.problem, model.evaluate, model, point.zeta[:count])
+            anew = self._searched(score, hypothesis_at(point.beside.effects, model, place))
+            assert anew is not None
+            point = anew
+        return point
 
     def _searched(self, score: Score, beside: Hypothesis) -> SurfacePoint | None:
         each = self._candidate(score.name)
@@ -195,9 +215,13 @@ class Fitter:
         if not can_be_fitted(each.name, each.overrides[score.shape], config):
             return None
         own = free_parameters(each.name, each.overrides[score.shape], config)
-        surface = SecantSurface(self.problem, each, own)
+        surface = self._surface(each, own)
         order = np.argsort(score.shape_weights)[::-1]
         return surface.best(self.problem, beside, [int(i) for i in order])
+
+    def _surface(self, each: Candidate, own: Sequence[FreeParameter]) -> SecantSurface:
+        exact = line_lag.serves(each.name, self._config()) and self.problem.base.scales
+        return (LagSurface if exact else SecantSurface)(self.problem, each, own)
 
     def _start(
         self, scores: Sequence[Score], fits: Mapping[frozenset[str], Hypothesis]

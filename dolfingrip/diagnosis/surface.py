@@ -51,6 +51,7 @@ class SurfacePoint:
         change: of the readings by the effect there, shape (n,).
         jacobian: of all readings by ``zeta`` there, shape (n, p).
         log_evidence: ln of the readings' density there, by Laplace's method.
+        beside: the hypothesis along whose tangent the other parameters moved.
     """
 
     zeta: Vector
@@ -59,6 +60,14 @@ class SurfacePoint:
     change: Vector
     jacobian: Matrix
     log_evidence: float
+    beside: Hypothesis
+
+    @property
+    def readings(self) -> Vector:
+        """Of the other hypothesis and the effect together, shape (n,)."""
+        count = len(self.beside.parameters)
+        tangent = self.beside.jacobian @ (self.zeta[:count] - self.beside.zeta)
+        return np.asarray(self.beside.readings + tangent + self.change)
 
 
 class SecantSurface:
@@ -189,7 +198,9 @@ class SecantSurface:
         log -= 0.5 * (problem.covariance.logdet + n * math.log(2 * math.pi))
         own = tuple(self._values(best.x[first:]))
         slopes = -np.asarray(problem.covariance.factor @ best.jac[:n])
-        return SurfacePoint(best.x, self.parameters, own, change(best.x), slopes, log)
+        return SurfacePoint(
+            best.x, self.parameters, own, change(best.x), slopes, log, beside
+        )  # fmt: skip
 
 
 def _by_modulus(problem: Problem, change: Vector) -> Vector:

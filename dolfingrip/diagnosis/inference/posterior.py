@@ -63,6 +63,11 @@ class Posterior:
         """Probability that there is an unknown cause."""
         return self.unknown + float(self.beside.sum())
 
+    @property
+    def at_most_one(self) -> float:
+        """Probability that there is no cause, or one effect of the catalogue."""
+        return self.none + float(self.singles.sum())
+
     def with_either(self, chosen: Sequence[int]) -> float:
         """Probability of catalogue hypotheses in which one of the chosen candidates takes part."""
         inside = np.zeros(len(self.singles), dtype=bool)

@@ -15,7 +15,7 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import closed_forms
+from dolfingrip.diagnosis.simulation import closed_forms, line_lag
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure
 from dolfingrip.diagnosis.simulation.strengths import Ordinary, Shape, ordinary
 from dolfingrip.extensions.index import effect
@@ -84,14 +84,14 @@ def tried_effects(config: Config, effects: Collection[str] | None = None) -> lis
 
 
 def cases(tried: Ordinary, config: Config, mesh: tuple[str, ...]) -> list[Case]:
-    """The simulations of an effect; none where it has a closed form.
+    """The simulations of an effect; none where the base simulation tells its change.
 
     Args:
         tried: the effect.
         config: without it, with the laboratory's gravity.
         mesh: overrides of the mesh that effects are tried on.
     """
-    if closed_forms.has_closed_form(tried.effect):
+    if closed_forms.has_closed_form(tried.effect) or line_lag.serves(tried.effect, config):
         return []
     only_in = felt_in(tried.effect, config)
     return [
@@ -115,13 +115,13 @@ def candidate(
         measurement: of all arrays.
         config: without the effect.
         tried: the effect.
-        graded: base simulation with gradients, for closed forms.
+        graded: base simulation with gradients, for what follows from it alone.
         same_mesh: base simulation on the mesh of ``simulated``.
         simulated: its :func:`cases`, in order.
         mesh: theirs.
     """
     if not simulated:
-        shapes = closed_forms.changes(measurement, config, graded, tried)
+        shapes = _told(measurement, config, tried, graded)
         return _made(tried, list(tried.shapes), list(shapes), "graded", ())
     kept: list[Shape] = []
     changes: list[np.ndarray] = []
@@ -133,6 +133,19 @@ def candidate(
             kept.append(shape)
             changes.append(np.nan_to_num(change))
     return _made(tried, kept, changes, mesh, failures)
+
+
+def _told(measurement: Measurement, config: Config, tried: Ordinary, base: Simulated) -> np.ndarray:
+    """(k, n) changes that follow from the base simulation alone."""
+    if tried.effect != line_lag.NAME:
+        return closed_forms.changes(measurement, config, base, tried)
+    return np.array(
+        [
+            line_lag.change(measurement, base, line_lag.line(config.overridden(shape.overrides)))
+            / shape.part
+            for shape in tried.shapes
+        ]
+    )
 
 
 def _made(

@@ -39,8 +39,10 @@ CURVED: Final = ("ogden", "line_lag")
 """Effects whose fingerprint changes its shape much with the amplitude: several amplitudes."""
 
 LOPSIDED: Final = ("plate_tilt",)
-"""Effects of either sign that change the readings otherwise on each side: tried on both. The gap
-is that of the plate's nearest place, so the sign of a tilt tells which end of the tip touches."""
+"""Effects of either sign that change the readings otherwise on each side: tried on both, at the
+ordinary strength and at twice that. The gap is that of the plate's nearest place, so the sign of a
+tilt tells which end of the tip touches. With ±2° alone, a hidden tilt of −3.7° had a log evidence
+of 3, and friction one of 35; with ±4°, too, the tilt has 44."""
 
 ALIKE: Final[Mapping[str, tuple[str, ...]]] = {
     "mullins": ("m_MPa", "beta"),
@@ -138,8 +140,9 @@ def _by_prior(effect: type[Effect], shear_MPa: float) -> Ordinary:
             part = (value - _neutral(effect, key)) / steps[key]
             shapes.append(_shape(effect, {**held, key: value}, part))
     if effect.name() in LOPSIDED:
-        opposite = {key: _neutral(effect, key) - steps[key] for key in amplitudes}
-        shapes.append(_shape(effect, {**opposite, **held}, -1.0))
+        for part in (-1.0, 2.0, -2.0):
+            there = {key: _neutral(effect, key) + part * steps[key] for key in amplitudes}
+            shapes.append(_shape(effect, {**there, **held}, part))
     spread = max(
         math.hypot(priors[key].mean - _neutral(effect, key), priors[key].spread) / abs(steps[key])
         for key in amplitudes

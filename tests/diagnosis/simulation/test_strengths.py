@@ -71,15 +71,15 @@ def test_other_amplitudes_are_parts_of_the_ordinary_one() -> None:
 def test_the_other_sign_of_what_differs_by_it_is_tried() -> None:
     found = TRIED["plate_tilt"]
     assert [shape.overrides for shape in found.shapes] == [
-        ("extensions.plate_tilt.offset_deg=2.0",), ("extensions.plate_tilt.offset_deg=-2.0",)
-    ]  # fmt: skip
-    assert [shape.part for shape in found.shapes] == [1.0, -1.0]
+        (f"extensions.plate_tilt.offset_deg={tilt_deg}",) for tilt_deg in (2.0, -2.0, 4.0, -4.0)
+    ]
+    assert [shape.part for shape in found.shapes] == [1.0, -1.0, 2.0, -2.0]
 
 
 def test_each_side_of_an_effect_has_its_own_change() -> None:
-    """As it is simulated at 2° and at −2°, either with strengths above 0."""
+    """As it is simulated at ±2° and ±4°, by 2° of tilt, each with strengths above 0."""
     tried = TRIED["plate_tilt"]
-    simulated = np.array([[0.0, 0.01, 0.02], [0.0, 0.5, 0.4]])
+    simulated = np.array([[0.0, 0.01, 0.02], [0.0, 0.5, 0.4], [0.0, 0.03, 0.02], [0.0, 0.8, 0.9]])
     found = Candidate(
         "plate_tilt", tried.kind, simulated / [[shape.part] for shape in tried.shapes],
         tuple(shape.label for shape in tried.shapes),
@@ -93,7 +93,8 @@ def test_each_side_of_an_effect_has_its_own_change() -> None:
     )  # fmt: skip
     taken = as_candidate(cast(Problem, problem), found)
     assert taken.one_sided
-    np.testing.assert_allclose([shape.change for shape in taken.shapes], simulated)
+    sizes = np.array([1.0, 1.0, 2.0, 2.0])
+    np.testing.assert_allclose([shape.change for shape in taken.shapes], simulated / sizes[:, None])
 
 
 def of(name: str, *overrides: str) -> Ordinary:

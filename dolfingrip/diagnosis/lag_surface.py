@@ -1,0 +1,39 @@
+"""A line's lag at any time constant and modulus: exact, as it needs no simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from dolfingrip.diagnosis.inference.arrays import Vector
+from dolfingrip.diagnosis.model import FreeParameter
+from dolfingrip.diagnosis.problem import Problem
+from dolfingrip.diagnosis.simulation import line_lag
+from dolfingrip.diagnosis.simulation.secants import Candidate
+from dolfingrip.diagnosis.surface import SecantSurface
+from dolfingrip.extensions.line_lag import LineLag
+
+
+class LagSurface(SecantSurface):
+    """The change by a line that lags, from the base simulation's elastic curve.
+
+    A secant is of one modulus. The pressure behind the line does not depend on it, so that no
+    other modulus has that secant at other pressures: a finger 20 % softer than told, behind a line
+    that changes its readings by 40 standard deviations, left 17 of them unexplained.
+
+    Args:
+        problem: the readings; moduli of its base simulation scale.
+        candidate, parameters: as for the secants.
+    """
+
+    def __init__(
+        self, problem: Problem, candidate: Candidate, parameters: Sequence[FreeParameter]
+    ) -> None:
+        super().__init__(problem, candidate, parameters)
+        self._problem = problem
+
+    def change(self, zeta: Vector, factor: float = 1.0) -> Vector:
+        """Of the readings, shape (n,)."""
+        (tau_s,) = self._values(zeta)
+        base, line = self._problem.base, LineLag(tau_s=tau_s)
+        found = line_lag.change(base.measurement, base.simulated, line, factor)
+        return self._problem.take(found)
