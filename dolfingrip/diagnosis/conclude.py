@@ -15,7 +15,6 @@ from dolfingrip.diagnosis.inference.pairs import PairScores
 from dolfingrip.diagnosis.inference.posterior import Posterior, mixed, posterior
 from dolfingrip.diagnosis.inference.screen import Score, Screen
 from dolfingrip.diagnosis.inference.thresholds import Thresholds
-from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
 from dolfingrip.diagnosis.inference.verdict import Verdict, decide
 from dolfingrip.diagnosis.problem import Problem
 
@@ -87,7 +86,7 @@ def conclude(problem: Problem, analysis: Analysis, fits: Fits) -> Conclusion:
         singles[i] = fit.log_evidence(problem) - reference
         covariance = fit.covariance(problem)
         left = covariance.whiten(fit.residual(problem.value))
-        smooth = SmoothMisfit(problem.index, covariance, problem.noise_std)
+        smooth = analysis.unknown.under(covariance)
         beside[i] = singles[i] + float(smooth.log_evidence(left[:, None])[0])
         second = Screen(analysis.screen.candidates, covariance).log_evidence(left[:, None])[:, 0]
         for key in evidence:

@@ -17,6 +17,7 @@ from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.closed_forms import has_closed_form
 from dolfingrip.diagnosis.simulation.nuisances import WALL, by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.secants import felt_in
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure, simulate
 from dolfingrip.diagnosis.simulation.strengths import HELD
 from dolfingrip.diagnosis.simulation.walls import WallCurves
@@ -251,7 +252,7 @@ class EffectModel:
         with_scale: tuple[str, ...] = ()
         if self.scale and not self.coupons_alone:
             with_scale = modulus_keys(self.measurement.tests[0].setup.applied(self.config))
-        case = Case(
+        case = self._case(
             (
                 *stages,
                 *self._material(simulated_factor),
@@ -278,6 +279,23 @@ class EffectModel:
         size = np.where(forces, factor, 1.0)
         first = [np.where(forces, found.readings, 0.0)] if self.scale else []
         return size * found.readings, np.column_stack([*first, *(size * c for c in columns)])
+
+    def _case(self, overrides: tuple[str, ...], gradients: tuple[str, ...]) -> Case:
+        """With the effects in the experiments that feel any of them, and without them elsewhere.
+
+        A free finger beside a plate with friction has no memory then, and need not be unloaded.
+        """
+        names = sorted({p.key.split(".")[1] for p in self.effects})
+        if not names:
+            return Case(overrides, gradients)
+        config = self.measurement.tests[0].setup.applied(self.config)
+        own = tuple(f"extensions.{name}." for name in names)
+        return Case(
+            overrides,
+            gradients,
+            only_in=frozenset().union(*(felt_in(name, config) for name in names)),
+            elsewhere=tuple(each for each in overrides if not each.startswith(own)),
+        )
 
     def _with_scale(
         self,

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from diagnosis.inference import synthetic
-from scipy.linalg import LinAlgError, svd
+from scipy.linalg import svd
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
@@ -75,18 +73,25 @@ def test_readings_on_hold_are_smooth_in_the_logarithm_of_time() -> None:
     assert np.isfinite(misfit.log_evidence(np.ones((len(table), 1)))[0])
 
 
-def test_a_decomposition_that_fails_is_done_another_way(monkeypatch: pytest.MonkeyPatch) -> None:
-    """LAPACK's divide and conquer (gesdd) fails on some matrices, on which gesvd does not."""
-    table = synthetic.index()
-    arguments = table, synthetic.covariance(table), synthetic.noise_std(table)
-    residual = np.random.default_rng(3).normal(size=(len(table), 2))
-    usual = unknown.SmoothMisfit(*arguments).log_evidence(residual)
+@pytest.mark.parametrize("features", [5, 60])
+def test_systems_are_singular_vectors_and_values_of_their_features(features: int) -> None:
+    """With fewer features than readings, and with more. Reference: scipy's decomposition."""
+    matrix = np.random.default_rng(3).normal(size=(30, features))
+    system = unknown._system(matrix, (1.0,))
+    vectors, singular, _ = svd(matrix, full_matrices=False)
+    order = np.argsort(system.values)[::-1]
+    assert system.values[order] == pytest.approx(singular**2, rel=1e-9)
+    same = np.abs(np.sum(system.vectors[:, order] * vectors, axis=0))
+    assert same == pytest.approx(1.0, abs=1e-9)
 
-    def fails(matrix: np.ndarray, **how: Any) -> Any:
-        if how.get("lapack_driver") != "gesvd":
-            raise LinAlgError("SVD did not converge")
-        return svd(matrix, **how)
 
-    monkeypatch.setattr(unknown, "svd", fails)
-    again = unknown.SmoothMisfit(*arguments).log_evidence(residual)
-    np.testing.assert_allclose(again, usual, rtol=1e-9)
+def test_unknown_causes_under_another_covariance_are_those_prepared_for_it() -> None:
+    columns = np.random.default_rng(4).normal(size=(len(TABLE), 2))
+    wider = COVARIANCE.widened(columns)
+    residual = np.random.default_rng(5).normal(size=(len(TABLE), 3))
+    fresh = SmoothMisfit(TABLE, wider, synthetic.noise_std(TABLE), sizes=(1.0, 8.0))
+    before = MISFIT.log_evidence(residual)
+    found = MISFIT.under(wider).log_evidence(residual)
+    assert found == pytest.approx(fresh.log_evidence(residual), rel=1e-12)
+    assert MISFIT.log_evidence(residual) == pytest.approx(before, rel=0)  # it is left as it was
+    assert not found == pytest.approx(before, rel=1e-3)
