@@ -187,7 +187,7 @@ def _processes(index: pd.DataFrame) -> list[Matrix]:
 
 def _by_block(table: pd.DataFrame, length: float, likeness: float) -> list[Matrix]:
     """Features of a process of variance 1 in each channel of each experiment alone, (n, m) each."""
-    found = []
+    found: list[Matrix] = []
     for name in dict.fromkeys(table["block"]):
         own = (table["block"] == name).to_numpy()
         places, where = _distinct(table[own])
