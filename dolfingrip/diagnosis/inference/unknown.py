@@ -164,7 +164,7 @@ def smooth_changes(index: pd.DataFrame) -> Matrix:
 def _system(features: Matrix, sizes: Sequence[float]) -> System:
     """Singular vectors and values, the largest first, by the smaller product with itself.
 
-    That halves the digits, which leaves five to the smallest value that is kept. A diagnosis of 400
+    That halves the digits, which leaves five to the smallest value that is kept. A diagnosis of 427
     readings spends 6 s on it; singular value decompositions took 43 s.
     """
     wide = features.shape[1] > features.shape[0]
