@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -23,6 +24,9 @@ Fits = Mapping[frozenset[str], Hypothesis]
 
 NONE: Final[frozenset[str]] = frozenset()
 PAIR: Final = 2
+
+KEPT: Final = 64
+"""Fits that are judged once, of the many times that a search asks for all probabilities."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,13 +86,9 @@ def conclude(problem: Problem, analysis: Analysis, fits: Fits) -> Conclusion:
     for i, name in enumerate(names):
         if name not in fitted:
             continue
-        fit = fits[frozenset([name])]
-        singles[i] = fit.log_evidence(problem) - reference
-        covariance = fit.covariance(problem)
-        left = covariance.whiten(fit.residual(problem.value))
-        smooth = analysis.unknown.under(covariance)
-        beside[i] = singles[i] + float(smooth.log_evidence(left[:, None])[0])
-        second = Screen(analysis.screen.candidates, covariance).log_evidence(left[:, None])[:, 0]
+        singles[i], unknown, second = _judged(problem, analysis, fits[frozenset([name])])
+        singles[i] -= reference
+        beside[i] = singles[i] + unknown
         for key in evidence:
             if i in key:
                 other = key[0] if key[1] == i else key[1]
@@ -111,6 +111,16 @@ def conclude(problem: Problem, analysis: Analysis, fits: Fits) -> Conclusion:
     )
     scores = _scores(problem, analysis, fits, findings.scores, singles)
     return Conclusion(problem, analysis, found, scores, pairs, reference + log_mean)
+
+
+@lru_cache(maxsize=KEPT)
+def _judged(problem: Problem, analysis: Analysis, fit: Hypothesis) -> tuple[float, float, Vector]:
+    """ln evidence of a fit, and what an unknown cause and each candidate add beside it."""
+    covariance = fit.covariance(problem)
+    left = covariance.whiten(fit.residual(problem.value))[:, None]
+    unknown = float(analysis.unknown.under(covariance).log_evidence(left)[0])
+    second = Screen(analysis.screen.candidates, covariance).log_evidence(left)[:, 0]
+    return fit.log_evidence(problem), unknown, second
 
 
 def _scores(

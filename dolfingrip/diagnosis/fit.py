@@ -16,10 +16,11 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis import contact_shift
+from dolfingrip.diagnosis.departure import Departure, by_descent, by_surface
 from dolfingrip.diagnosis.descent import Descent, Visited, descend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.laplace import to_values
+from dolfingrip.diagnosis.inference.laplace import to_values, to_zeta
 from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.lag_surface import LagSurface
 from dolfingrip.diagnosis.linear import beside_own_modulus, with_linear
@@ -31,13 +32,15 @@ from dolfingrip.diagnosis.model import (
     free_parameters,
 )
 from dolfingrip.diagnosis.problem import Problem
-from dolfingrip.diagnosis.simulation import line_lag, meshes
+from dolfingrip.diagnosis.simulation import line_lag, meshes, relaxation
+from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.step import Evaluate, hypothesis_at, stepped, visit
 from dolfingrip.diagnosis.surface import SecantSurface, SurfacePoint
+from dolfingrip.diagnosis.viscous_surface import ViscousSurface
 
 MOST_EVALUATIONS: Final = 20
 """Simulations of the whole measurement in a fit; each is one step of the least squares. Most fits
@@ -68,6 +71,11 @@ ROUNDS: Final = 3
 SAME_WALLS: Final = 0.003
 """Relative difference of walls that does not matter to it."""
 
+IN_CLOSED_FORM: Final[Mapping[str, type[SecantSurface]]] = {
+    line_lag.NAME: LagSurface, relaxation.NAME: ViscousSurface
+}  # fmt: skip
+"""Effects whose surface follows from the elastic curve, where there is one."""
+
 ANEW: Final = 2
 """Times that the base model is taken anew at the modulus and walls found beside an effect."""
 
@@ -95,7 +103,7 @@ class Fitter:
         if self.problem.shifts:
             moved = self._model()
             start = contact_shift.start(self.problem)
-            return self._fitted((), moved, [start[p.key] for p in moved.parameters], None)
+            return self._fitted((), moved, [start[p.key] for p in moved.parameters])
         model = self._model(base=base.simulated, scales=base.scales)
         if not model.parameters:
             return self._at((), model, np.zeros(0))
@@ -155,8 +163,10 @@ class Fitter:
         model = self._model(effects=parameters, held=held)
         self.say(f"fitting {' with '.join(names)}")
         try:
-            start = self._start([score for score, _ in simulated], fits)
-            hypothesis = self._fitted(names, model, [start[p.key] for p in model.parameters], best)
+            alone = [score for score, _ in simulated]
+            values = self._start(alone, fits)
+            start = [values[p.key] for p in model.parameters]
+            hypothesis = self._fitted(names, model, start, best, self._close(alone, fits))
         except FitFailure as failure:
             self.failures.append(f"{' with '.join(names)} could not be fitted: {failure}")
             return None
@@ -194,10 +204,10 @@ class Fitter:
         key = score.name, beside
         if key not in self._points:
             point = self._searched(score, beside)
-            self._points[key] = None if point is None else self._settled(score, point)
+            self._points[key] = None if point is None else self._about_its_place(score, point)
         return self._points[key]
 
-    def _settled(self, score: Score, point: SurfacePoint) -> SurfacePoint:
+    def _about_its_place(self, score: Score, point: SurfacePoint) -> SurfacePoint:
         """The same with the other fit's tangent taken at the place that was found."""
         model, count = point.beside.model, len(point.beside.parameters)
         if model is None or not model.in_closed_form or not count:
@@ -220,8 +230,9 @@ class Fitter:
         return surface.best(self.problem, beside, [int(i) for i in order])
 
     def _surface(self, each: Candidate, own: Sequence[FreeParameter]) -> SecantSurface:
-        exact = line_lag.serves(each.name, self._config()) and self.problem.base.scales
-        return (LagSurface if exact else SecantSurface)(self.problem, each, own)
+        elastic = path_independent(self._config()) and self.problem.base.scales
+        kind = IN_CLOSED_FORM.get(each.name, SecantSurface) if elastic else SecantSurface
+        return kind(self.problem, each, own)
 
     def _start(
         self, scores: Sequence[Score], fits: Mapping[frozenset[str], Hypothesis]
@@ -244,6 +255,19 @@ class Fitter:
             found |= dict(zip((p.key for p in beside.parameters), first, strict=True))
         return found
 
+    def _close(
+        self, scores: Sequence[Score], fits: Mapping[frozenset[str], Hypothesis]
+    ) -> Departure | None:
+        """Of an effect whose surface is nearly what a simulation gives; None where it is not."""
+        base = fits[frozenset()].model
+        if len(scores) > 1 or base is None or not base.in_closed_form:
+            return None
+        (score,) = scores
+        each = self._candidate(score.name)
+        own = free_parameters(each.name, each.overrides[score.shape], self._config())
+        surface = self._surface(each, own)
+        return by_surface(self.problem, surface, base) if surface.close else None
+
     def _config(self) -> Config:
         tests = self.problem.measurement.tests
         return tests[0].setup.applied(self.problem.base.config)
@@ -256,9 +280,13 @@ class Fitter:
         names: tuple[str, ...],
         model: EffectModel,
         start: Sequence[float],
-        best: Hypothesis | None,
+        best: Hypothesis | None = None,
+        close: Departure | None = None,
     ) -> Hypothesis:
-        """Least squares on the ungraded mesh where there is one, then steps on the graded one."""
+        """Least squares on the ungraded mesh where there is one, then steps on the graded one.
+
+        On the graded mesh at once where the start is ``close``.
+        """
         base = self.problem.base
         flat = meshes.ungraded(self._config())
 
@@ -282,11 +310,18 @@ class Fitter:
             factor = values[0] if self.problem.scale is not None else 1.0
             return corrected.to_graded(*rough.evaluate(values), factor)
 
+        if close is not None:
+            at = np.array(
+                [to_zeta(p.prior, v) for p, v in zip(model.parameters, start, strict=True)]
+            )
+            fit = self._refined(names, model, rough.evaluate, at, close)
+            return replace(fit, evaluations=model.count + rough.count)
         found = self._descend(evaluate, model, start, ROUGH, hopeless)
         fit = stepped(self.problem, hypothesis_at(names, model, found.last))
         if not found.hopeless and not (hopeless and promised(found.last)):
             self.say(f"{' with '.join(names) or 'no effect'}: on the graded mesh")
-            fit = self._refined(names, model, rough.evaluate, found)
+            leaves = by_descent(self.problem, found)
+            fit = self._refined(names, model, rough.evaluate, found.stepped, leaves)
         return replace(fit, evaluations=model.count + rough.count)
 
     def _refined(
@@ -294,18 +329,17 @@ class Fitter:
         names: tuple[str, ...],
         model: EffectModel,
         rough: Evaluate,
-        found: Descent,
+        start: Vector,
+        leaves: Departure,
     ) -> Hypothesis:
         """On the graded mesh: one simulation, and a step along its tangent.
 
         Where the readings leave the tangent on the way, by what the ungraded mesh tells of it, they
         do so on the graded one, too; a second simulation is for a step that still is large then.
         """
-        here = self._at(names, model, found.stepped)
+        here = self._at(names, model, start)
         fit = stepped(self.problem, here)
-        step = self._length(here, fit)
-        curvature = found.curvature(self.problem.covariance)
-        if self._small(here, fit) or curvature * step**2 < STRAIGHT:
+        if self._small(here, fit) or leaves(here, fit) < STRAIGHT:
             return fit
         before, after = (visit(self.problem, rough, model, zeta) for zeta in (here.zeta, fit.zeta))
         moved = replace(
@@ -316,11 +350,6 @@ class Fitter:
         if self._small(moved, better):
             return better
         return stepped(self.problem, self._at(names, model, better.zeta))
-
-    def _length(self, before: Hypothesis, after: Hypothesis) -> float:
-        """Of the change of the readings along the tangent, in standard deviations."""
-        step = before.jacobian @ (after.zeta - before.zeta)
-        return float(np.linalg.norm(self.problem.covariance.whiten(step)))
 
     def _small(self, before: Hypothesis, after: Hypothesis) -> bool:
         step = (after.zeta - before.zeta) / before.std(self.problem)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 from dolfingrip.diagnosis.inference.arrays import Vector
 from dolfingrip.diagnosis.model import FreeParameter
@@ -24,6 +25,8 @@ class LagSurface(SecantSurface):
         problem: the readings; moduli of its base simulation scale.
         candidate, parameters: as for the secants.
     """
+
+    close: ClassVar[bool] = True
 
     def __init__(
         self, problem: Problem, candidate: Candidate, parameters: Sequence[FreeParameter]

@@ -205,6 +205,11 @@ class EffectModel:
         second = len(self.parameters) - len(self.effects)
         return [*range(first), *range(second, len(self.parameters))]
 
+    @property
+    def _configured(self) -> Config:
+        """Without effects, as the first test was set up; its material is that of all."""
+        return self.measurement.tests[0].setup.applied(self.config)
+
     def _beside_walls(self, values: Sequence[float]) -> list[float]:
         """All values but that of the walls."""
         at = int(self.scale is not None)
@@ -235,7 +240,7 @@ class EffectModel:
     def _material(self, factor: float) -> tuple[str, ...]:
         if factor == 1.0:
             return ()
-        return modulus.overrides(self.measurement.tests[0].setup.applied(self.config), factor)
+        return modulus.overrides(self._configured, factor)
 
     def _extensions(self, factor: float, own: Sequence[float]) -> tuple[str, ...]:
         values = [v * factor if p.is_modulus else v for p, v in zip(self.effects, own, strict=True)]
@@ -251,7 +256,7 @@ class EffectModel:
         keys = tuple(p.gradient_key for p in self.effects)
         with_scale: tuple[str, ...] = ()
         if self.scale and not self.coupons_alone:
-            with_scale = modulus_keys(self.measurement.tests[0].setup.applied(self.config))
+            with_scale = modulus_keys(self._configured)
         case = self._case(
             (
                 *stages,
@@ -288,12 +293,11 @@ class EffectModel:
         names = sorted({p.key.split(".")[1] for p in self.effects})
         if not names:
             return Case(overrides, gradients)
-        config = self.measurement.tests[0].setup.applied(self.config)
         own = tuple(f"extensions.{name}." for name in names)
         return Case(
             overrides,
             gradients,
-            only_in=frozenset().union(*(felt_in(name, config) for name in names)),
+            only_in=frozenset().union(*(felt_in(name, self._configured) for name in names)),
             elsewhere=tuple(each for each in overrides if not each.startswith(own)),
         )
 

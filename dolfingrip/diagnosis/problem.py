@@ -76,7 +76,7 @@ def _pressure_rate(measurement: Measurement, test: SpecimenTest) -> float:
     return np.nan if rate is None else rate
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Problem:
     """Arrays of the n readings that the base simulation reached.
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -73,19 +73,22 @@ class SurfacePoint:
 class SecantSurface:
     """The change by an effect as a function of its parameters.
 
+    Attributes:
+        close: whether it is nearly what a simulation gives between the values that were tried.
+
     Args:
         problem: the readings.
         candidate: with the changes that were simulated.
         parameters: of the effect, that a fit finds.
     """
 
+    close: ClassVar[bool] = False
+
     def __init__(
         self, problem: Problem, candidate: Candidate, parameters: Sequence[FreeParameter]
     ) -> None:
         self.parameters = tuple(parameters)
-        changes = np.array([problem.take(change) for change in candidate.shapes])
-        self.changes = changes
-        self._slopes = np.array([_by_modulus(problem, change) for change in changes])
+        self.follow(problem, np.array([problem.take(change) for change in candidate.shapes]))
         self.places = np.array([self._zeta(texts) for texts in candidate.overrides])
         own = effect(candidate.name).neutral
         self._amplitudes = [
@@ -94,6 +97,11 @@ class SecantSurface:
         self._neutral = [_number(own[self.parameters[k].key.rpartition(".")[2]])
                          for k in self._amplitudes]  # fmt: skip
         self._middle = self._values(self.places[0])
+
+    def follow(self, problem: Problem, changes: Matrix) -> None:
+        """Go through ``changes`` of the readings at the places that were tried, (shapes, n)."""
+        self.changes = changes
+        self._slopes = np.array([_by_modulus(problem, change) for change in changes])
 
     def _zeta(self, texts: Sequence[str]) -> list[float]:
         told = numbers(texts)

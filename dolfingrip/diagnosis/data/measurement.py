@@ -71,6 +71,7 @@ class Measurement:
     readings: pd.DataFrame
     tests: Sequence[SpecimenTest]
     warnings: list[str] = field(default_factory=list)
+    _listed: pd.DataFrame | None = field(default=None, init=False, repr=False, compare=False)
 
     def rows(self, test: int) -> pd.DataFrame:
         """The rows of a test."""
@@ -94,7 +95,13 @@ class Measurement:
 
         ``row`` is the place in ``readings``, ``column`` which reading it is, ``value`` its value in
         the column's unit, ``led`` the pressure (kPa) or displacement (mm) that it was read at.
+        The table is made once; a caller that changes it takes a copy.
         """
+        if self._listed is None:  # a fit asks for it at each place that it tries
+            self._listed = self._list()
+        return self._listed
+
+    def _list(self) -> pd.DataFrame:
         data = self.readings
         wide = data[list(READING_COLUMNS)].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))

@@ -17,7 +17,7 @@ from copy import copy
 
 import numpy as np
 import pandas as pd
-from scipy.linalg import eigh
+from scipy.linalg import LinAlgError, eigh
 
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector, log_mean_exp
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -168,7 +168,7 @@ def _system(features: Matrix, sizes: Sequence[float]) -> System:
     readings spends 6 s on it; singular value decompositions took 43 s.
     """
     wide = features.shape[1] > features.shape[0]
-    values, vectors = eigh(features @ features.T if wide else features.T @ features)
+    values, vectors = _eigen(features @ features.T if wide else features.T @ features)
     values, vectors = values[::-1], vectors[:, ::-1]
     keep = values > NEGLIGIBLE * max(float(values[0]), 1e-300)
     values, vectors = values[keep], vectors[:, keep]
@@ -237,6 +237,18 @@ def _kernel(places: pd.DataFrame, length: float, likeness: float) -> Matrix:
 
 
 def _root(kernel: Matrix) -> Matrix:
-    values, vectors = eigh(kernel)
+    values, vectors = _eigen(kernel)
     keep = values > 1e-8 * values[-1]
     return np.asarray(vectors[:, keep] * np.sqrt(values[keep]))
+
+
+def _eigen(matrix: Matrix) -> tuple[Vector, Matrix]:
+    """Eigenvalues, the smallest first, and vectors of a symmetric matrix.
+
+    The quick algorithm does not converge for every matrix; the slower one does.
+    """
+    try:
+        values, vectors = eigh(matrix)
+    except LinAlgError:
+        values, vectors = eigh(matrix, driver="ev")
+    return values, vectors

@@ -60,6 +60,18 @@ class Leg:
         where = self.rows_at if rows_at is None else rows_at
         return self._spread(where, reached, 0, outside)
 
+    def read(self, values: np.ndarray, at: np.ndarray, outside: float = OUTSIDE) -> np.ndarray:
+        """Readings at any place of the leg, shape (places,).
+
+        Args:
+            values: (reached,) of one column, at the first stops of the simulation.
+            at: (places,) by what the leg is read by.
+            outside: how far beyond the stops that were reached places are read, else NaN.
+        """
+        padded = np.zeros(len(self.stops))
+        padded[: len(values)] = values
+        return np.asarray(self.weights(len(values), at, outside) @ padded)
+
     def slopes(self, reached: int) -> np.ndarray:
         """(rows, stops) weights of the derivative by what the leg is read by."""
         return self._spread(self.rows_at, reached, 1)

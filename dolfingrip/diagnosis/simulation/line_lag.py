@@ -1,8 +1,7 @@
 """A line that lags behind the regulator, where history does not matter: no simulation is needed.
 
-A finger without memory, friction and clock turns and presses as the pressure in its cavity tells,
-however that came about. Behind a line of time constant τ that pressure follows from the
-regulator's alone, so its readings are those of the elastic curve there:
+Behind a line of time constant τ the pressure follows from the regulator's alone, so the readings
+are those of the elastic curve there (:mod:`dolfingrip.diagnosis.simulation.elastic_curve`):
 
     y(t) = y_el(p_out(t)),    τ dp_out/dt = p_in − p_out
 
@@ -17,6 +16,7 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation import elastic_curve
 from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
@@ -24,10 +24,6 @@ from dolfingrip.extensions.effect import Flow
 from dolfingrip.extensions.line_lag import LineLag
 
 NAME: Final = LineLag.name()
-
-FAR: Final = 1e6
-"""Part of the range that a base simulation reached, by which its straight line is followed. Beyond
-it no readings are judged, so that any number does there."""
 
 
 def serves(effect: str, config: Config) -> bool:
@@ -64,28 +60,8 @@ def change(
         factor: of all moduli; other than 1 where these scale
             (:mod:`dolfingrip.diagnosis.simulation.modulus`).
     """
-    listed = measurement.listed()
-    place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
-    count = len(measurement.readings)
-    found = np.zeros(len(listed))
-    for run in base.runs:
-        way = run.group.in_time
-        if way.led != "pressure_kPa":
-            continue
-        (curve,) = run.route.legs
-        inlet_kPa, outlet_kPa = np.array(way.value), behind(line, way)
-        mine = np.isin(test, run.group.tests)
-        for name in set(column[mine]):
-            values = run.result.columns.get(str(name), np.empty(0))
-            if not values.size:
-                continue
-            padded = np.zeros(len(curve.stops))
-            padded[: len(values)] = values
-            there, here = (
-                curve.weights(len(values), at / factor, outside=FAR) @ padded
-                for at in (outlet_kPa, inlet_kPa)
-            )
-            at = np.flatnonzero(mine & (column == name))
-            by = factor if name == "force_N" else 1.0
-            found[at] = by * way.at_rows(there - here, count)[place[at]]
-    return found
+
+    def load(way: Route) -> np.ndarray:
+        return behind(line, way) if way.led == "pressure_kPa" else np.array(way.value)
+
+    return elastic_curve.change(measurement, base, load, factor)

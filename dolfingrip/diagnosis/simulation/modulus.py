@@ -74,11 +74,8 @@ def scaled(measurement: Measurement, base: Simulated, factor: float) -> np.ndarr
         for name in set(column[mine]):
             at = np.flatnonzero(mine & (column == name))
             values = run.result.columns.get(str(name), np.empty(0))
-            # a softer model may end before a reading that the base reaches
-            weights = leg.weights(len(values), leg.rows_at * by, outside=MOST_BEYOND)
-            padded = np.zeros(len(leg.stops))
-            padded[: len(values)] = values
             rows = np.full(len(measurement.readings), np.nan)
-            rows[leg.rows] = weights @ padded
+            # a softer model may end before a reading that the base reaches
+            rows[leg.rows] = leg.read(values, leg.rows_at * by, MOST_BEYOND)
             found[at] = rows[place[at]] * (factor if name == "force_N" else 1.0)
     return found

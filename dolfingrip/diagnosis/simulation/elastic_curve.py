@@ -1,0 +1,66 @@
+"""Readings that follow from the elastic curve at another load: no simulation is needed.
+
+A finger without memory, friction and clock turns and presses as the pressure in its cavity tells,
+however that came about. So does a coupon with its travel. With all moduli c times as large the
+readings are those at the pressure p/c, and c times those of a force
+(:mod:`dolfingrip.diagnosis.simulation.modulus`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation.legs import Route
+from dolfingrip.diagnosis.simulation.simulated import Simulated
+
+FAR: Final = 1e6
+"""Part of the range that a base simulation reached, by which its straight line is followed. Beyond
+it no readings are judged, so that any number does there."""
+
+Load = Callable[[Route], np.ndarray]
+"""(stops,) load of the elastic body along a way through time, in kPa or mm."""
+
+Shown = Callable[[Route, str, np.ndarray], np.ndarray]
+"""(stops,) readings of a column along a way, by those of the elastic body."""
+
+
+def change(
+    measurement: Measurement,
+    base: Simulated,
+    load: Load,
+    factor: float = 1.0,
+    shown: Shown | None = None,
+) -> np.ndarray:
+    """(n,) change of the readings.
+
+    Args:
+        measurement: that ``base`` was simulated for.
+        base: without memory and clock.
+        load: that an elastic body has to bear to be as the real one is.
+        factor: of all moduli; other than 1 where these scale.
+        shown: what is read of it; the elastic body's readings where None.
+    """
+    listed = measurement.listed()
+    place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
+    found = np.zeros(len(listed))
+    for run in base.runs:
+        way = run.group.in_time
+        (curve,) = run.route.legs
+        by = factor if way.led == "pressure_kPa" else 1.0
+        here, there = np.array(way.value) / by, load(way) / by
+        mine = np.isin(test, run.group.tests)
+        for name in set(column[mine]):
+            values = run.result.columns.get(str(name), np.empty(0))
+            if not values.size:
+                continue
+            size = factor if name == "force_N" else 1.0
+            elastic, readings = (size * curve.read(values, at, FAR) for at in (here, there))
+            if shown is not None:
+                readings = shown(way, str(name), readings)
+            at = np.flatnonzero(mine & (column == name))
+            found[at] = way.at_rows(readings - elastic, len(measurement.readings))[place[at]]
+    return found

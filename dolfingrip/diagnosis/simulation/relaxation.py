@@ -1,0 +1,114 @@
+"""What viscosity changes, nearly and without a simulation: quasi-linear viscoelasticity.
+
+All stresses of a body follow from its elastic ones by the same linear law of relaxation
+(Fung, Biomechanics, Springer 1993, sect. 7.6), with branches of the parts gᵢ and times τᵢ
+
+    σ(t) = σ_el(t) + Σ rᵢ vᵢ(t),    vᵢ' = σ_el' − vᵢ/τᵢ,    rᵢ = gᵢ/(1 − Σ g).
+
+So do the loads that hold it in balance: the pressure p and the blocked force F are those of an
+elastic body, q and F_el(q), relaxed. A finger under the pressure p turns as an elastic one under q:
+
+    α(t) = α_el(q(t)),    F(t) = F_el(q(t)) + Σ rᵢ vᵢ(t),    p = q + Σ rᵢ wᵢ,  wᵢ' = q' − wᵢ/τᵢ.
+
+A coupon's travel is given, so its force is that of the elastic coupon, relaxed. Contact, large
+rotations and the network of :mod:`dolfingrip.forms.transient_network` are not linear. Of three
+cycles of the reference finger it leaves 7 % of what viscosity changes.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation import elastic_curve
+from dolfingrip.diagnosis.simulation.legs import Route
+from dolfingrip.diagnosis.simulation.simulated import Simulated
+from dolfingrip.extensions.prony import Prony
+
+NAME: Final = Prony.name()
+
+
+def relaxed(prony: Prony, time_s: np.ndarray, elastic: np.ndarray) -> np.ndarray:
+    """(stops,) a load from the elastic one, straight between stops, at rest before the first."""
+    found = []
+    branches = _Branches(prony)
+    for moment_s, value in zip(time_s, elastic, strict=True):
+        branches.pass_time(moment_s)
+        branches.load(value)
+        found.append(value + branches.more)
+    return np.array(found)
+
+
+def elastic_load(prony: Prony, time_s: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """(stops,) the elastic load that relaxes to ``load``: the inverse of :func:`relaxed`."""
+    found = []
+    branches = _Branches(prony)
+    for moment_s, value in zip(time_s, load, strict=True):
+        branches.pass_time(moment_s)
+        found.append(branches.solve(value))
+        branches.load(found[-1])
+    return np.array(found)
+
+
+class _Branches:
+    """Maxwell branches under an elastic load that changes along straight lines.
+
+    Args:
+        prony: their parts and times.
+    """
+
+    def __init__(self, prony: Prony) -> None:
+        g, self._tau_s = np.array(prony.g), np.array(prony.tau_s)
+        self._ratio = g / (1 - g.sum())
+        self._stress = np.zeros(len(g))
+        self._kept = np.ones(len(g))
+        self._time_s = self._value = 0.0
+
+    def pass_time(self, moment_s: float) -> None:
+        """Relax until a moment; the load that is reached by then is told next."""
+        part = (moment_s - self._time_s) / self._tau_s
+        self._stress = self._stress * np.exp(-part)
+        # the mean of exp(-t/τ) over the step: what is left of a load that grows along it
+        self._kept = np.where(part > 0, -np.expm1(-part) / np.where(part > 0, part, 1.0), 1.0)
+        self._time_s = moment_s
+
+    def solve(self, load: float) -> float:
+        """The elastic load that makes ``load`` at this moment."""
+        rest = load - float(self._ratio @ (self._stress - self._kept * self._value))
+        return rest / (1 + float(self._ratio @ self._kept))
+
+    def load(self, value: float) -> None:
+        """Load elastically to ``value``."""
+        self._stress = self._stress + self._kept * (value - self._value)
+        self._value = value
+
+    @property
+    def more(self) -> float:
+        """What the branches add to the elastic load."""
+        return float(self._ratio @ self._stress)
+
+
+def change(
+    measurement: Measurement, base: Simulated, prony: Prony, factor: float = 1.0
+) -> np.ndarray:
+    """(n,) change of the readings by viscosity, nearly.
+
+    Args:
+        measurement: that ``base`` was simulated for.
+        base: without memory and clock.
+        prony: the viscosity.
+        factor: of all moduli; other than 1 where these scale.
+    """
+
+    def load(way: Route) -> np.ndarray:
+        led = np.array(way.value)
+        if way.led != "pressure_kPa":
+            return led
+        return elastic_load(prony, np.array(way.time_s), led)
+
+    def shown(way: Route, column: str, elastic: np.ndarray) -> np.ndarray:
+        return relaxed(prony, np.array(way.time_s), elastic) if column == "force_N" else elastic
+
+    return elastic_curve.change(measurement, base, load, factor, shown)
