@@ -3,7 +3,8 @@
 A fit starts at the best place between the screen's simulations
 (:mod:`dolfingrip.diagnosis.surface`) and goes on with simulations on the ungraded mesh. Their
 readings are corrected by what grading changes (:mod:`dolfingrip.diagnosis.simulation.mesh_map`). It
-ends with one or two on the graded mesh.
+ends with one or two on the graded mesh, and begins there where the surface is close to what a
+simulation gives.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import to_values, to_zeta
 from dolfingrip.diagnosis.inference.screen import Score
-from dolfingrip.diagnosis.lag_surface import LagSurface
 from dolfingrip.diagnosis.linear import beside_own_modulus, with_linear
 from dolfingrip.diagnosis.model import (
     EffectModel,
@@ -32,15 +32,14 @@ from dolfingrip.diagnosis.model import (
     free_parameters,
 )
 from dolfingrip.diagnosis.problem import Problem
-from dolfingrip.diagnosis.simulation import line_lag, meshes, relaxation
-from dolfingrip.diagnosis.simulation.groups import path_independent
+from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.step import Evaluate, hypothesis_at, stepped, visit
-from dolfingrip.diagnosis.surface import SecantSurface, SurfacePoint
-from dolfingrip.diagnosis.viscous_surface import ViscousSurface
+from dolfingrip.diagnosis.surface import SurfacePoint
+from dolfingrip.diagnosis.surfaces import surface_of
 
 MOST_EVALUATIONS: Final = 20
 """Simulations of the whole measurement in a fit; each is one step of the least squares. Most fits
@@ -70,11 +69,6 @@ ROUNDS: Final = 3
 
 SAME_WALLS: Final = 0.003
 """Relative difference of walls that does not matter to it."""
-
-IN_CLOSED_FORM: Final[Mapping[str, type[SecantSurface]]] = {
-    line_lag.NAME: LagSurface, relaxation.NAME: ViscousSurface
-}  # fmt: skip
-"""Effects whose surface follows from the elastic curve, where there is one."""
 
 ANEW: Final = 2
 """Times that the base model is taken anew at the modulus and walls found beside an effect."""
@@ -220,19 +214,11 @@ class Fitter:
         return point
 
     def _searched(self, score: Score, beside: Hypothesis) -> SurfacePoint | None:
-        each = self._candidate(score.name)
-        config = self._config()
-        if not can_be_fitted(each.name, each.overrides[score.shape], config):
+        surface = surface_of(self.problem, self._candidate(score.name), score.shape)
+        if surface is None:
             return None
-        own = free_parameters(each.name, each.overrides[score.shape], config)
-        surface = self._surface(each, own)
         order = np.argsort(score.shape_weights)[::-1]
         return surface.best(self.problem, beside, [int(i) for i in order])
-
-    def _surface(self, each: Candidate, own: Sequence[FreeParameter]) -> SecantSurface:
-        elastic = path_independent(self._config()) and self.problem.base.scales
-        kind = IN_CLOSED_FORM.get(each.name, SecantSurface) if elastic else SecantSurface
-        return kind(self.problem, each, own)
 
     def _start(
         self, scores: Sequence[Score], fits: Mapping[frozenset[str], Hypothesis]
@@ -245,11 +231,9 @@ class Fitter:
         for score in scores:
             if score.name in beside.effects:
                 continue
-            each = self._candidate(score.name)
-            own = free_parameters(each.name, each.overrides[score.shape], self._config())
             point = self.on_surface(score, beside)
             assert point is not None
-            found |= dict(zip((p.key for p in own), point.values, strict=True))
+            found |= dict(zip((p.key for p in point.parameters), point.values, strict=True))
             zeta = point.zeta[: len(beside.parameters)]
             first = to_values((p.prior for p in beside.parameters), zeta)
             found |= dict(zip((p.key for p in beside.parameters), first, strict=True))
@@ -263,10 +247,10 @@ class Fitter:
         if len(scores) > 1 or base is None or not base.in_closed_form:
             return None
         (score,) = scores
-        each = self._candidate(score.name)
-        own = free_parameters(each.name, each.overrides[score.shape], self._config())
-        surface = self._surface(each, own)
-        return by_surface(self.problem, surface, base) if surface.close else None
+        surface = surface_of(self.problem, self._candidate(score.name), score.shape)
+        if surface is None or not surface.close:
+            return None
+        return by_surface(self.problem, surface, base)
 
     def _config(self) -> Config:
         tests = self.problem.measurement.tests
@@ -285,7 +269,8 @@ class Fitter:
     ) -> Hypothesis:
         """Least squares on the ungraded mesh where there is one, then steps on the graded one.
 
-        On the graded mesh at once where the start is ``close``.
+        On the graded mesh at once where the start is ``close``: a surface tells how far readings
+        leave their tangent from there.
         """
         base = self.problem.base
         flat = meshes.ungraded(self._config())
