@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import ClassVar
 
 from dolfingrip.diagnosis.inference.arrays import Vector
-from dolfingrip.diagnosis.model import FreeParameter
-from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation import line_lag
-from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.surface import SecantSurface
 from dolfingrip.extensions.line_lag import LineLag
 
@@ -27,12 +23,6 @@ class LagSurface(SecantSurface):
     """
 
     close: ClassVar[bool] = True
-
-    def __init__(
-        self, problem: Problem, candidate: Candidate, parameters: Sequence[FreeParameter]
-    ) -> None:
-        super().__init__(problem, candidate, parameters)
-        self._problem = problem
 
     def change(self, zeta: Vector, factor: float = 1.0) -> Vector:
         """Of the readings, shape (n,)."""

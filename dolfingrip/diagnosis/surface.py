@@ -88,7 +88,8 @@ class SecantSurface:
         self, problem: Problem, candidate: Candidate, parameters: Sequence[FreeParameter]
     ) -> None:
         self.parameters = tuple(parameters)
-        self.follow(problem, np.array([problem.take(change) for change in candidate.shapes]))
+        self._problem = problem
+        self.follow(np.array([problem.take(change) for change in candidate.shapes]))
         self.places = np.array([self._zeta(texts) for texts in candidate.overrides])
         own = effect(candidate.name).neutral
         self._amplitudes = [
@@ -98,10 +99,10 @@ class SecantSurface:
                          for k in self._amplitudes]  # fmt: skip
         self._middle = self._values(self.places[0])
 
-    def follow(self, problem: Problem, changes: Matrix) -> None:
+    def follow(self, changes: Matrix) -> None:
         """Go through ``changes`` of the readings at the places that were tried, (shapes, n)."""
         self.changes = changes
-        self._slopes = np.array([_by_modulus(problem, change) for change in changes])
+        self._slopes = np.array([_by_modulus(self._problem, change) for change in changes])
 
     def _zeta(self, texts: Sequence[str]) -> list[float]:
         told = numbers(texts)

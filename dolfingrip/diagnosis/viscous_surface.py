@@ -33,9 +33,8 @@ class ViscousSurface(SecantSurface):
         self, problem: Problem, candidate: Candidate, parameters: Sequence[FreeParameter]
     ) -> None:
         super().__init__(problem, candidate, parameters)
-        self._problem = problem
         near = np.array([self._near(place, 1.0) for place in self.places])
-        self.follow(problem, self.changes - near)
+        self.follow(self.changes - near)
 
     def change(self, zeta: Vector, factor: float = 1.0) -> Vector:
         """Of the readings, shape (n,)."""
