@@ -15,8 +15,8 @@ from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis.outcome import Diagnosis
 
 COUPONS = Path(__file__).parents[2] / "examples/coupons/ninjaflex_uniaxial.csv"
-KILLED_AFTER = 7
-"""Simulations: base and three shapes are five of them, so that a fit is going on, and all forms are
+KILLED_AFTER = 6
+"""Simulations: base and three shapes are five of seven, so that a fit is going on, and all forms are
 compiled."""
 
 

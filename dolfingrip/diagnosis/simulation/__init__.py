@@ -11,8 +11,10 @@ From the bottom up:
 - :mod:`simulated`: ``simulate(measurement, config, cases, workers)`` gives all readings of a
   measurement, and their derivatives, for each of several cases: this is what fits call, too;
 - :mod:`modulus`: exact scaling of a base simulation by the modulus;
-- :mod:`nuisances`, :mod:`strengths`, :mod:`closed_forms`, :mod:`line_lag`, :mod:`secants`: what
-  the readings change by;
+- :mod:`elastic_curve`: readings at another load than that of the protocol; :mod:`line_lag` and
+  :mod:`relaxation`: effects that change them so, exactly and nearly;
+- :mod:`nuisances`, :mod:`strengths`, :mod:`closed_forms`, :mod:`secants`: what else the readings
+  change by;
 - :mod:`base`: ``simulate_base(measurement, config, workers)`` puts these together.
 
 All arrays are aligned with ``Measurement.listed()``
