@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -14,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, pale
 
 LABELS = {
     "angle_deg": "Tip angle (°)",
@@ -30,6 +31,8 @@ WIDEST = 40
 """Characters of a line that names a class."""
 BANDS = 2.0
 """Half width of the noise band, in standard deviations."""
+SAME = 0.01
+"""Part of the range of readings within which two ways are one line."""
 MARKS = {"loading": "o", "unloading": "s", "hold": "^"}
 ACROSS = 3
 """Panels side by side."""
@@ -120,13 +123,38 @@ def _lines(
     ax: Axes, part: pd.DataFrame, over: str, column: str, label: str, colour: str, style: str,
     band: bool = False,
 ) -> None:  # fmt: skip
-    """One line for each run; of the first alone the band, and the label."""
+    """One line for each run; of the first alone the band, and the label.
+
+    An elastic body goes there and back along one curve. It is drawn once, as dashes that lie on one
+    another look like a solid line.
+    """
     for number, (_, run) in enumerate(part.groupby("run", sort=False)):
-        ax.plot(run[over], run[column], style, color=colour, lw=1.2, zorder=3,
+        shown = _once(run, over, column)
+        ax.plot(shown[over], shown[column], style, color=colour, lw=1.2, zorder=3,
                 label=label if number == 0 else None)  # fmt: skip
         if band and number == 0:
-            low, high = (run[column] + way * BANDS * run["noise"] for way in (-1, 1))
-            ax.fill_between(run[over], low, high, color=colour, alpha=0.2, lw=0)
+            for way in _ways(run[over].to_numpy(dtype=float)):
+                own = run.iloc[way]
+                low, high = (own[column] + side * BANDS * own["noise"] for side in (-1, 1))
+                # not translucent: where the bands of two ways overlap they would be darker
+                ax.fill_between(own[over], low, high, color=pale(colour), lw=0, zorder=1)
+
+
+def _once(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:
+    """The first way of a run alone, where all others go along it; measured loads scatter."""
+    first = run.iloc[_ways(run[over].to_numpy(dtype=float))[0]].sort_values(over)
+    value = run[column]
+    along = np.interp(run[over], first[over], first[column])
+    apart = float(np.abs(value - along).max())
+    return first if apart < SAME * (value.max() - value.min()) else run
+
+
+def _ways(load: np.ndarray) -> list[slice]:
+    """The parts of a run along which the load only grows, or only falls; turns belong to both."""
+    steps = pd.Series(np.sign(np.diff(load))).replace(0, np.nan).ffill().bfill().fillna(1)
+    turns = np.flatnonzero(np.diff(steps.to_numpy())) + 1  # a wait belongs to the way before it
+    ends = [0, *turns, len(load) - 1]
+    return [slice(first, last + 1) for first, last in pairwise(ends)]
 
 
 def _residuals(data: Mapping[str, Any], path: Path) -> Path:

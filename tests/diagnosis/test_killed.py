@@ -16,8 +16,8 @@ from dolfingrip.diagnosis.outcome import Diagnosis
 
 COUPONS = Path(__file__).parents[2] / "examples/coupons/ninjaflex_uniaxial.csv"
 KILLED_AFTER = 6
-"""Simulations: base and three shapes are five of seven, so that a fit is going on, and all forms are
-compiled."""
+"""Simulations: base and three shapes are five of seven, so that a fit is going on, and all forms
+are compiled."""
 
 
 def finished(folder: Path) -> dict[str, str]:
