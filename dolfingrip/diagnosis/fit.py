@@ -197,28 +197,23 @@ class Fitter:
         """
         key = score.name, beside
         if key not in self._points:
-            point = self._searched(score, beside)
-            self._points[key] = None if point is None else self._about_its_place(score, point)
+            self._points[key] = self._searched(score, beside)
         return self._points[key]
-
-    def _about_its_place(self, score: Score, point: SurfacePoint) -> SurfacePoint:
-        """The same with the other fit's tangent taken at the place that was found."""
-        model, count = point.beside.model, len(point.beside.parameters)
-        if model is None or not model.in_closed_form or not count:
-            return point
-        for _ in range(ANEW):
-            place = visit(self.problem, model.evaluate, model, point.zeta[:count])
-            anew = self._searched(score, hypothesis_at(point.beside.effects, model, place))
-            assert anew is not None
-            point = anew
-        return point
 
     def _searched(self, score: Score, beside: Hypothesis) -> SurfacePoint | None:
         surface = surface_of(self.problem, self._candidate(score.name), score.shape)
         if surface is None:
             return None
-        order = np.argsort(score.shape_weights)[::-1]
-        return surface.best(self.problem, beside, [int(i) for i in order])
+        starts = [int(i) for i in np.argsort(score.shape_weights)[::-1]]
+        point = surface.best(self.problem, beside, starts)
+        model, count = beside.model, len(beside.parameters)
+        if model is None or not model.in_closed_form or not count:
+            return point
+        for _ in range(ANEW):
+            place = visit(self.problem, model.evaluate, model, point.zeta[:count])
+            about = hypothesis_at(beside.effects, model, place)
+            point = surface.best(self.problem, about, starts)
+        return point
 
     def _start(
         self, scores: Sequence[Score], fits: Mapping[frozenset[str], Hypothesis]

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, pale
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, tint
 
 LABELS = {
     "angle_deg": "Tip angle (°)",
@@ -137,7 +137,7 @@ def _lines(
                 own = run.iloc[way]
                 low, high = (own[column] + side * BANDS * own["noise"] for side in (-1, 1))
                 # not translucent: where the bands of two ways overlap they would be darker
-                ax.fill_between(own[over], low, high, color=pale(colour), lw=0, zorder=1)
+                ax.fill_between(own[over], low, high, color=tint(colour), lw=0, zorder=1)
 
 
 def _once(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:

@@ -50,7 +50,7 @@ _RC: dict[str, Any] = {
 }
 
 
-def pale(colour: str) -> tuple[float, float, float]:
+def tint(colour: str) -> tuple[float, float, float]:
     """A colour as its translucent band is on white, one fifth of it, but opaque."""
     red, green, blue = (1 - 0.2 * (1 - part) for part in to_rgb(colour))
     return red, green, blue

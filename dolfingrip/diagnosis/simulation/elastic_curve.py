@@ -22,7 +22,7 @@ FAR: Final = 1e6
 it no readings are judged, so that any number does there."""
 
 Load = Callable[[Route], np.ndarray]
-"""(stops,) load of the elastic body along a way through time, in kPa or mm."""
+"""(stops,) pressure on the elastic body along a way through time, in kPa."""
 
 Shown = Callable[[Route, str, np.ndarray], np.ndarray]
 """(stops,) readings of a column along a way, by those of the elastic body."""
@@ -40,7 +40,8 @@ def change(
     Args:
         measurement: that ``base`` was simulated for.
         base: without memory and clock.
-        load: that an elastic body has to bear to be as the real one is.
+        load: that an elastic body has to bear to be as the real one is; the travel of a coupon is
+            what it is.
         factor: of all moduli; other than 1 where these scale.
         shown: what is read of it; the elastic body's readings where None.
     """
@@ -50,8 +51,9 @@ def change(
     for run in base.runs:
         way = run.group.in_time
         (curve,) = run.route.legs
-        by = factor if way.led == "pressure_kPa" else 1.0
-        here, there = np.array(way.value) / by, load(way) / by
+        here = there = np.array(way.value)
+        if way.led == "pressure_kPa":
+            here, there = here / factor, load(way) / factor
         mine = np.isin(test, run.group.tests)
         for name in set(column[mine]):
             values = run.result.columns.get(str(name), np.empty(0))

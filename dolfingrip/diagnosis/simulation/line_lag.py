@@ -10,6 +10,7 @@ With all moduli c times as large it is y_el(p_out/c), and c y_el(p_out/c) of a f
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -60,8 +61,4 @@ def change(
         factor: of all moduli; other than 1 where these scale
             (:mod:`dolfingrip.diagnosis.simulation.modulus`).
     """
-
-    def load(way: Route) -> np.ndarray:
-        return behind(line, way) if way.led == "pressure_kPa" else np.array(way.value)
-
-    return elastic_curve.change(measurement, base, load, factor)
+    return elastic_curve.change(measurement, base, partial(behind, line), factor)

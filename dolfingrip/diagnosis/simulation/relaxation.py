@@ -107,10 +107,7 @@ def change(
     """
 
     def load(way: Route) -> np.ndarray:
-        led = np.array(way.value)
-        if way.led != "pressure_kPa":
-            return led
-        return elastic_load(prony, np.array(way.time_s), led)
+        return elastic_load(prony, np.array(way.time_s), np.array(way.value))
 
     def shown(way: Route, column: str, elastic: np.ndarray) -> np.ndarray:
         return relaxed(prony, np.array(way.time_s), elastic) if column == "force_N" else elastic
