@@ -123,7 +123,7 @@ def _drawn(
         kept=whole.kept[there],
         index=whole.index[there].reset_index(drop=True),
         value=readings.value[where][there],
-        led_std=whole.led_std[there],
+        control_std=whole.control_std[there],
     )
 
 

@@ -138,7 +138,7 @@ def _added(
     case: Case, planned: Measurement, test: SpecimenTest, columns: Sequence[str], number: int
 ) -> Added:
     before = PROTOCOLS[case.protocol]
-    rows = planned.rows(test.number)[[*STEPS, test.led]].reset_index(drop=True)
+    rows = planned.rows(test.number)[[*STEPS, test.control]].reset_index(drop=True)
     # what the generator's own protocol does not tell
     lab = _set_up(test)
     protocol = replace(

@@ -84,18 +84,18 @@ def configured(config: Config, truth: Truth, known: Mapping[str, Cause]) -> Conf
 
 def _run(course: Course, config: Config, truth: Truth, known: Mapping[str, Cause]) -> Run:
     if course.experiment == "coupon":
-        wanted = course.rows[course.led].to_numpy(dtype=float)
+        wanted = course.rows[course.control].to_numpy(dtype=float)
     else:
         # a modulus that changes between cycles is a pressure that does
         wanted = outsider_pressure(course, truth) / outsider_modulus(course, truth)
     if _depends_on_the_way(truth, known):
         place = np.arange(len(wanted))
-        protocol = {**course.protocol(), course.led: [float(value) for value in wanted]}
+        protocol = {**course.protocol(), course.control: [float(value) for value in wanted]}
     else:
         stops, place = np.unique(np.round(wanted, 9), return_inverse=True)
         protocol = {
             "time_s": [float(i) for i in range(len(stops))],
-            course.led: [float(value) for value in stops],
+            course.control: [float(value) for value in stops],
             "cycle": [1] * len(stops),
             "branch": ["loading"] * len(stops),
         }

@@ -75,11 +75,11 @@ class Entry:
 
 def curve_protocol(course: Course, headroom: float, stops: int = STOPS) -> dict[str, list[Any]]:
     """A first loading to so many times the highest value of ``course``."""
-    step = float(course.rows[course.led].max()) / stops
+    step = float(course.rows[course.control].max()) / stops
     at = [float(x) for x in step * np.arange(round(stops * headroom) + 1)]
     return {
         "time_s": [float(i) for i in range(len(at))],
-        course.led: at,
+        course.control: at,
         "cycle": [1] * len(at),
         "branch": ["loading"] * len(at),
     }
@@ -288,8 +288,8 @@ def load(history: str, folder: Path) -> Library:
 
 
 def _at(entry: Entry) -> np.ndarray:
-    led = "displacement_mm" if entry.experiment == "coupon" else "pressure_kPa"
-    return np.array(getattr(entry.job.config.protocol, led), dtype=float)
+    control = "displacement_mm" if entry.experiment == "coupon" else "pressure_kPa"
+    return np.array(getattr(entry.job.config.protocol, control), dtype=float)
 
 
 def _change(parts: Sequence[tuple[Entry, JobResult]], base: Curve) -> Change:

@@ -53,13 +53,15 @@ class Course:
     rows: pd.DataFrame
 
     @property
-    def led(self) -> str:
-        """Column of what is led."""
+    def control(self) -> str:
+        """Column of the control."""
         return "displacement_mm" if self.experiment == "coupon" else "pressure_kPa"
 
     def protocol(self) -> dict[str, list[Any]]:
         """The table ``[protocol]`` of the configuration."""
-        return {name: self.rows[name].tolist() for name in ("time_s", self.led, "cycle", "branch")}
+        return {
+            name: self.rows[name].tolist() for name in ("time_s", self.control, "cycle", "branch")
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +113,7 @@ class Protocol:
 
 
 def ramp(
-    start: float, end: float, step: float, rate: float, from_s: float, cycle: int, led: str
+    start: float, end: float, step: float, rate: float, from_s: float, cycle: int, control: str
 ) -> list[dict[str, Any]]:
     """Rows after ``start`` up or down to ``end``, in equal steps."""
     count = round(abs(end - start) / step)
@@ -121,7 +123,7 @@ def ramp(
             "cycle": cycle,
             "branch": branch,
             "time_s": from_s + abs(value - start) / rate,
-            led: float(value),
+            control: float(value),
         }
         for value in np.linspace(start, end, count + 1)[1:]
     ]
@@ -129,12 +131,12 @@ def ramp(
 
 def finger_rows(high_kPa: float, step_kPa: float, parts: int) -> pd.DataFrame:
     """Rows of the first ``parts`` of loading, unloading, two more cycles, loading with a wait."""
-    led = "pressure_kPa"
-    rows: list[dict[str, Any]] = [{"cycle": 1, "branch": "loading", "time_s": 0.0, led: 0.0}]
+    control = "pressure_kPa"
+    rows: list[dict[str, Any]] = [{"cycle": 1, "branch": "loading", "time_s": 0.0, control: 0.0}]
 
     def go(end: float, step: float, rate: float, cycle: int) -> None:
         last = rows[-1]
-        rows.extend(ramp(last[led], end, step, rate, last["time_s"], cycle, led))
+        rows.extend(ramp(last[control], end, step, rate, last["time_s"], cycle, control))
 
     go(high_kPa, step_kPa, FAST_kPa_per_s, 1)
     if parts > 1:
@@ -147,7 +149,7 @@ def finger_rows(high_kPa: float, step_kPa: float, parts: int) -> pd.DataFrame:
         go(high_kPa, 2 * step_kPa, FAST_kPa_per_s, 4)
         since_s = rows[-1]["time_s"]
         rows += [
-            {"cycle": 4, "branch": "hold", "time_s": since_s + wait_s, led: high_kPa}
+            {"cycle": 4, "branch": "hold", "time_s": since_s + wait_s, control: high_kPa}
             for wait_s in WAIT_S
         ]
     return pd.DataFrame(rows)
@@ -155,12 +157,14 @@ def finger_rows(high_kPa: float, step_kPa: float, parts: int) -> pd.DataFrame:
 
 def coupon_rows(step_mm: float, cycles: int = 1) -> pd.DataFrame:
     """A coupon pulled to 50 % and back, once or more."""
-    led = "displacement_mm"
-    rows: list[dict[str, Any]] = [{"cycle": 1, "branch": "loading", "time_s": 0.0, led: 0.0}]
+    control = "displacement_mm"
+    rows: list[dict[str, Any]] = [{"cycle": 1, "branch": "loading", "time_s": 0.0, control: 0.0}]
     for cycle in range(1, cycles + 1):
         for end in (COUPON_mm, 0.0):
             last = rows[-1]
-            rows += ramp(last[led], end, step_mm, COUPON_mm_per_s, last["time_s"], cycle, led)
+            rows += ramp(
+                last[control], end, step_mm, COUPON_mm_per_s, last["time_s"], cycle, control
+            )
     return pd.DataFrame(rows)
 
 

@@ -130,8 +130,8 @@ def _read(catalogue: Catalogue, course: Course, truth: Truth) -> pd.DataFrame:
     base = catalogue.library.base[course.experiment]
     factor = _modulus(catalogue, course, truth)
     at = _pressure(catalogue, course, truth) / factor
-    if course.led == "displacement_mm":
-        at = rows[course.led].to_numpy(dtype=float)
+    if course.control == "displacement_mm":
+        at = rows[course.control].to_numpy(dtype=float)
     names = [name for name in base.columns if name in READING_COLUMNS]
     found = {}
     for name in names:
@@ -176,7 +176,7 @@ def outsider_pressure(course: Course, truth: Truth) -> np.ndarray:
 
 def _pressure(catalogue: Catalogue, course: Course, truth: Truth) -> np.ndarray:
     """(rows,) pressure in the cavity."""
-    if course.led == "displacement_mm":
+    if course.control == "displacement_mm":
         return np.zeros(len(course.rows))
     pressure = outsider_pressure(course, truth)
     pressure = truth.gain * pressure + truth.offset_kPa
@@ -297,7 +297,11 @@ def displayed(
 ) -> dict[str, np.ndarray]:
     """What the instruments display of the true readings."""
     rows = course.rows
-    shown = {**true, "time_s": rows["time_s"].to_numpy(dtype=float), course.led: rows[course.led]}
+    shown = {
+        **true,
+        "time_s": rows["time_s"].to_numpy(dtype=float),
+        course.control: rows[course.control],
+    }
     for effect in effects_on(causes, truth):
         if effect.has("reading"):
             shown.update(effect.reading(shown))  # type: ignore[arg-type]

@@ -51,7 +51,7 @@ def needed(problem: Problem, conclusion: Conclusion, none: Hypothesis) -> bool:
     pressure, simulated = problem.index["pressure_kPa"].to_numpy()[force], problem.simulated[force]
     noise = problem.noise_std[force]
     change = _linear(problem, sizes)[force]
-    slope = problem.take(problem.base.by_led)[force]
+    slope = problem.take(problem.base.by_control)[force]
     order = np.argsort(pressure)
     curve_kPa, at = np.unique(pressure[order], return_index=True)
     curve = simulated[order][at]
@@ -101,7 +101,7 @@ def start(problem: Problem) -> dict[str, float]:
     """
     base, force = problem.base, _blocked_forces(problem)
     by_gap = problem.take(base.simulated.slope(GAP))[force]
-    slope = problem.take(base.by_led)[force]
+    slope = problem.take(base.by_control)[force]
     run = next(run for run in base.simulated.runs if run.group.experiment == "blocked_force")
     curve_kPa = np.array(run.route.value)[: len(run.result.columns["force_N"])]
     curve_N = run.result.columns["force_N"]

@@ -145,7 +145,7 @@ def problem_of(
     Raises:
         ConfigError: one line, where it reached less than two.
     """
-    kept = np.flatnonzero(np.isfinite(base.readings) & np.isfinite(base.by_led))
+    kept = np.flatnonzero(np.isfinite(base.readings) & np.isfinite(base.by_control))
     listed = measurement.listed()
     reached = set(listed["test"].to_numpy()[kept])
     for test in measurement.tests:
@@ -158,9 +158,9 @@ def problem_of(
     index = index_of(measurement).iloc[kept].reset_index(drop=True)
     value = listed["value"].to_numpy(dtype=float)[kept]
     noise = noise_model(measurement, index, value, base.readings[kept], kept)
-    led_std = instrument_noise(measurement).led[kept]
+    control_std = instrument_noise(measurement).control[kept]
     scale = modulus_parameter(measurement, base.config)
-    problem = Problem(measurement, base, kept, index, value, noise.noise, led_std, scale, walls)
+    problem = Problem(measurement, base, kept, index, value, noise.noise, control_std, scale, walls)
     return problem, noise
 
 

@@ -110,7 +110,7 @@ def part_of_run_s(index: pd.DataFrame) -> float:
 
 
 def _levelled(index: pd.DataFrame, value: Vector, simulated: Vector, place: np.ndarray) -> Vector:
-    """Readings as they would be where repeats are led to exactly the same value."""
+    """Readings as they would be where repeats are brought to exactly the same value."""
     frame = pd.DataFrame({"place": place, "simulated": simulated})
     mean = frame.groupby("place")["simulated"].transform("mean").to_numpy()
     scale = float(value @ simulated) / max(float(simulated @ simulated), 1e-300)

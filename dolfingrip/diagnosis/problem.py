@@ -71,8 +71,8 @@ def _design(test: SpecimenTest) -> str:
 
 
 def _pressure_rate(measurement: Measurement, test: SpecimenTest) -> float:
-    """Rate of the ramps in kPa/s; NaN where there is none, or another quantity is led."""
-    rate = measurement.ramp_rate(test) if test.led == "pressure_kPa" else None
+    """Rate of the ramps in kPa/s; NaN where there is none, or another quantity is controlled."""
+    rate = measurement.ramp_rate(test) if test.control == "pressure_kPa" else None
     return np.nan if rate is None else rate
 
 
@@ -86,7 +86,7 @@ class Problem:
         index: table of the readings.
         value: measured, shape (n,).
         noise: by place in ``tracks``: channel of each test.
-        led_std: of the reading of what is led, shape (n,).
+        control_std: of the reading of the control, shape (n,).
         scale: the factor of all moduli, where fits find it beside the effects' parameters.
         walls: readings with other walls, where these are no linear nuisance.
         walls_at: thickness of the walls, by that configured, that the mesh's error is for.
@@ -100,7 +100,7 @@ class Problem:
     index: pd.DataFrame
     value: Vector
     noise: Mapping[str, ChannelNoise]
-    led_std: Vector
+    control_std: Vector
     scale: FreeParameter | None = None
     walls: WallCurves | None = None
     walls_at: float = 1.0
@@ -157,7 +157,7 @@ class Problem:
 
     def _slack(self) -> list[Nuisance]:
         """Travel at which each coupon's force begins."""
-        slope = self.take(self.base.by_led) * self.ratio
+        slope = self.take(self.base.by_control) * self.ratio
         found = []
         for test in self.measurement.tests:
             std_mm = test.setup.nuisances["coupon_slack_mm"]
@@ -175,8 +175,8 @@ class Problem:
 
     @property
     def gauge_std(self) -> Vector:
-        """What the noise of the gauge of what is led does to each reading, shape (n,)."""
-        return np.asarray(np.abs(self.take(self.base.by_led)) * self.ratio * self.led_std)
+        """What the noise of the gauge of the control does to each reading, shape (n,)."""
+        return np.asarray(np.abs(self.take(self.base.by_control)) * self.ratio * self.control_std)
 
     @cached_property
     def noise_covariance(self) -> Matrix:

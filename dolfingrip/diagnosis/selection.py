@@ -36,7 +36,7 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     notes: list[str] = []
     for test in measurement.tests:
         rows = measurement.rows(test.number)
-        finger = test.led == "pressure_kPa"
+        finger = test.control == "pressure_kPa"
         for inside, why in _of_finger(test, rows) if finger else _of_coupon(test, rows, config):
             if inside.all() or (not finger and inside.sum() < FEWEST):
                 continue

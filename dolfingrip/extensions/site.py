@@ -21,7 +21,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.moving_support import Motion
 from dolfingrip.mechanics.model.term import Term
-from dolfingrip.mechanics.model.unknowns import Number
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown
 from dolfingrip.sections.setup import Setup
 
 
@@ -49,7 +49,7 @@ class Site:
             and put a term of its own in their place.
         parameters: constants of the potential by name, that sensitivities are taken to.
         unknowns: what is solved for besides the fields, by name.
-        motions: of the clamp, by numbers among ``unknowns``.
+        motions: of the clamp, by global unknowns among ``unknowns``.
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
         contact: of the skin with itself, where there is any.
         further: terms of Π that are no forms, beside plate and contact.
@@ -65,7 +65,7 @@ class Site:
     plate: RigidPlate | None = None
     held: dict[int, list[str]] = field(default_factory=dict)
     parameters: dict[str, fem.Constant] = field(default_factory=dict)
-    unknowns: dict[str, Number] = field(default_factory=dict)
+    unknowns: dict[str, GlobalUnknown] = field(default_factory=dict)
     motions: list[Motion] = field(default_factory=list)
     pressure: fem.Constant | None = None
     contact: BarrierContact | None = None
@@ -106,31 +106,31 @@ class Site:
         *,
         scale: float = 1.0,
         multiplier: bool = False,
-    ) -> Number:
-        """A number that is solved for with the displacement; forms contain its ``constant``.
+    ) -> GlobalUnknown:
+        """A global unknown, solved for with the displacement; forms contain its ``constant``.
 
         Args:
             effect: whose it is.
             name: its name, with its unit.
             number: where it starts; or a constant, such as ``plate.offset``, made unknown.
             scale: unit of the name that weighs as much as 1 mm, see
-                :class:`~dolfingrip.mechanics.model.unknowns.Number`.
+                :class:`~dolfingrip.mechanics.model.unknowns.GlobalUnknown`.
             multiplier: the potential is concave in it.
         """
         if not isinstance(number, fem.Constant):
             number = self.fixed(number)
-        made = Number(f"{effect.name()}.{name}", number, scale, multiplier=multiplier)
+        made = GlobalUnknown(f"{effect.name()}.{name}", number, scale, multiplier=multiplier)
         self.unknowns[made.name] = made
         return made
 
-    def move_clamp(self, number: Number, mode: Callable[[np.ndarray], np.ndarray]) -> None:
-        """Let the clamp move with ``number``.
+    def move_clamp(self, unknown: GlobalUnknown, mode: Callable[[np.ndarray], np.ndarray]) -> None:
+        """Let the clamp move with ``unknown``.
 
         Args:
-            number: an unknown.
+            unknown: it moves with.
             mode: (3, n) reference coordinates (mm) to (3, n) displacements for each unit of it.
         """
-        self.motions.append(Motion(number, mode))
+        self.motions.append(Motion(unknown, mode))
 
     def spring(
         self, effect: Named, force: str, moved: Expr, compliance: Expr, lever_mm: float = 1.0
@@ -143,7 +143,7 @@ class Site:
         Args:
             effect: whose it is.
             force: name of f, with its unit: N, or N mm where ``moved`` is an angle.
-            moved: s, mm or rad, of a number's constant.
+            moved: s, mm or rad, of an unknown's constant.
             compliance: c, mm/N or rad/(N mm).
             lever_mm: length by which an angle becomes a displacement of comparable size.
         """

@@ -39,17 +39,17 @@ def config() -> Config:
 
 @pytest.fixture(scope="module")
 def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
-    """Only what was led matters here; of the coupon its force alone."""
+    """Only the control matters here; of the coupon its force alone."""
     folder = tmp_path_factory.mktemp("viscous")
     branch = ["loading"] * 5 + ["unloading"] * 4
     files = []
-    for name, led, way, column in (
+    for name, control, way, column in (
         ("bending", "pressure_kPa", WAY, "angle_deg"),
         ("blocked_force", "pressure_kPa", WAY, "force_N"),
         ("coupon", "displacement_mm", TRAVEL_mm, "force_N"),
     ):
         rows = [f"{b},{i},{at},{i % 5}" for i, (b, at) in enumerate(zip(branch, way, strict=True))]
-        text = "\n".join([f"branch,time_s,{led},{column}", *rows]) + "\n"
+        text = "\n".join([f"branch,time_s,{control},{column}", *rows]) + "\n"
         told = f'experiment = "{name}"\n' + NOISE + (COUPON if name == "coupon" else "")
         files.append(written(folder, text, told, name=name))
     return read(files, config())

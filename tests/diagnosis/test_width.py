@@ -123,8 +123,8 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     assert not gain.shapes[0][across].any()
     assert law.felt
     # it begins to narrow where the force begins: the travel's error is both readings'
-    slope = np.gradient(base.readings[across], measurement.listed()["led"][across])
-    np.testing.assert_allclose(base.by_led[across][1:-1], slope[1:-1], rtol=0.01)
+    slope = np.gradient(base.readings[across], measurement.listed()["control"][across])
+    np.testing.assert_allclose(base.by_control[across][1:-1], slope[1:-1], rtol=0.01)
 
 
 def test_a_tie_with_an_instrument_is_judged(store: Path, tmp_path: Path) -> None:

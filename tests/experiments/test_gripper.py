@@ -40,7 +40,7 @@ def touching(request: pytest.FixtureRequest) -> GripperModel:
     model = made.model
     rng = np.random.default_rng(SEED)
     model.prescribe({"time_s": 0.05})
-    model.refresh()
+    model.update_lagged()
     start = model.unknowns.owned()
     moved = 0.01 * _free(made, rng.uniform(-1, 1, start.shape))
     model.unknowns.set_owned(start + moved)
@@ -53,8 +53,8 @@ def _free(made: GripperModel, direction: np.ndarray) -> np.ndarray:
     """0 where unknowns are held."""
     for bc in made.model.supports:
         direction[bc.dof_indices()[0]] = 0.0
-    rows = made.model.unknowns.number_rows(direction)
-    rows[len(made.model.unknowns.numbers) :] = 0.0
+    rows = made.model.unknowns.global_rows(direction)
+    rows[len(made.model.unknowns.global_unknowns) :] = 0.0
     return direction
 
 
@@ -71,7 +71,7 @@ def test_derivatives(touching: GripperModel) -> None:
     tangent = Tangent(model)
     assert model.potential.carried is not None
     model.potential.carried.reset()
-    model.heed(0.0)
+    model.set_residual(0.0)
     tangent.assemble()
     taylor.check_derivatives(model, tangent, direction, 5e-4)
 
@@ -87,13 +87,15 @@ def test_forces_on_the_object_are_those_of_the_potential(touching: GripperModel)
     """Sums by finger against the contact's own derivative by the pose."""
     dofs, copies = touching.model.u.x.array, touching.model.domain.copies
     reads = GraspReadings(touching, 1.0)
-    rubbed = touching.rubbing.forces_N(dofs)[: len(touching.contact.touching.nodes)].sum(axis=0)
+    rubbed = touching.finger_friction.forces_N(dofs)[: len(touching.contact.touching.nodes)].sum(
+        axis=0
+    )
     whole = touching.contact.load_N(dofs)[:3] + copies * rubbed
     if copies == 2:  # a half's sideways force is borne by its mirror image
         whole[1] = 0.0
     np.testing.assert_allclose(reads.on_object_N().sum(axis=0), whole, atol=1e-12)
     # the rows of nodes and body together move nothing: friction is between them
-    rows = touching.rubbing.forces_N(dofs)
+    rows = touching.finger_friction.forces_N(dofs)
     count = len(touching.contact.touching.nodes)
     np.testing.assert_allclose(rows[:count].sum(axis=0), -rows[count], atol=1e-12)
 
@@ -176,13 +178,13 @@ def test_half_a_gripper_has_half_the_energy_of_the_whole() -> None:
             found, wanted = part.value(half.model.u.x.array), all_of_it.value(whole.model.u.x.array)
             print(part.name, 2 * found, wanted)
             assert 2 * found == pytest.approx(wanted, rel=1e-9, abs=1e-12)
-        assert half.rubbing.value(half.model.u.x.array) > 0 or time_s == 0.05
+        assert half.finger_friction.value(half.model.u.x.array) > 0 or time_s == 0.05
         reads = [GraspReadings(made, 1.0) for made in (half, whole)]
         for name in ("normal_N", "on_object_N", "angles_deg"):
             one, other = (getattr(each, name)() for each in reads)
             np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-10, err_msg=name)
         for made in (half, whole):
-            made.model.refresh()
+            made.model.update_lagged()
             made.model.accept_step()
 
 

@@ -71,8 +71,8 @@ def along(
         ("blocked_force", (*VOLUME, "extensions.prony={}", "extensions.plate_compliance={}",
                            "plate.tilt_deg=5", "experiment.unload=true"), LASTING),
     ],
-    ids=["hanging", "bellows touch", "viscous cycles", "frictional cycles", "led by volume",
-         "viscous, led by volume"],
+    ids=["hanging", "bellows touch", "viscous cycles", "frictional cycles", "controlled by volume",
+         "viscous, controlled by volume"],
 )  # fmt: skip
 def test_all_parameters(experiment: str, overrides: tuple[str, ...], allowed: float) -> None:
     at = settings(*overrides)

@@ -1,4 +1,4 @@
-"""A clamp that follows numbers: its derivatives, and the finger under volume control."""
+"""A clamp that follows global unknowns: its derivatives, and the finger under volume control."""
 
 from __future__ import annotations
 
@@ -30,15 +30,17 @@ LOADED = (
 
 
 def allowed(finger: FingerModel) -> np.ndarray:
-    """A random direction of the unknowns in which the clamp moves as its numbers do."""
+    """A random direction of the unknowns in which the clamp moves as its global unknowns do."""
     model, rng = finger.model, np.random.default_rng(SEED)
     moving, width = model.moving, model.unknowns.owned_size
     assert moving is not None
     direction = rng.uniform(-0.1, 0.1, width)
     for bc in model.supports:
         direction[bc.dof_indices()[0]] = 0.0
-    model.unknowns.number_rows(direction)[len(model.unknowns.numbers) :] = 0.0
-    changes = [number.change(direction) for number in moving.numbers]  # on one rank: no ghosts
+    model.unknowns.global_rows(direction)[len(model.unknowns.global_unknowns) :] = 0.0
+    changes = [
+        unknown.change(direction) for unknown in moving.global_unknowns
+    ]  # on one rank: no ghosts
     for change, function in zip(changes, moving._functions, strict=True):
         direction[moving.dofs] += change * function.x.array[moving.dofs]
     return direction
@@ -69,8 +71,8 @@ def test_tangent_is_the_derivative_of_the_equations(element: str) -> None:
         return np.array(product.array)
 
     assert taylor.rates(equations, slope, 0.1).min() > 1.9
-    # the numbers' own equations, small beside the elements'
-    rows = model.unknowns.number_rows(np.arange(len(slope)))
+    # the global unknowns' own equations, small beside the elements'
+    rows = model.unknowns.global_rows(np.arange(len(slope)))
     found = taylor.rates(lambda step: equations(step)[rows], slope[rows], 0.1)
     assert found.min() > 1.9
 
@@ -108,7 +110,7 @@ def test_no_compliance_is_the_base_model() -> None:
         assert path.advance({"pressure_kPa": 20.0}).failure is None
     difference = still.model.u.x.array - held.model.u.x.array
     assert np.abs(difference).max() < 1e-9 * np.abs(held.model.u.x.array).max()
-    values = {number.name: number.value for number in still.model.unknowns.numbers}
+    values = {unknown.name: unknown.value for unknown in still.model.unknowns.global_unknowns}
     force = held.plate.force_N()
     assert values["plate_compliance.force_N"] == pytest.approx(-force, rel=1e-8)
     assert values["clamp_compliance.force_x_N"] == pytest.approx(force, rel=1e-8)

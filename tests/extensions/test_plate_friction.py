@@ -167,24 +167,24 @@ def test_forces_follow_a_step() -> None:
     start = finger.model.u.x.array.copy()
     start += 0.02 * SLIP_mm * rng.uniform(-1, 1, start.shape)
     along = rng.uniform(-1, 1, start.shape)
-    assert friction.refresh(start)
-    following = friction.following(start)
-    assert following is not None
+    assert friction.update_lagged(start)
+    correction = friction.lagged_correction(start)
+    assert correction is not None
     nodes = friction.contact.touching.at_nodes(along)
     held = (friction.hessian(start) @ nodes.ravel()).reshape(-1, 3)
 
     def change(dofs: np.ndarray) -> np.ndarray:
         found = Gradient(finger.model.unknowns)
-        following.add_change(dofs - start, found)
+        correction.add_change(dofs - start, found)
         return found.array
 
     def rate() -> np.ndarray:
         found = Gradient(finger.model.unknowns)
-        following.add_rate(along, found)
+        correction.add_rate(along, found)
         return found.array
 
     def anew(e: float) -> np.ndarray:
-        friction.refresh(start + e * along)
+        friction.update_lagged(start + e * along)
         return friction.forces_N(start + e * along)
 
     longest = 0.002 * SLIP_mm
@@ -193,7 +193,7 @@ def test_forces_follow_a_step() -> None:
     assert np.abs(more).max() > 0.01 * np.abs(held).max()
     assert taylor.rates(anew, held + more, longest).min() > 1.9
     for place in (start, start + 0.1 * longest * rng.uniform(-1, 1, start.shape)):
-        following.linearise(place - start, convex=False)
+        correction.linearise(place - start, convex=False)
         found = taylor.rates(lambda e, at=place: change(at + e * along), rate(), longest)
         assert found.min() > 1.9
 

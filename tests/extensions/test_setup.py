@@ -63,7 +63,7 @@ def test_a_base_turns_by_the_moment() -> None:
     finger = small.model(settings, plate=True)
     path = LoadPath(Newton(finger.model, settings.solver))
     assert path.advance({"pressure_kPa": 20.0}).failure is None
-    values = {number.name: number.value for number in finger.model.unknowns.numbers}
+    values = {unknown.name: unknown.value for unknown in finger.model.unknowns.global_unknowns}
     turn = values["clamp_compliance.turn_rad"]
     assert max(abs(values[f"clamp_compliance.shift_{axis}_mm"]) for axis in "xz") < 1e-12
     force, length = finger.plate.force_N(), settings.finger.length_mm

@@ -36,7 +36,7 @@ def rates(
 def check_derivatives(
     model: Model, tangent: Tangent, direction: np.ndarray, longest: float
 ) -> None:
-    """The gradient is the energy's derivative, the tangent the gradient's; of numbers alone, too.
+    """The gradient is the energy's derivative, the tangent the gradient's; of global ones, too.
 
     Args:
         model: in the state to look at, and again after.
@@ -60,6 +60,6 @@ def check_derivatives(
 
     assert rates(energy, float(gradient(0.0) @ direction), longest).min() > 1.9
     assert rates(gradient, slope, longest).min() > 1.9
-    numbers = model.unknowns.number_rows(np.arange(len(start)))
-    assert rates(lambda e: gradient(e)[numbers], slope[numbers], longest).min() > 1.9
+    rows = model.unknowns.global_rows(np.arange(len(start)))
+    assert rates(lambda e: gradient(e)[rows], slope[rows], longest).min() > 1.9
     model.unknowns.set_owned(start)

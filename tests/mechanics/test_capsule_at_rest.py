@@ -67,7 +67,7 @@ def test_the_capsule_presses_as_hertz_says() -> None:
     motion.accept()
     model = Model(
         model.domain, model.u, model.potential, model.supports, {}, [motion, contact],
-        numbers=pose.free,
+        global_unknowns=pose.free,
     )  # fmt: skip
     nodes = model.u.function_space.tabulate_dof_coordinates()
     below = RADIUS - deepest - np.sqrt(RADIUS**2 - np.minimum(nodes[:, 0], 1.0) ** 2) - width / 2

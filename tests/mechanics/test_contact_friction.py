@@ -7,15 +7,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mechanics import taylor
-from mechanics.rubbing import (
+from mechanics.frictional import (
     MU,
     SEED,
     SLIP,
+    frictional,
     go,
     normal_N,
     on_upper,
     pressed,
-    rubbing,
     slid,
     slips,
 )
@@ -64,7 +64,7 @@ def test_sliding_takes_the_coefficient_times_the_normal_force(
     lower: int, upper: int, turn_rad: float, within: float
 ) -> None:
     blocks = pressed(lower, upper, turn_rad)
-    friction, normal = rubbing(blocks), normal_N(blocks)
+    friction, normal = frictional(blocks), normal_N(blocks)
     assert normal > 0
     way = np.array([0.6, -0.8, 0.0])
     for slip in (2 * SLIP, 20 * SLIP):
@@ -81,7 +81,7 @@ def test_sliding_takes_the_coefficient_times_the_normal_force(
 def test_below_the_slip_it_is_a_spring_that_remembers() -> None:
     """μN (2t − t²), t = s/ε, s summed over the steps that stuck: Li et al. 2020, eq. 13."""
     blocks = pressed(3, 4)
-    friction, full = rubbing(blocks), MU * normal_N(blocks)
+    friction, full = frictional(blocks), MU * normal_N(blocks)
     way = np.array([1.0, 0.0, 0.0])
     t = 0.0
     for step in (0.3, 0.2, 0.4, -0.5, -0.9, -0.4):
@@ -91,10 +91,10 @@ def test_below_the_slip_it_is_a_spring_that_remembers() -> None:
         stretch = min(abs(t), 1.0)
         assert force == pytest.approx(np.sign(t) * full * (2 * stretch - stretch**2), rel=1e-6)
         assert friction.dissipated_mJ(dofs) == pytest.approx(0.0, abs=1e-9 * full * SLIP)
-        go(blocks, dofs, refresh=False)
+        go(blocks, dofs, update=False)
     assert t == pytest.approx(-0.9)
     # it slides as far as it likes, and springs back from there
-    go(blocks, slid(blocks, -7.3 * SLIP * way), refresh=False)
+    go(blocks, slid(blocks, -7.3 * SLIP * way), update=False)
     dofs = slid(blocks, 0.6 * SLIP * way)
     force = on_upper(blocks, friction.forces_N(dofs))[0]
     assert force == pytest.approx(-full * (2 * 0.4 - 0.4**2), rel=1e-6)
@@ -103,7 +103,7 @@ def test_below_the_slip_it_is_a_spring_that_remembers() -> None:
 def test_a_pair_that_replaces_another_remembers_for_it() -> None:
     """The upper cube slides over the lower one's triangles in steps that are short against ε."""
     blocks = pressed(3, 4, 0.3)
-    friction = rubbing(blocks, slip_mm=0.05)
+    friction = frictional(blocks, slip_mm=0.05)
     way = np.array([0.6, -0.8, 0.0])
     keys, forces = [], []
     for _ in range(24):
@@ -123,7 +123,7 @@ def test_a_pair_that_replaces_another_remembers_for_it() -> None:
 def test_derivatives(before: bool) -> None:
     """Value to gradient to Hessian, in the middle of a slip that differs from point to point."""
     blocks = pressed(3, 4, 0.3)
-    friction = rubbing(blocks)
+    friction = frictional(blocks)
     there = slips(blocks)
     if before:
         go(blocks, there[1])
@@ -145,7 +145,7 @@ def test_derivatives(before: bool) -> None:
 def test_the_derivative_by_the_coefficient() -> None:
     """The gradient is linear in μ, so that a difference is exact."""
     blocks = pressed(3, 4, 0.3)
-    friction = rubbing(blocks)
+    friction = frictional(blocks)
     dofs = slips(blocks)[0]
 
     def gradient(mu: float) -> np.ndarray:
@@ -184,7 +184,7 @@ def test_normal_forces_rise_as_bodies_come_nearer(lower: int, upper: int, turn_r
 
 def test_without_a_coefficient_it_does_nothing() -> None:
     blocks = pressed(3, 4, 0.3)
-    friction = rubbing(blocks, coefficient=0.0)
+    friction = frictional(blocks, coefficient=0.0)
     dofs = slips(blocks)[0]
     assert not friction.forces_N(dofs).any()
     assert friction.hessian(dofs).nnz == 0
@@ -195,12 +195,12 @@ def test_without_a_coefficient_it_does_nothing() -> None:
 def test_no_step_gives_work_back(turn_rad: float) -> None:
     """Work done in each accepted step, however irregular, is stored or taken, never given."""
     blocks = pressed(3, 4, turn_rad)
-    friction = rubbing(blocks)
+    friction = frictional(blocks)
     there, taken = slips(blocks), 0.0
     for dofs in [*there, *there[::-1]]:
         before = blocks.u.x.array.copy()
         blocks.u.x.array[:] = dofs
-        blocks.model.refresh()
+        blocks.model.update_lagged()
         stored, loss = friction.value(before), friction.dissipated_mJ(dofs)
         work = friction.value(dofs) - stored
         assert loss >= 0
@@ -214,7 +214,7 @@ def test_no_step_gives_work_back(turn_rad: float) -> None:
 
 def test_a_restored_model_rubs_as_before() -> None:
     blocks = pressed(3, 3)
-    friction = rubbing(blocks)
+    friction = frictional(blocks)
     go(blocks, slid(blocks, np.array([0, SLIP / 3, 0])))
     good = blocks.model.state().copy()
     dofs, expected = slid(blocks, np.array([SLIP / 2, 0, 0])), None

@@ -13,7 +13,7 @@ from experiments import small
 from mechanics import taylor
 
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.mechanics.model.unknowns import Number
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.path import LoadPath
 
@@ -48,7 +48,7 @@ def finger() -> FingerModel:
     dofs = made.model.u.x.array
     assert np.linalg.norm(contact.gradient(dofs), axis=1).max() > 0.01  # N: bellows touch
     assert plate.force_N() > 0.1
-    made.model.refresh()
+    made.model.update_lagged()
     return made
 
 
@@ -59,24 +59,24 @@ def _direction(finger: FingerModel) -> np.ndarray:
     found = np.random.default_rng(SEED).uniform(-1, 1, model.unknowns.owned_size)
     for bc in model.supports:
         found[bc.dof_indices()[0]] = 0.0
-    rows = model.unknowns.number_rows(found)
-    rows[len(model.unknowns.numbers) :] = 0.0  # what fills up blocks
+    rows = model.unknowns.global_rows(found)
+    rows[len(model.unknowns.global_unknowns) :] = 0.0  # what fills up blocks
     assert model.moving is not None
-    for number in model.moving.numbers:  # the clamp moves with its numbers
-        found[model.moving.dofs] += number.change(model.unknowns.to_local(found)) * _way(
-            finger, number
+    for unknown in model.moving.global_unknowns:  # the clamp moves with its global unknowns
+        found[model.moving.dofs] += unknown.change(model.unknowns.to_local(found)) * _way(
+            finger, unknown
         )
     return found
 
 
-def _way(finger: FingerModel, number: Number) -> np.ndarray:
-    """Displacement of the clamp's moving dofs for each unit of one of its numbers."""
+def _way(finger: FingerModel, unknown: GlobalUnknown) -> np.ndarray:
+    """Displacement of the clamp's moving dofs for each unit of one of its global unknowns."""
     clamp = finger.model.moving
     assert clamp is not None
-    kept = number.value
+    kept = unknown.value
     apart = []
     for value in (kept + 1.0, kept):
-        number.constant.value = value
+        unknown.constant.value = value
         apart.append(-clamp.apart(finger.model.u.x.array))
     return apart[0] - apart[1]
 

@@ -48,7 +48,7 @@ class Incline:
         self.friction = Friction(contact, model.u, mu)
         self.model = Model(
             model.domain, model.u, model.potential, model.supports, {},
-            [self.motion, contact, self.friction], numbers=self.pose.free,
+            [self.motion, contact, self.friction], global_unknowns=self.pose.free,
         )  # fmt: skip
         self.motion.accept()
         self.newton = Newton(self.model, Solver(rtol=1e-9, atol_N=1e-12, max_iterations=60))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mechanics import bodies
-from mechanics.rubbing import MU, SEED, SLIP, normal_N, on_upper, rubbing
+from mechanics.frictional import MU, SEED, SLIP, frictional, normal_N, on_upper
 from mechanics.stacks import PUSH, TOP, WIDTH, is_upper, stacked
 
 from dolfingrip.config import Solver
+from dolfingrip.mechanics.newton.lagging import LAG_TOLERANCE
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.refreshing import DRIFTS
 
 
 class Shear:
@@ -23,7 +23,7 @@ class Shear:
         self.newton = Newton(blocks.model, Solver(rtol=1e-9, atol_N=1e-12, max_iterations=60))
         blocks.displace(is_upper(blocks.nodes)[:, None] * [0, 0, -PUSH])
         assert self.newton.solve().converged
-        self.friction = rubbing(blocks)
+        self.friction = frictional(blocks)
         z = blocks.nodes[:, 2]
         self.top, self.below, self.above = (np.isclose(z, at) for at in (TOP, 1.0, 1 + WIDTH))
 
@@ -61,8 +61,8 @@ def test_cubes_stick_then_slide() -> None:
         full = cubes.full_N()
         print("slid", slips_mm, cubes.rubs, cubes.force, "of", full)
         assert slips_mm[-1] * way > 10 * SLIP
-        # normal forces are held where they drift by less, and the faces' rims rub askew
-        assert cubes.rubs == pytest.approx(way * full, rel=1.5 * DRIFTS)
+        # normal forces are held where they lag by less, and the faces' rims rub askew
+        assert cubes.rubs == pytest.approx(way * full, rel=1.5 * LAG_TOLERANCE)
         assert cubes.force == pytest.approx(cubes.rubs, rel=0.03)
 
 

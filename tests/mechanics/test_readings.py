@@ -166,14 +166,14 @@ def test_what_is_led_feels_neither_state_nor_shape(finger: FingerModel, column: 
 
 def test_a_pressure_that_is_solved_for_is_an_unknown() -> None:
     finger = small.model(small.short("experiment.control=volume"), plate=False)
-    (number,) = finger.model.unknowns.numbers
+    (unknown,) = finger.model.unknowns.global_unknowns
     step = finger.model.unknowns.local()
     step[:] = 0.0
-    step[number.place] = 1.0
+    step[unknown.place] = 1.0
     for column in ("pressure_kPa", "cavity_pressure_kPa"):
         reading = readings(finger)[column]
         slope = float(reading.gradient() @ finger.model.unknowns.owned_part(step))
-        assert slope == pytest.approx(1e3 * number.scale, rel=1e-12)
+        assert slope == pytest.approx(1e3 * unknown.scale, rel=1e-12)
 
 
 def test_smallest_distances_have_no_derivative(finger: FingerModel) -> None:

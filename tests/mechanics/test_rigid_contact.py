@@ -59,7 +59,7 @@ def resting(
     pose: Pose | None = None,
     mass_kg: float = 0.01,
 ) -> tuple[Model, RigidContact, RigidMotion]:
-    """A unit block, a little deformed, with a turned rigid body above it, all six numbers free."""
+    """A unit block, a little deformed, with a turned rigid body above it that is free to move."""
     block = DeformableBody("block", blocks.block((3, 3, 3)), {WHOLE: MATERIAL}, held={2: ["below"]})
     model = blocks.model([block])
     inertia = mass_kg * np.array([[0.5, 0.1, 0.0], [0.1, 0.6, 0.05], [0.0, 0.05, 0.4]])
@@ -79,7 +79,7 @@ def resting(
         pose.constants[2].value -= least - gap_mm
     model = Model(
         model.domain, model.u, model.potential, model.supports, {}, [motion, contact],
-        numbers=pose.free,
+        global_unknowns=pose.free,
     )  # fmt: skip
     motion.accept()
     return model, contact, motion
@@ -172,7 +172,7 @@ def test_no_step_leads_through(shape: SignedDistance) -> None:
     assert shortened > 3
     # head-on it is nine tenths of the distance, but for what the shape curves away
     step = np.zeros_like(start)
-    step[contact.pose.numbers[2].place] = -1.0  # type: ignore[union-attr]
+    step[contact.pose.global_unknowns[2].place] = -1.0  # type: ignore[union-attr]
     allowed = contact.max_step(start[:dofs], step)
     assert 0.9 * gaps.min() - 1e-12 < allowed < 1.2 * gaps.min()
 
@@ -212,7 +212,7 @@ def test_free_fall_and_spin() -> None:
 
 
 def test_a_free_sphere_settles_on_a_block() -> None:
-    """All six numbers free: inertia holds what no contact does; at rest the block bears it."""
+    """The whole pose is free: inertia holds what no contact does; at rest the block bears it."""
     block = DeformableBody(
         "block", blocks.block((4, 4, 4)), {WHOLE: MATERIAL},
         held={axis: ["below"] for axis in range(3)},
@@ -224,7 +224,7 @@ def test_a_free_sphere_settles_on_a_block() -> None:
     motion = RigidMotion(sphere, pose, np.array([0, 0, -9.81]), model.comm)
     model = Model(
         model.domain, model.u, model.potential, model.supports, {}, [motion, contact],
-        numbers=pose.free,
+        global_unknowns=pose.free,
     )  # fmt: skip
     motion.accept()
     newton = Newton(model, Solver(rtol=1e-9, max_iterations=60))
@@ -256,7 +256,7 @@ def test_friction_follows_all_unknowns(shape: SignedDistance) -> None:
     along, before = (model.unknowns.to_local(rng.uniform(-1, 1, size)) for _ in range(2))
     local = model.unknowns.local() + 0.01 * before  # points slip by about half of what they may
     model.unknowns.set_local(local)
-    assert friction.refresh(model.u.x.array)
+    assert friction.update_lagged(model.u.x.array)
     nodes, first = contact.touching, contact.tangential(model.u.x.array)
     moved = nodes.change(along)
 
@@ -278,16 +278,16 @@ def test_friction_follows_all_unknowns(shape: SignedDistance) -> None:
     assert (rise > 0).any()
 
     model.unknowns.set_local(local)
-    following = friction.following(model.u.x.array)
-    assert following is not None
+    correction = friction.lagged_correction(model.u.x.array)
+    assert correction is not None
 
     def change(step: float) -> np.ndarray:
         found = Gradient(model.unknowns)
-        following.add_change(step * along, found)
+        correction.add_change(step * along, found)
         return found.array
 
     rate = Gradient(model.unknowns)
-    following.add_rate(along, rate)
+    correction.add_rate(along, rate)
     assert taylor.rates(change, rate.array, 1e-3).min() > 1.9
-    numbers = model.unknowns.number_rows(np.arange(len(rate.array)))
-    assert np.abs(rate.array[numbers]).max() > 0
+    rows = model.unknowns.global_rows(np.arange(len(rate.array)))
+    assert np.abs(rate.array[rows]).max() > 0

@@ -58,7 +58,7 @@ def test_the_sphere_sinks_in_as_hertz_says() -> None:
     """F = 4/3 E* √R δ^{3/2} (Johnson, Contact Mechanics, eq. 4.23), F the sphere's weight.
 
     The sphere's height is solved for. Frictionless, it might slide and turn at no cost: without
-    inertia, which test_rigid_contact gives it, these five numbers have to be held. δ is how deep
+    inertia, which test_rigid_contact gives it, these five unknowns have to be held. δ is how deep
     the block's surface goes at the pole. The block is no half space: that stiffens by about half
     a/L, 1 %; mesh and barrier add about as much. The issue allows 3 %.
     """
@@ -83,7 +83,7 @@ def test_the_sphere_sinks_in_as_hertz_says() -> None:
     motion = RigidMotion(sphere, pose, np.array([0, 0, -gravity]), model.comm, copies=4)
     model = Model(
         model.domain, model.u, model.potential, model.supports, {}, [motion, contact],
-        numbers=pose.free,
+        global_unknowns=pose.free,
     )  # fmt: skip
     nodes = model.u.function_space.tabulate_dof_coordinates()
     # as a guess, the block's surface pressed down to half a barrier below the sphere

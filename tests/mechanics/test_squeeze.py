@@ -53,7 +53,7 @@ class Jaws:
         self.friction = Friction(self.contact, model.u, mu)
         self.model = Model(
             model.domain, model.u, model.potential, model.supports, {},
-            [self.motion, self.contact, self.friction], numbers=self.pose.free,
+            [self.motion, self.contact, self.friction], global_unknowns=self.pose.free,
         )  # fmt: skip
         self.motion.accept()
         self.newton = Newton(self.model, Solver(rtol=1e-10, atol_N=1e-12, max_iterations=60))
@@ -166,7 +166,7 @@ def test_a_ball_rolls_on_a_table() -> None:
     friction = Friction(contact, model.u, mu)
     model = Model(
         model.domain, model.u, model.potential, model.supports, {}, [motion, contact, friction],
-        numbers=pose.free,
+        global_unknowns=pose.free,
     )  # fmt: skip
     pose.constants[2].value += 0.1
     motion.accept()

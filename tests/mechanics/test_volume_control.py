@@ -70,9 +70,9 @@ def test_an_iterate_that_diverges_does_not_loosen_the_tolerance(
     balloon, volume, path = controlled
     assert path.advance({NAME: volume.control.value * 1.2**3}).failure is None
     before = volume.scale_N()
-    rates = volume.couplings(balloon.u.x.array)[0].hessian.toarray() / volume.number.scale
-    expected = abs(volume.number.value) * np.linalg.norm(rates)
+    rates = volume.couplings(balloon.u.x.array)[0].hessian.toarray() / volume.unknown.scale
+    expected = abs(volume.unknown.value) * np.linalg.norm(rates)
     assert before == pytest.approx(expected, rel=1e-6)
-    volume.number.constant.value *= 1e6
+    volume.unknown.constant.value *= 1e6
     volume.couplings(balloon.u.x.array)
     assert volume.scale_N() == before

@@ -40,14 +40,16 @@ def _dropped(comm: MPI.Comm) -> dict[str, float]:
     )
     motion = RigidMotion(body, pose, np.array([0.0, 0.0, -9.81]), comm)
     terms = [motion, contact, BarrierContact(surface, 0.1, 2.0)]
-    model = Model(domain, model.u, model.potential, model.supports, {}, terms, numbers=pose.free)
+    model = Model(
+        domain, model.u, model.potential, model.supports, {}, terms, global_unknowns=pose.free
+    )
     motion.accept()
     newton = Newton(model, Solver(rtol=1e-11, atol_N=1e-11, max_iterations=80))
     for time_s in (0.002, 0.004, 0.006):
         model.prescribe({"time_s": time_s})
         assert newton.solve().converged
         model.accept_step()
-    found = {number.name: number.value for number in pose.free}
+    found = {unknown.name: unknown.value for unknown in pose.free}
     found["load_N"] = float(contact.load_N(model.u.x.array)[2])
     found["energy_mJ"] = model.energy()
     return found

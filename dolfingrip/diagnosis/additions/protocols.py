@@ -74,7 +74,7 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
 
 
 def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list[Proposal]:
-    """The same set-up led another way."""
+    """The same set-up controlled another way."""
     rows = measurement.rows(test.number)
     top, rate = _top(rows, test), _rate(measurement, test, config)
     reading = "force_N" if test.experiment == "blocked_force" else "angle_deg"
@@ -202,13 +202,13 @@ def _with(setup: LabSetup, section: str, values: Mapping[str, Any]) -> LabSetup:
 
 
 def _top(rows: pd.DataFrame, test: SpecimenTest) -> float:
-    """Highest value of what is led, as it was meant."""
-    read = float(rows[test.led].max())
-    return nominal.end(read, read / STOPS, test.setup.noise.get(test.led, 0.0))
+    """Highest value of the control, as it was meant."""
+    read = float(rows[test.control].max())
+    return nominal.end(read, read / STOPS, test.setup.noise.get(test.control, 0.0))
 
 
 def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float:
-    """Median rate of the ramps, in the led quantity's unit per second; else as configured."""
+    """Median rate of the ramps, in the control's unit per second; else as configured."""
     found = measurement.ramp_rate(test)
     if found is not None:
         return found

@@ -1,4 +1,4 @@
-"""The columns of the measured-data format: what each experiment is led by and reads."""
+"""The columns of the measured-data format: what each experiment is controlled by and reads."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ NOT_SIMULATED: Final = ("grasp", "pick_up")
 WHO: Final = ("experiment", "specimen", "cycle", "branch")
 """Columns that say what a row belongs to."""
 
-LED: Final[Mapping[str, str]] = {name: EXPERIMENTS[name].control for name in EXPERIMENT_NAMES}
-"""Column of what each experiment is led by."""
+CONTROL: Final[Mapping[str, str]] = {name: EXPERIMENTS[name].control for name in EXPERIMENT_NAMES}
+"""Column of what each experiment is controlled by."""
 
 READINGS: Final[Mapping[str, tuple[str, ...]]] = {
     "bending": ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm"),

@@ -97,7 +97,7 @@ class LabSetup:
         nuisances: standard deviation by key of :data:`NUISANCES`, those told in place of the usual;
             and by key of the configuration.
         told: keys of the nuisances that the laboratory told.
-        rate: of the ramps, in the led quantity's unit per second; None where it is not told.
+        rate: of the ramps, in the control's unit per second; None where it is not told.
         max_pressure_kPa: readings above are not compared.
         chord: the points of ``chord_angle_deg``.
     """

@@ -19,11 +19,12 @@ import pandas as pd
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
-from dolfingrip.diagnosis.data.columns import LED, READING_COLUMNS
+from dolfingrip.diagnosis.data.columns import CONTROL, READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import CENTRES, LabSetup, SetupFile
 
 LISTED: Final = (
-    "row", "column", "value", "test", "experiment", "specimen", "cycle", "branch", "time_s", "led",
+    "row", "column", "value", "test", "experiment", "specimen", "cycle", "branch", "time_s",
+    "control",
 )  # fmt: skip
 """Columns of :meth:`Measurement.listed`."""
 
@@ -47,9 +48,9 @@ class SpecimenTest:
     setup: LabSetup
 
     @property
-    def led(self) -> str:
-        """Column of what is led: ``pressure_kPa`` or ``displacement_mm``."""
-        return LED[self.experiment]
+    def control(self) -> str:
+        """Column of the control: ``pressure_kPa`` or ``displacement_mm``."""
+        return CONTROL[self.experiment]
 
     def __str__(self) -> str:
         return f"{self.experiment} of {self.specimen} ({self.file.name})"
@@ -78,13 +79,13 @@ class Measurement:
         return self.readings[self.readings["test"] == test]
 
     def ramp_rate(self, test: SpecimenTest) -> float | None:
-        """Median rate of a test's ramps, in the unit of what is led per second, to two digits.
+        """Median rate of a test's ramps, in the unit of the control per second, to two digits.
 
         None where it has no ramp.
         """
         rows = self.rows(test.number)
         ramp = rows[rows["branch"] != "hold"]
-        steps, times = np.abs(np.diff(ramp[test.led])), np.diff(ramp["time_s"])
+        steps, times = np.abs(np.diff(ramp[test.control])), np.diff(ramp["time_s"])
         moving = (steps > 0) & (times > 0)
         if not moving.any():
             return None
@@ -94,7 +95,7 @@ class Measurement:
         """A row for each single reading, in the order of the rows and, within one, of columns.
 
         ``row`` is the place in ``readings``, ``column`` which reading it is, ``value`` its value in
-        the column's unit, ``led`` the pressure (kPa) or displacement (mm) that it was read at.
+        the column's unit, ``control`` the pressure (kPa) or displacement (mm) that it was read at.
         The table is made once; a caller that changes it takes a copy.
         """
         if self._listed is None:  # a fit asks for it at each place that it tries
@@ -106,7 +107,7 @@ class Measurement:
         wide = data[list(READING_COLUMNS)].to_numpy()
         row, column = np.nonzero(~np.isnan(wide))
         experiments = data["experiment"].to_numpy()[row]
-        led = np.array([LED[name] for name in experiments], dtype=object)
+        control = np.array([CONTROL[name] for name in experiments], dtype=object)
         pressure, travel = (
             data[name].to_numpy()[row] for name in ("pressure_kPa", "displacement_mm")
         )
@@ -114,7 +115,7 @@ class Measurement:
             "row": row,
             "column": np.array(READING_COLUMNS, dtype=object)[column],
             "value": wide[row, column],
-            "led": np.where(led == "pressure_kPa", pressure, travel),
+            "control": np.where(control == "pressure_kPa", pressure, travel),
         }
         for name in ("test", "experiment", "specimen", "cycle", "branch", "time_s"):
             found[name] = data[name].to_numpy()[row]
@@ -186,8 +187,8 @@ def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.Dat
         rate = base.coupon.rate_mm_per_s if coupon else base.experiment.rate_kPa_per_s
         unit = "mm/s" if coupon else "kPa/s"
         doubts = [f"{test}: neither time_s nor a rate is told; {rate:g} {unit} is assumed"]
-    led = rows[test.led].to_numpy()
-    steps = np.abs(np.diff(led, prepend=min(0.0, float(led[0]))))
+    control = rows[test.control].to_numpy()
+    steps = np.abs(np.diff(control, prepend=min(0.0, float(control[0]))))
     return rows.assign(time_s=np.cumsum(steps) / rate), doubts
 
 

@@ -2,7 +2,7 @@
 
     σ² = Σ (Δᵈy)² / (n C(2d, d)),   d = 3,
 
-over the third differences Δ³y of the readings of one branch, in the order of what is led: where
+over the third differences Δ³y of the readings of one branch, in the order of the control: where
 rows are dense the curve itself has none, and independent noise of σ gives them a variance of
 C(6, 3) σ² = 20 σ² (von Neumann, Ann. Math. Stat. 12, 1941, with first differences). Dense is a
 branch of at least :data:`DENSE` rows. Cycles from the second on are repeats of one another:
@@ -42,14 +42,14 @@ class InstrumentNoise:
             the column's unit.
         correlated: (n,) that of the part that drifts along a run; 0 where none is told.
         correlation_time_s: (n,) how long it keeps; infinite: as long as the run.
-        led: (n,) standard deviation of the reading of what is led (kPa or mm).
+        control: (n,) standard deviation of the reading of the control (kPa or mm).
         sentences: where each number comes from, where the laboratory does not tell it.
     """
 
     independent: np.ndarray
     correlated: np.ndarray
     correlation_time_s: np.ndarray
-    led: np.ndarray
+    control: np.ndarray
     sentences: tuple[str, ...] = ()
 
 
@@ -72,42 +72,46 @@ def noise(measurement: Measurement) -> InstrumentNoise:
         found.correlated[at] = test.setup.correlated_noise.get(str(column), 0.0)
         if test.setup.correlation_time_s is not None:
             found.correlation_time_s[at] = test.setup.correlation_time_s
-        found.led[at] = test.setup.noise.get(test.led, 0.0)
+        found.control[at] = test.setup.noise.get(test.control, 0.0)
     return InstrumentNoise(
-        found.independent, found.correlated, found.correlation_time_s, found.led, tuple(sentences)
+        found.independent,
+        found.correlated,
+        found.correlation_time_s,
+        found.control,
+        tuple(sentences),
     )
 
 
 def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tuple[float, str]:
     """A standard deviation, and where it comes from."""
     rows = measurement.rows(test.number)
-    dense = np.concatenate([np.empty(0), *_differences(rows, test.led, column)])
+    dense = np.concatenate([np.empty(0), *_differences(rows, test.control, column)])
     if len(dense) >= _REPEATS:
         return float(np.sqrt(np.mean(dense**2))), "estimated from its scatter along a branch"
-    repeated = np.concatenate([np.empty(0), *_repeats(rows, test.led, column)])
+    repeated = np.concatenate([np.empty(0), *_repeats(rows, test.control, column)])
     if len(repeated) >= _REPEATS:
         return float(np.sqrt(np.mean(repeated**2))), "estimated from repeated cycles"
     usual = NOISE.get(column, NOISE["angle_deg"] if column in READING_COLUMNS else 0.0)
     return usual, "an engineering guess, as the readings are too few to estimate it"
 
 
-def _differences(rows: pd.DataFrame, led: str, column: str) -> Iterator[np.ndarray]:
+def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
     """Third differences of dense ramps, as parts of what noise of 1 gives them."""
     for (_, branch), part in rows.groupby(["cycle", "branch"], sort=False):
-        value = part.sort_values(led)[column].dropna() if branch != "hold" else part[column]
+        value = part.sort_values(control)[column].dropna() if branch != "hold" else part[column]
         if len(value) >= DENSE:
             yield np.diff(value.dropna().to_numpy(), ORDER) / np.sqrt(comb(2 * ORDER, ORDER))
 
 
-def _repeats(rows: pd.DataFrame, led: str, column: str) -> Iterator[np.ndarray]:
+def _repeats(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
     """Differences between successive cycles from the second on, as parts of √2."""
     for _, branch in rows[rows["cycle"] > 1].groupby("branch", sort=False):
         cycles = [part for _, part in branch.groupby("cycle", sort=True)]
         for before, after in pairwise(cycles):
             if len(before) != len(after):
                 continue
-            away = after[led].to_numpy() - before[led].to_numpy()
-            if np.abs(away).max() > 0.05 * max(float(np.ptp(before[led])), 1e-9):
+            away = after[control].to_numpy() - before[control].to_numpy()
+            if np.abs(away).max() > 0.05 * max(float(np.ptp(before[control])), 1e-9):
                 continue
             change = after[column].to_numpy() - before[column].to_numpy()
             yield change[~np.isnan(change)] / np.sqrt(2)

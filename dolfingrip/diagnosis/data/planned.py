@@ -37,7 +37,7 @@ def rows(
     """Rows of a protocol, as in ``Measurement.readings``.
 
     Args:
-        test: that they are of; its ``led`` column is led.
+        test: that they are of; its ``control`` column is prescribed.
         way: branches, each with the number of its cycle; a ``hold`` is at the highest value.
         ramp: (m,) values that are read at while loading, rising, above 0.
         rate: of ramps, in the unit of ``ramp`` per second.
@@ -65,7 +65,7 @@ def rows(
             {
                 "line": 0, "test": test.number, "experiment": test.experiment,
                 "specimen": test.specimen, "cycle": cycle, "branch": branch,
-                **dict.fromkeys(NUMBERS, np.nan), "time_s": moment, test.led: value,
+                **dict.fromkeys(NUMBERS, np.nan), "time_s": moment, test.control: value,
                 **dict.fromkeys(columns, 0.0),
             }
             for value, moment in steps

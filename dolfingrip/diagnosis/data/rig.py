@@ -1,7 +1,7 @@
 """A rig: what a laboratory could measure, before anything is measured.
 
 A TOML file as beside a measurement (:mod:`dolfingrip.diagnosis.data.lab_setup`), with a table of
-how it would be led and read:
+how it would be controlled and read:
 
     experiment = ["bending", "blocked_force"]
     rate_kPa_per_s = 25.0

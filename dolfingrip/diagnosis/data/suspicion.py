@@ -127,24 +127,24 @@ def _scaled(
         off = [f for f in known if _alike(abs(ratio), 1 / f.value)]
         off = [Factor(math.copysign(f.value, ratio), f.meaning) for f in off]
         found += _kept(test, name, off, columns[name])
-    found += _led(test, usable, columns)
+    found += _of_control(test, usable, columns)
     return found
 
 
-def _led(
+def _of_control(
     test: SpecimenTest,
     ratios: dict[str, float],
     columns: dict[str, tuple[np.ndarray, np.ndarray]],
 ) -> list[Suspicion]:
     """Slips of the pressure's or displacement's unit, which every reading shows."""
-    known = _OF_TRAVEL if test.led == "displacement_mm" else _OF_PRESSURE
+    known = _OF_TRAVEL if test.control == "displacement_mm" else _OF_PRESSURE
     found = []
     for factor in known:
         if not ratios or not all(_alike(ratio, factor.value) for ratio in ratios.values()):
             continue
         left = max(_left(*columns[name], ratio) for name, ratio in ratios.items())
         if left < BETTER:
-            found.append(Suspicion(test, test.led, factor.value, factor.meaning, left))
+            found.append(Suspicion(test, test.control, factor.value, factor.meaning, left))
     return found
 
 

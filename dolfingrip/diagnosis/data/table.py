@@ -13,9 +13,9 @@ import pandas as pd
 
 from dolfingrip.config import Branch, ConfigError
 from dolfingrip.diagnosis.data.columns import (
+    CONTROL,
     EXPERIMENT_NAMES,
     IGNORED,
-    LED,
     MEASURED,
     NOT_SIMULATED,
     NUMBERS,
@@ -115,9 +115,11 @@ def _checked(line: _Line, cells: dict[str, str], experiments: Sequence[str]) -> 
     if row["branch"] not in ("", *BRANCHES):
         raise line.refuse(f"branch = {row['branch']}: allowed: {', '.join(BRANCHES)}")
     row |= {name: _number(line, name, cells[name]) for name in NUMBERS if name in cells}
-    led, readings = LED[row["experiment"]], READINGS[row["experiment"]]
-    if led not in row:
-        raise line.refuse(f"{led}: missing; allowed: a number in each row of {row['experiment']}")
+    control, readings = CONTROL[row["experiment"]], READINGS[row["experiment"]]
+    if control not in row:
+        raise line.refuse(
+            f"{control}: missing; allowed: a number in each row of {row['experiment']}"
+        )
     foreign = [name for name in READING_COLUMNS if name in row and name not in readings]
     if foreign:
         raise line.refuse(
@@ -187,7 +189,7 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
             )
         named = rows["branch"] != ""
         if not named.any():
-            table.loc[rows.index, "branch"] = _branches(rows, LED[str(experiment)])
+            table.loc[rows.index, "branch"] = _branches(rows, CONTROL[str(experiment)])
         elif not named.all():
             line = _Line(file, int(rows["line"][~named].iloc[0]))
             raise line.refuse(f"branch: missing; allowed: {', '.join(BRANCHES)}, or in no row")
@@ -220,10 +222,10 @@ def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
         )
 
 
-def _branches(rows: pd.DataFrame, led: str) -> list[str]:
+def _branches(rows: pd.DataFrame, control: str) -> list[str]:
     """Loading up to the highest value of each cycle, unloading after it."""
     found: list[str] = []
     for _, cycle in rows.groupby("cycle", sort=False):
-        top = int(cycle[led].to_numpy().argmax())
+        top = int(cycle[control].to_numpy().argmax())
         found += ["loading"] * (top + 1) + ["unloading"] * (len(cycle) - top - 1)
     return found

@@ -27,7 +27,7 @@ def folds(index: pd.DataFrame) -> dict[str, list[np.ndarray]]:
     }
     found = {}
     for name, values in labels.items():
-        # a coupon is led by its travel and has no rate of the pressure
+        # a coupon is controlled by its travel and has no rate of the pressure
         parts = [values == label for label in pd.Series(values).dropna().unique()]
         parts = [p for p in parts if p.sum() >= FEWEST and (~p).sum() >= FEWEST]
         if len(parts) > 1:

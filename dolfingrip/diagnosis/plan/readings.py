@@ -73,7 +73,7 @@ def simulated(
             lasting if np.isfinite(lasting) else LONG,
         )  # fmt: skip
     everything = np.arange(len(index))
-    problem = Problem(measurement, base, everything, index, base.readings, noise, told.led)
+    problem = Problem(measurement, base, everything, index, base.readings, noise, told.control)
     return Readings(
         index, problem.noise_covariance, problem.noise_std,
         {each.name: each.change for each in problem.linear_nuisances()},

@@ -5,7 +5,7 @@
     base.nuisances       # (n, k) N: changes at one standard deviation
     base.mesh            # (n, 1 or 0) D: 0.3 x (graded - ungraded)
     base.candidates      # a Candidate for each effect that is not on
-    base.by_led          # (n,) dy/dp: noise of the gauge, in a reading's unit, is by_led * sigma_p
+    base.by_control      # (n,) dy/dp: noise of the gauge, in a reading's unit, is dy/dp * sigma_p
     base.at_modulus(0.9) # (n,) y0 with all moduli 0.9 times as large; exact, no simulation
 
 n is ``len(measurement.listed())``, with which everything is aligned.
@@ -60,9 +60,9 @@ class BaseSimulation:
         return self.simulated.readings
 
     @property
-    def by_led(self) -> np.ndarray:
+    def by_control(self) -> np.ndarray:
         """(n,) change by an error of the gauge, for each kPa or mm; see ``Simulated``."""
-        return self.simulated.by_led
+        return self.simulated.by_control
 
     @property
     def nuisances(self) -> np.ndarray:

@@ -52,7 +52,7 @@ def change(
         way = run.group.in_time
         (curve,) = run.route.legs
         here = there = np.array(way.value)
-        if way.led == "pressure_kPa":
+        if way.control == "pressure_kPa":
             here, there = here / factor, load(way) / factor
         mine = np.isin(test, run.group.tests)
         for name in set(column[mine]):

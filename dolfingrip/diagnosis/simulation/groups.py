@@ -44,7 +44,7 @@ class SimulationGroup:
 
 
 def path_independent(config: Config) -> bool:
-    """Whether readings depend on what is led alone: no effect has a memory or a clock."""
+    """Whether readings depend on the control alone: no effect has a memory or a clock."""
     return not any(
         effect.kind == "dissipative" or effect.name() in WITH_CLOCK
         for effect in config.extensions.active()
@@ -61,8 +61,8 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
     found: list[SimulationGroup] = []
     together: list[tuple[str, Config, list[tuple[int, list[Segment]]]]] = []
     for test in measurement.tests:
-        sigma = test.setup.noise.get(test.led, 0.0)
-        own = routes.segments(measurement.rows(test.number), test.led, sigma)
+        sigma = test.setup.noise.get(test.control, 0.0)
+        own = routes.segments(measurement.rows(test.number), test.control, sigma)
         applied = test.setup.applied(config)
         for experiment, other, members in together:
             if experiment == test.experiment and other == applied:
@@ -71,19 +71,21 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
         else:
             together.append((test.experiment, applied, [(test.number, own)]))
     for experiment, applied, members in together:
-        led = measurement.tests[members[0][0]].led
-        headroom = routes.HEADROOM if led == "pressure_kPa" else 1.0
+        control = measurement.tests[members[0][0]].control
+        headroom = routes.HEADROOM if control == "pressure_kPa" else 1.0
         for part in _alike(members):
             ways = [own for _, own in part]
             numbers = {number for number, _ in part}
             curve, long_curve = (
-                _of(routes.elastic([own for _, own in members], led, more), measurement, numbers)
+                _of(
+                    routes.elastic([own for _, own in members], control, more), measurement, numbers
+                )
                 for more in (1.0, headroom)
             )
             found.append(
                 SimulationGroup(
                     experiment, applied, tuple(sorted(numbers)), curve, long_curve,
-                    routes.in_time(ways, led),
+                    routes.in_time(ways, control),
                 )
             )  # fmt: skip
     return found

@@ -1,7 +1,7 @@
 """A leg: successive stops of a simulation, and the measured rows that are read between them.
 
 Readings at rows are weighted sums of those at stops, y_rows = W y_stops, by a cubic spline through
-the leg's stops in what is led (in the logarithm of time where that rests). A row that is a stop has
+the leg's stops in the control (in the logarithm of time where that rests). A row that is a stop has
 that stop's reading itself. Beyond the ends a straight line goes on. W does not depend on what is
 interpolated, so changes and derivatives are interpolated as the readings themselves are.
 """
@@ -137,13 +137,13 @@ class Route:
     """All stops of a simulation, in order, and its legs.
 
     Attributes:
-        led: column of what is led.
+        control: column of the control.
         time_s, value: of each stop.
         cycle, branch: of each stop.
         legs: every measured row is on one of them.
     """
 
-    led: str
+    control: str
     time_s: tuple[float, ...]
     value: tuple[float, ...]
     cycle: tuple[int, ...]
@@ -154,7 +154,7 @@ class Route:
         """The table ``[protocol]`` of the configuration."""
         return {
             "time_s": list(self.time_s),
-            self.led: list(self.value),
+            self.control: list(self.value),
             "cycle": list(self.cycle),
             "branch": list(self.branch),
         }
@@ -172,12 +172,12 @@ class Route:
         return self._spread(values, count, [leg.weights(len(values)) for leg in self.legs])
 
     def slopes(self, values: np.ndarray, count: int) -> np.ndarray:
-        """Likewise, the derivative by what is led; 0 where that rests."""
+        """Likewise, the derivative by the control; 0 where that rests."""
         weights = [leg.slopes(len(values)) * float(not self.rests(leg)) for leg in self.legs]
         return self._spread(values, count, weights)
 
     def rests(self, leg: Leg) -> bool:
-        """Whether what is led rests on a leg, which then is read by time."""
+        """Whether the control rests on a leg, which then is read by time."""
         return self.branch[int(leg.stops[-1])] == "hold"
 
     def _spread(self, values: np.ndarray, count: int, weights: Sequence[np.ndarray]) -> np.ndarray:

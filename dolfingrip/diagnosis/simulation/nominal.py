@@ -1,6 +1,6 @@
 """Stops at round values on straight ramps: where the laboratory meant to stop, not where it read.
 
-A gauge's noise is no motion of the finger. Two measurements that were led alike then ask for the
+A gauge's noise is no motion of the finger. Two measurements with like controls then ask for the
 same simulations, so that the second finds them in the store; and a ramp at one rate takes half the
 iterations of one that changes its rate at every stop, as the load path's prediction goes on.
 Rows are read between the stops at the pressure that was read.

@@ -3,7 +3,7 @@
 Branches of up to :data:`MOST` rows are simulated at their rows, at round values where these were
 read with noise (:mod:`dolfingrip.diagnosis.simulation.nominal`). Of more rows :data:`MOST` stops
 are made and the rows are interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has
-:data:`MOST_OF_A_WAIT` stops that grow ever sparser. What is led is taken as one-directional within
+:data:`MOST_OF_A_WAIT` stops that grow ever sparser. The control is taken as one-directional within
 a ramp and constant within a wait, at the mean of what was read: the gauge's own noise is no motion
 of the finger.
 """
@@ -35,10 +35,10 @@ which the regulator reads low. A curve to 1.3 alone made a finger that is two so
 with a cause of 5 standard deviations, where 2 are left now."""
 
 CLOSEST: Final = 2e-3
-"""Least distance of two stops of a ramp, as part of the range of what is led."""
+"""Least distance of two stops of a ramp, as part of the range of the control."""
 
 JUMP: Final = 0.02
-"""A wait at another value begins where what is led changes by more than this part of its range."""
+"""A wait at another value begins where the control changes by more than this part of its range."""
 
 FEWEST: Final = 4
 """Stops of a ramp whose rows are closer to one another than the gauge's noise allows to tell."""
@@ -87,7 +87,7 @@ class Segment:
 
     @property
     def jump(self) -> float:
-        """A change of what is led that is none of the gauge's noise."""
+        """A change of the control that is none of the gauge's noise."""
         return max(JUMP * self.size, CERTAIN * self.sigma)
 
     @property
@@ -99,15 +99,15 @@ class Segment:
         return min(MOST, max(FEWEST, told_apart))
 
 
-def segments(rows: pd.DataFrame, led: str, sigma: float = 0.0) -> list[Segment]:
+def segments(rows: pd.DataFrame, control: str, sigma: float = 0.0) -> list[Segment]:
     """The segments of one test's rows, in order.
 
     Args:
         rows: of the test.
-        led: column of what is led.
+        control: column of the control.
         sigma: standard deviation of its gauge.
     """
-    value, time_s = rows[led].to_numpy(), rows["time_s"].to_numpy()
+    value, time_s = rows[control].to_numpy(), rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
     size = max(float(np.abs(value).max()), 1e-12)
     jump = max(JUMP * size, CERTAIN * sigma)
@@ -125,11 +125,11 @@ def segments(rows: pd.DataFrame, led: str, sigma: float = 0.0) -> list[Segment]:
             # where the ramp before it led to was read once more, as its last row
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
             mean = float(np.concatenate([before, own]).mean())
-            spread = sigma / math.sqrt(b - a) if led == "pressure_kPa" else 0.0
+            spread = sigma / math.sqrt(b - a) if control == "pressure_kPa" else 0.0
             own = np.full(b - a, nominal.end(mean, size / MOST, spread))
             if before.size and found[-1].branch != "hold":
                 found[-1] = replace(found[-1], leads_to=float(own[0]))
-        noisy = sigma > 0 and led == "pressure_kPa"
+        noisy = sigma > 0 and control == "pressure_kPa"
         part = Segment(
             int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma, rounds=noisy
         )
@@ -148,14 +148,14 @@ def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
     )
 
 
-def elastic(tests: Sequence[Sequence[Segment]], led: str, headroom: float = 1.0) -> Route:
+def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float = 1.0) -> Route:
     """One curve from rest to the largest value, from which all rows of ``tests`` are read.
 
     For models without memory and clock.
 
     Args:
         tests: segments of each test.
-        led: column of what is led.
+        control: column of the control.
         headroom: how far the curve goes on, by the largest value.
     """
     every = [segment for test in tests for segment in test]
@@ -177,10 +177,10 @@ def elastic(tests: Sequence[Sequence[Segment]], led: str, headroom: float = 1.0)
     leg = Leg(np.arange(len(at)), at, rows, values, core)
     time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
     count = len(at)
-    return Route(led, tuple(time_s), tuple(at), (1,) * count, ("loading",) * count, (leg,))
+    return Route(control, tuple(time_s), tuple(at), (1,) * count, ("loading",) * count, (leg,))
 
 
-def in_time(tests: Sequence[Sequence[Segment]], led: str) -> Route:
+def in_time(tests: Sequence[Sequence[Segment]], control: str) -> Route:
     """The way that the tests went, in time; all have to be alike.
 
     The test with most rows says where the stops are.
@@ -211,7 +211,7 @@ def in_time(tests: Sequence[Sequence[Segment]], led: str) -> Route:
             at = _faded(at, at)
         legs.append(Leg(numbers, at, rows, rows_at))
     time_s, value, cycle, branch = zip(*stops, strict=True)
-    return Route(led, time_s, value, cycle, branch, tuple(legs))
+    return Route(control, time_s, value, cycle, branch, tuple(legs))
 
 
 def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:

@@ -98,7 +98,7 @@ class Simulated:
     Attributes:
         case: what was simulated.
         readings: (n,) in the unit of each column; NaN where a simulation did not come so far.
-        by_led: (n,) change of the reading by an error of what is led, for each kPa or mm of the
+        by_control: (n,) change of the reading by an error of the control, for each kPa or mm of the
             gauge's noise: the derivative, in a wait divided by the root of its number of rows,
             whose mean is taken, and 0 in waits of models with memory.
         slopes: (n,) derivative by each parameter that is felt, for each unit of it; entries of a
@@ -110,7 +110,7 @@ class Simulated:
 
     case: Case
     readings: np.ndarray
-    by_led: np.ndarray
+    by_control: np.ndarray
     slopes: Mapping[str, np.ndarray] = field(default_factory=dict)
     failures: Sequence[SimulationFailure] = ()
     interpolation_error: Mapping[str, float] = field(default_factory=dict)
@@ -198,7 +198,7 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
     count = len(measurement.readings)
     place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
     readings = np.full(len(listed), np.nan)
-    by_led = np.full(len(listed), np.nan)
+    by_control = np.full(len(listed), np.nan)
     slopes: dict[str, np.ndarray] = {}
     failures: list[SimulationFailure] = []
     errors: dict[str, float] = {}
@@ -208,7 +208,7 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
             at = np.flatnonzero(mine & (column == name))
             values = run.result.columns.get(str(name), np.empty(0))
             readings[at] = run.route.at_rows(values, count)[place[at]]
-            by_led[at] = run.route.slopes(values, count)[place[at]]
+            by_control[at] = run.route.slopes(values, count)[place[at]]
             for (read, key), slope in run.result.slopes.items():
                 if read == name:
                     own = slopes.setdefault(key, np.zeros(len(listed)))
@@ -224,8 +224,8 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
                     run.result.failure or "",
                 )
             )
-    by_led /= np.sqrt(_in_a_mean(measurement))[place]
-    return Simulated(case, readings, by_led, slopes, failures, errors, runs)
+    by_control /= np.sqrt(_in_a_mean(measurement))[place]
+    return Simulated(case, readings, by_control, slopes, failures, errors, runs)
 
 
 def _in_a_mean(measurement: Measurement) -> np.ndarray:

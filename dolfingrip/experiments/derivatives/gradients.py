@@ -60,9 +60,9 @@ def _centroid_slope(config: Config, mesh: SolidMesh, parameter: Parameter) -> fl
 def by_adjoint(config: Config) -> bool:
     """Whether :func:`at_highest` finds anything.
 
-    It does not where the volume is led, as the pressure then is no parameter, nor with extensions
-    of more than geometry: they have unknowns, histories or readings that the adjoint knows nothing
-    of. ``config`` is the finger's, extensions of geometry applied.
+    It does not where the volume is prescribed, as the pressure then is no parameter, nor with
+    extensions of more than geometry: they have unknowns, histories or readings that the adjoint
+    knows nothing of. ``config`` is the finger's, extensions of geometry applied.
     """
     return config.experiment.control == "pressure" and not config.extensions.active()
 

@@ -38,7 +38,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import displacement_element, integration_degree
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
-from dolfingrip.mechanics.model.parts import Coarsely, StrainEnergy
+from dolfingrip.mechanics.model.parts import ReducedIntegration, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
@@ -113,10 +113,10 @@ def build(
     base = BaseMaterial.on(domain.mesh, config.material)
     site, p = _site(config, domain, base, plate)
     potential = _potential(config, site, base, p, loads)
-    numbers = list(site.unknowns.values())
+    global_unknowns = list(site.unknowns.values())
     sensor, contact = site.plate, site.contact
     if sensor is not None:
-        sensor.number = next((n for n in numbers if n.constant is sensor.offset), None)
+        sensor.unknown = next((n for n in global_unknowns if n.constant is sensor.offset), None)
     regulator = Control(site.pressure, KPA)
     stages = supply(config, regulator)
     supports = at_rest(site.u.function_space, domain, site.held)
@@ -166,7 +166,7 @@ def _potential(
         terms,
         carried=config.solver.mixed_integration_point,
         p=p,
-        numbers=list(site.unknowns.values()),
+        global_unknowns=list(site.unknowns.values()),
         domain=site.domain,
         sheets=sheets(config, site.domain.mesh, site.parameters),
         degree=_degree(config, site.u.function_space),
@@ -175,11 +175,11 @@ def _potential(
 
 def _density(
     config: Config, base: BaseMaterial, p: fem.Function | None, site: Site
-) -> list[StrainEnergy | Coarsely]:
+) -> list[StrainEnergy | ReducedIntegration]:
     """Strain energy of what has no material of its own, extensions included."""
     if splits(config, p):
         shape = config.extensions.strain_energy(base.of_shape, site)
-        return [shape, Coarsely(base.of_volume)]
+        return [shape, ReducedIntegration(base.of_volume)]
     return [config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)]
 
 

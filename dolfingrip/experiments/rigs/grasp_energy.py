@@ -39,7 +39,7 @@ class EnergyBook:
         """Book the converged step that the model is at the end of."""
         model, dofs = self._gripper.model, self._gripper.model.u.x.array
         copies = model.domain.copies
-        taken = copies * sum(rubbing.dissipated_mJ(dofs) for rubbing in self._rubbing)
+        taken = copies * sum(friction.dissipated_mJ(dofs) for friction in self._frictions)
         volume = copies * float(model.comm.allreduce(fem.assemble_scalar(self._volume), MPI.SUM))
         pressure = self._gripper.finger.cavity.value * KPA
         force, height = self._table_N(), model.controls["table_z_mm"].value
@@ -55,8 +55,8 @@ class EnergyBook:
         self._last = volume, pressure, force, height, stored
 
     @property
-    def _rubbing(self) -> tuple[Friction, Friction]:
-        return self._gripper.rubbing, self._gripper.table_rubbing
+    def _frictions(self) -> tuple[Friction, Friction]:
+        return self._gripper.finger_friction, self._gripper.table_friction
 
     def _table_N(self) -> float:
         """Upward force of the table on the food."""
@@ -66,9 +66,9 @@ class EnergyBook:
         """What is stored, less p V, which the potential has as the pressure's."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         motion = gripper.motion
-        inert = (motion, *self._rubbing)
+        inert = (motion, *self._frictions)
         terms = [term for term in gripper.model.all_terms if not any(term is i for i in inert)]
         copies = gripper.model.domain.copies
-        meshed = sum(term.value(dofs) for term in (*terms, *self._rubbing))
+        meshed = sum(term.value(dofs) for term in (*terms, *self._frictions))
         height_mJ = -float(motion.weight_N @ gripper.pose.coordinates[:3])
         return copies * meshed - taken + height_mJ + motion.kinetic_mJ()

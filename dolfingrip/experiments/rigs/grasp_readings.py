@@ -68,7 +68,7 @@ class GraspReadings:
     def converged(self, before: State) -> None:
         """Keep the books of an accepted step."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
-        sliding = gripper.rubbing.sliding(dofs)
+        sliding = gripper.finger_friction.sliding(dofs)
         which = self._finger_of_node[sliding.keys[:, 0]]
         for i in range(len(self._slip_mm)):
             mine = which == i
@@ -136,7 +136,7 @@ class GraspReadings:
         np.add.at(found, self._finger_of_point[near.rows], pushed)
         found = self._sum(found)
         nodes = gripper.contact.touching.nodes
-        rubbed = gripper.rubbing.forces_N(dofs)[: len(nodes)]
+        rubbed = gripper.finger_friction.forces_N(dofs)[: len(nodes)]
         np.add.at(found, self._finger_of_node[nodes], rubbed)
         if not self._half:
             return found
@@ -144,7 +144,7 @@ class GraspReadings:
 
     def _table_friction_N(self) -> np.ndarray:
         """(3,) on the object."""
-        found = -self._gripper.table_rubbing.forces_N(self._gripper.model.u.x.array)[0]
+        found = -self._gripper.table_friction.forces_N(self._gripper.model.u.x.array)[0]
         return found + MIRROR * found if self._half else found
 
     def angles_deg(self) -> np.ndarray:
@@ -197,7 +197,7 @@ class GraspReadings:
         q = gripper.pose.coordinates
         turn = (Rotation.from_rotvec(q[3:]) * self._start.inv()).as_rotvec(degrees=True)
         near = gripper.contact.near(gripper.model.u.x.array)
-        least = self._comm.allreduce(float(near.felt.slope.min(initial=0.0)), MPI.MIN)
+        least = self._comm.allreduce(float(near.barrier.slope.min(initial=0.0)), MPI.MIN)
         pressure = -least * PRESSING_kPa
         values = (
             *(gripper.model.controls["table_z_mm"].value, *q[:3], float(np.linalg.norm(turn))),

@@ -19,12 +19,12 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath
 
-WORST_GUESS = 0.0
+GUESS_RESIDUAL_RATIO = 0.0
 """No state is predicted: pairs in contact make it a bad start. With twice the residual of a step's
 start allowed, steps around a large potato fail that do not without; a cube's take somewhat fewer
 iterations."""
 
-DRIFTS = 0.05
+LAG_TOLERANCE = 0.05
 """Change of the nodes' normal forces, relative to their sum, that friction's may be behind by. Each
 step takes them anew: what one lags behind, the next has."""
 
@@ -47,8 +47,8 @@ class GraspRig(Rig):
 
     def __init__(self, config: Config, gripper: GripperModel, profile: Profile) -> None:
         super().__init__(Newton(gripper.model, config.solver, profile), gripper)
-        self.newton.worst_guess = WORST_GUESS
-        self.newton.tolerate_drift(DRIFTS)
+        self.newton.guess_residual_ratio = GUESS_RESIDUAL_RATIO
+        self.newton.tolerate_lag(LAG_TOLERANCE)
         self.newton.close = CLOSE
         self.readings = {}
         self._config = config
@@ -83,7 +83,7 @@ class GraspRig(Rig):
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
         """The food stands on the table; the books start."""
-        path.from_equilibrium = path.cuts_at_once = True
+        path.from_equilibrium = path.halves_first = True
         path.observers = [*path.observers, self._reads]
         path.over = self.over
         return None

@@ -57,9 +57,9 @@ class GripperModel:
         pose: of the food.
         motion: its weight and inertia.
         contact: of the fingers with the food.
-        rubbing: friction there.
+        finger_friction: friction there.
         table: contact of the food with the table.
-        table_rubbing: friction there.
+        table_friction: friction there.
     """
 
     model: Model
@@ -69,9 +69,9 @@ class GripperModel:
     pose: Pose
     motion: RigidMotion
     contact: RigidContact
-    rubbing: Friction
+    finger_friction: Friction
     table: RigidPoints
-    table_rubbing: Friction
+    table_friction: Friction
 
     @property
     def placement(self) -> Placement:
@@ -107,7 +107,7 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
     _stand(pose, table, -float(gravity[2]) * body.mass_kg, gripper.barrier_mm)
     motion = RigidMotion(body, pose, gravity, comm, domain.copies, restraint_mm=RESTRAINT_MM)
-    rubbing, table_rubbing = (
+    finger_friction, table_friction = (
         Friction(touch, u, fem.Constant(domain.mesh, PETSc.ScalarType(coefficient)), title=title)
         for touch, coefficient, title in (
             (contact, config.food.friction, "friction on fingers"),
@@ -115,18 +115,25 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
         )
     )
     weights = [(part, density(config, *part) * gravity) for part in weighed(config, domain)]
-    further = [DeadWeight(u, domain, weights), motion, contact, rubbing, table, table_rubbing]
+    further = [
+        DeadWeight(u, domain, weights),
+        motion,
+        contact,
+        finger_friction,
+        table,
+        table_friction,
+    ]
     if domain.half:
         further.append(_mirror_image(config, domain, u))
     fingers = finger.model
     model = replace(
         fingers,
         terms=[*fingers.terms, *further],
-        numbers=[*fingers.numbers, *pose.free],
+        global_unknowns=[*fingers.global_unknowns, *pose.free],
         controls={**fingers.controls, "table_z_mm": Control(height)},
     )
     return GripperModel(
-        model, finger, found, food, pose, motion, contact, rubbing, table, table_rubbing
+        model, finger, found, food, pose, motion, contact, finger_friction, table, table_friction
     )
 
 

@@ -9,7 +9,7 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.experiments.rigs.films import layer_energy
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.parts import ByPart, Coarsely, StrainEnergy
+from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
 from dolfingrip.meshes import sheets
 from dolfingrip.meshes.solid import MeshError, SolidMesh
 
@@ -74,10 +74,10 @@ def _region(mesh: SolidMesh, region: str, key: str) -> np.ndarray:
 def strain_energies(
     config: Config,
     domain: Domain,
-    base: list[StrainEnergy | Coarsely],
+    base: list[StrainEnergy | ReducedIntegration],
     p: fem.Function | None,
     known: dict[str, fem.Constant],
-) -> list[StrainEnergy | Coarsely] | ByPart:
+) -> list[StrainEnergy | ReducedIntegration] | ByPart:
     """Strain energies of all parts.
 
     Args:
@@ -90,13 +90,15 @@ def strain_energies(
     if not domain.parts:
         return base
     layers = {film.region: (name, film) for name, film in config.film.layers.items()}
-    found: dict[tuple[str, ...], list[StrainEnergy | Coarsely]] = {}
+    found: dict[tuple[str, ...], list[StrainEnergy | ReducedIntegration]] = {}
     for region in domain.parts:
         if region == REST:
             found[region,] = base
         elif region in layers:
             name, film = layers[region]
-            found[region,] = [Coarsely(layer_energy(config, name, film, domain.mesh, known))]
+            found[region,] = [
+                ReducedIntegration(layer_energy(config, name, film, domain.mesh, known))
+            ]
         else:
             found[region,] = _own(region, config, domain, p, known)
     return found
@@ -113,10 +115,10 @@ def _own(
     domain: Domain,
     p: fem.Function | None,
     known: dict[str, fem.Constant],
-) -> list[StrainEnergy | Coarsely]:
+) -> list[StrainEnergy | ReducedIntegration]:
     """Strain energy of a region with a material of its own."""
     own = BaseMaterial.on(domain.mesh, config.material.of(region), f"material.{region}")
     known |= own.constants
     if splits(config, p):
-        return [own.of_shape, Coarsely(own.of_volume)]
+        return [own.of_shape, ReducedIntegration(own.of_volume)]
     return [lambda strain: own.energy(strain, p)]

@@ -11,7 +11,7 @@ import numpy as np
 from dolfingrip.forms.plate import TOUCH
 
 
-class Felt(NamedTuple):
+class BarrierValues(NamedTuple):
     """A barrier's energy per area and its derivatives by the distance, each (n,).
 
     Attributes:
@@ -37,10 +37,10 @@ class Density(ABC):
     width_mm: float
     stiffness_MPa: float
 
-    def at(self, gap_mm: np.ndarray) -> Felt:
+    def at(self, gap_mm: np.ndarray) -> BarrierValues:
         """The barrier at positive distances, (n,)."""
         energy, slope, curvature = self._normalised(gap_mm / self.width_mm)
-        return Felt(
+        return BarrierValues(
             self.stiffness_MPa * self.width_mm * energy,
             self.stiffness_MPa * slope,
             self.stiffness_MPa / self.width_mm * curvature,

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
-from dolfingrip.mechanics.contact.following_friction import FollowingFriction
+from dolfingrip.mechanics.contact.friction_correction import FrictionCorrection
 from dolfingrip.mechanics.contact.ramp import Ramp, size_of
 from dolfingrip.mechanics.contact.stick import handed_on
 from dolfingrip.mechanics.contact.tangential import Tangential, Touching
@@ -58,10 +58,11 @@ class Friction(Term):
     rests moves nothing, however long and in however many steps; without the memory points would
     creep by a part of ε in each.
 
-    With N and P of the solution friction has no potential. So both are held in Π; the tangent is
-    symmetric and friction's part of it convex. :meth:`refresh` takes them anew, :meth:`drift` tells
-    how far they are off, and :meth:`following` how forces change as normal forces follow a step.
-    Newton's method asks for all three; a pair that first touches in a load step rubs in it.
+    With N and P of the solution friction has no potential. So both are lagged in Π; the tangent is
+    symmetric and friction's part of it convex. :meth:`update_lagged` takes them anew,
+    :meth:`lag_error` tells how far they are off, and :meth:`lagged_correction` how forces change by
+    the change of normal forces along a step. Newton's method asks for all three; a pair that first
+    touches in a load step rubs in it.
 
     Memory follows the identity of a pair. A new pair takes the mean of what its nodes remember, as
     a vertex that slides on to the next triangle; see :mod:`.stick`.
@@ -92,28 +93,28 @@ class Friction(Term):
         self._title = title
         self._nodes = contact.touching
         self._before = self._nodes.at_nodes(u.x.array)
-        self._start = self._held = contact.tangential(u.x.array)
-        self._memory = self._stuck = np.zeros((len(self._held.keys), 3))
-        self._seen_N = self._held.pressing_N()  # at the start of the last step that took them
+        self._start = self._lagged = contact.tangential(u.x.array)
+        self._memory = self._stuck = np.zeros((len(self._lagged.keys), 3))
+        self._seen_N = self._lagged.pressing_N()  # at the start of the last step that took them
         self._anew = False
 
     # -- slip --------------------------------------------------------------------------------------
 
     def _slip(self, dofs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(m, 3) s (mm) of the held pairs and (m,) |s|."""
+        """(m, 3) s (mm) of the pairs and (m,) |s|."""
         moved = self._nodes.at_nodes(dofs) - self._before
-        slip = self._held.slip(moved) + self._held.flat(self._memory)
+        slip = self._lagged.slip(moved) + self._lagged.flat(self._memory)
         return slip, size_of(slip)
 
     def _limit_N(self) -> np.ndarray:
         """(m,) forces μN at which pairs slide."""
-        return float(self.coefficient.value) * self._held.normal_N
+        return float(self.coefficient.value) * self._lagged.normal_N
 
     def _at_nodes(self, normal_N: np.ndarray, dofs: np.ndarray) -> np.ndarray:
         """(k, 3) gradient (N) at the nodes for given limits of the pairs."""
         slip, size = self._slip(dofs)
         return np.asarray(
-            self._held.weights.T @ ((normal_N * self._ramp.per_slip(size))[:, None] * slip)
+            self._lagged.weights.T @ ((normal_N * self._ramp.per_slip(size))[:, None] * slip)
         )
 
     # -- energy ------------------------------------------------------------------------------------
@@ -134,13 +135,15 @@ class Friction(Term):
     def sliding(self, dofs: np.ndarray) -> Sliding:
         """Pairs that are pressed together, and how far each has slid since the step's start."""
         size = self._slip(dofs)[1]
-        return Sliding(self._held.keys, self._held.normal_N, np.maximum(size - self.slip_mm, 0.0))
+        return Sliding(
+            self._lagged.keys, self._lagged.normal_N, np.maximum(size - self.slip_mm, 0.0)
+        )
 
     def hessian(self, dofs: np.ndarray) -> sp.coo_matrix:
-        """(3k, 3k) second derivatives (N/mm) at the nodes with N and P held; convex."""
+        """(3k, 3k) second derivatives (N/mm) at the nodes for fixed N and P; convex."""
         slip = self._slip(dofs)[0]
-        blocks = self._ramp.curvature(slip, self._limit_N(), self._held.normals)
-        found = self._held.spread(blocks)
+        blocks = self._ramp.curvature(slip, self._limit_N(), self._lagged.normals)
+        found = self._lagged.spread(blocks)
         found.eliminate_zeros()  # pairs without friction need no place in the tangent
         return sp.coo_matrix(found)
 
@@ -153,22 +156,22 @@ class Friction(Term):
     def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
         """Add the gradient's derivative by μ, of which it is a multiple."""
         if constant is self.coefficient:
-            forces = self._at_nodes(self._held.normal_N, dofs)
+            forces = self._at_nodes(self._lagged.normal_N, dofs)
             self._nodes.add_to(rate, forces)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """The Hessian, the same whole on all ranks."""
-        if not len(self._held.keys):
+        if not len(self._lagged.keys):
             return ()
         return self._nodes.couplings(self.hessian(dofs), self.forces_N(dofs), convex=convex)
 
-    def following(self, dofs: np.ndarray) -> FollowingFriction | None:
-        """How the forces change along a step from ``dofs`` whose normal forces follow."""
-        if not len(self._held.keys):
+    def lagged_correction(self, dofs: np.ndarray) -> FrictionCorrection | None:
+        """How the forces change along a step from ``dofs`` by the change of normal forces."""
+        if not len(self._lagged.keys):
             return None
         coefficient = float(self.coefficient.value)
-        return FollowingFriction(
-            self._held,
+        return FrictionCorrection(
+            self._lagged,
             self._nodes,
             self._slip(dofs)[0],
             coefficient,
@@ -176,36 +179,36 @@ class Friction(Term):
             self.contact.facing,
         )
 
-    # -- what is held ------------------------------------------------------------------------------
+    # -- lagged quantities -------------------------------------------------------------------------
 
-    def refresh(self, dofs: np.ndarray) -> bool:
+    def update_lagged(self, dofs: np.ndarray) -> bool:
         """Take pairs, normal forces and tangent planes from the displacement ``dofs``.
 
-        Not where normal forces are still those at the end of the last step that took them. What is
-        held may be off by a drift that Newton's method has borne, and a load that rests would move
-        points by that.
+        Not where normal forces are still those at the end of the last step that took them. They
+        may lag by an error that Newton's method has borne, and a load that rests would move points
+        by that.
         """
         now = self.contact.tangential(dofs)
         if not self._anew and _change(self._seen_N, now.pressing_N()) <= SAME:
             return False
-        self._held, self._anew = now, True
+        self._lagged, self._anew = now, True
         self._memory = handed_on(self._start, self._stuck, now)
         return True
 
-    def drift(self, dofs: np.ndarray) -> float:
+    def lag_error(self, dofs: np.ndarray) -> float:
         """Relative change of the nodes' normal forces since they were taken.
 
         That of their sum where all grow alike.
         """
-        return _change(self._held.pressing_N(), self.contact.tangential(dofs).pressing_N())
+        return _change(self._lagged.pressing_N(), self.contact.tangential(dofs).pressing_N())
 
-    def held(self) -> tuple[Tangential, np.ndarray, bool]:
+    def lagged_state(self) -> tuple[Tangential, np.ndarray, bool]:
         """Pairs with normal forces, their memory, and whether they were taken in this step."""
-        return self._held, self._memory, self._anew
+        return self._lagged, self._memory, self._anew
 
-    def hold(self, held: tuple[Tangential, np.ndarray, bool]) -> None:
-        """Hold again what :meth:`held` gave."""
-        self._held, self._memory, self._anew = held
+    def restore_lagged(self, state: tuple[Tangential, np.ndarray, bool]) -> None:
+        """Set what :meth:`lagged_state` gave."""
+        self._lagged, self._memory, self._anew = state
 
     # -- memory ------------------------------------------------------------------------------------
 
@@ -214,7 +217,7 @@ class Friction(Term):
         slip, size = self._slip(self._u.x.array)
         self._stuck = slip * np.minimum(1.0, self.slip_mm / np.maximum(size, self.slip_mm))[:, None]
         self._memory = self._stuck
-        self._start = self._held
+        self._start = self._lagged
         self._before = self._nodes.at_nodes(self._u.x.array)
         if self._anew:
             self._seen_N = self.contact.tangential(self._u.x.array).pressing_N()
@@ -231,7 +234,7 @@ class Friction(Term):
         found = {name: values[f"{self._title}.{name}"].copy() for name in names}
         self._stuck = self._memory = found.pop("stuck_mm")
         self._seen_N, self._anew = found.pop("seen_N"), False
-        self._start = self._held = Tangential.of_arrays(found, self._nodes.count)
+        self._start = self._lagged = Tangential.of_arrays(found, self._nodes.count)
         self._before = self._nodes.at_nodes(self._u.x.array)
 
 

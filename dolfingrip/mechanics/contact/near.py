@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dolfingrip.mechanics.contact.density import Felt
+from dolfingrip.mechanics.contact.density import BarrierValues
 from dolfingrip.mechanics.contact.distance import Distances
 from dolfingrip.mechanics.model.pose import SIX
 from dolfingrip.mechanics.model.rotation import Rotation
@@ -21,7 +21,7 @@ class Near(NamedTuple):
         areas: (n,).
         turned: the body's rotation.
         distances: from the body, in its frame.
-        felt: the barrier there.
+        barrier: its values there.
     """
 
     rows: np.ndarray
@@ -29,12 +29,12 @@ class Near(NamedTuple):
     areas: np.ndarray
     turned: Rotation
     distances: Distances
-    felt: Felt
+    barrier: BarrierValues
 
     @property
     def forces(self) -> np.ndarray:
         """(n, 3) derivatives of Π by the points in the body's frame (N)."""
-        return (self.areas * self.felt.slope)[:, None] * self.distances.gradient
+        return (self.areas * self.barrier.slope)[:, None] * self.distances.gradient
 
     @property
     def moment(self) -> np.ndarray:
@@ -56,11 +56,11 @@ def curvatures(near: Near, *, convex: bool) -> tuple[np.ndarray, np.ndarray, np.
         convex: without the parts of the distance's and the rotation's curvature.
     """
     normal, r = near.distances.gradient, near.turned.matrix
-    curved = (near.areas * near.felt.curvature)[:, None, None] * (
+    curved = (near.areas * near.barrier.curvature)[:, None, None] * (
         normal[:, :, None] * normal[:, None, :]
     )
     if not convex:
-        tension = (near.areas * near.felt.slope)[:, None, None]
+        tension = (near.areas * near.barrier.slope)[:, None, None]
         curved = curved + tension * near.distances.hessian
     # how the points move in the body's frame as it turns: y_j = R_ij (x − c)_i
     turning = np.einsum("ni,kij->njk", near.arms, near.turned.first)

@@ -20,7 +20,7 @@ from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.pose import SIX, Pose
-from dolfingrip.mechanics.model.unknowns import Number
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown
 
 AWAY_mm = 1e4
 """Distance (mm) from the finger at which a retracted plate stands."""
@@ -80,13 +80,13 @@ class RigidPlate(RigidContact):
         return np.concatenate([self.normal, np.zeros(3)])
 
     @property
-    def number(self) -> Number | None:
+    def unknown(self) -> GlobalUnknown | None:
         """The plane's position as an unknown, where it is one."""
-        return self.pose.numbers[0]
+        return self.pose.global_unknowns[0]
 
-    @number.setter
-    def number(self, number: Number | None) -> None:
-        self.pose.numbers[0] = number
+    @unknown.setter
+    def unknown(self, unknown: GlobalUnknown | None) -> None:
+        self.pose.global_unknowns[0] = unknown
 
     # -- for friction ----------------------------------------------------------------------------
 
@@ -103,8 +103,8 @@ class RigidPlate(RigidContact):
         """
         near = self.near(dofs)
         shares = np.zeros((self.points.owned, 3))
-        shares[self.points.nodes[near.rows], 0] = -near.areas * near.felt.slope
-        shares[self.points.nodes[near.rows], 1] = near.areas * near.felt.curvature
+        shares[self.points.nodes[near.rows], 0] = -near.areas * near.barrier.slope
+        shares[self.points.nodes[near.rows], 1] = near.areas * near.barrier.curvature
         normal_N, rise, _ = self.touching.at_nodes(shares.ravel()).T
         pressed = np.flatnonzero(normal_N > 0)
         return Tangential(
@@ -160,12 +160,12 @@ class RigidPlate(RigidContact):
         """
         self.normal = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
         self.shape = Plane(tuple(self.normal))
-        self.pose = Pose([self.offset], self._motion, np.zeros(SIX), self.pose.numbers)
+        self.pose = Pose([self.offset], self._motion, np.zeros(SIX), self.pose.global_unknowns)
         self._gap_mm = gap_mm
         if self._away:
             return
         self.unloaded.value = self.place_mm(dofs)
-        if self.number is None:
+        if self.unknown is None:
             self.offset.value = self.unloaded.value
 
     def place_mm(self, dofs: np.ndarray | None = None) -> float:

@@ -106,7 +106,7 @@ class RigidContact(Term):
     def value(self, dofs: np.ndarray) -> float:
         """Potential (mJ) of the meshed part."""
         near = self.near(dofs)
-        return float(self._sum(float(near.areas @ near.felt.energy)))
+        return float(self._sum(float(near.areas @ near.barrier.energy)))
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives by the points and by the pose (N, N mm)."""
@@ -154,7 +154,7 @@ class RigidContact(Term):
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Nodes that feel the body, each against that point of the body that it is above."""
         near = self.near(dofs)
-        pressed = np.flatnonzero(near.felt.slope < 0)
+        pressed = np.flatnonzero(near.barrier.slope < 0)
         own = self.points.first + self.points.nodes[near.rows[pressed]].astype(np.int64)
         below = near.arms[pressed] @ near.turned.matrix
         keys, normals, normal_N, rise, below = (
@@ -162,8 +162,8 @@ class RigidContact(Term):
             for values in (
                 own,
                 near.distances.gradient[pressed] @ near.turned.matrix.T,
-                -(near.areas * near.felt.slope)[pressed],
-                (near.areas * near.felt.curvature)[pressed],
+                -(near.areas * near.barrier.slope)[pressed],
+                (near.areas * near.barrier.curvature)[pressed],
                 below,
             )
         )

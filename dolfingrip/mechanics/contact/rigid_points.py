@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from dolfinx import fem
 
 from dolfingrip.mechanics.contact.advance import KEPT, Path, reach
-from dolfingrip.mechanics.contact.density import Density, Felt
+from dolfingrip.mechanics.contact.density import BarrierValues, Density
 from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
 from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.tangential import Tangential
@@ -22,19 +22,19 @@ from dolfingrip.mechanics.model.unknowns import Gradient
 
 
 class _Near(NamedTuple):
-    """Points that feel the other body: which, where (own axes), what is felt; normals outside."""
+    """Points that feel the other body: which, where (own axes), barrier; normals outside."""
 
     rows: np.ndarray
     points: np.ndarray
     turned: Rotation
     distances: Distances
-    felt: Felt
+    barrier: BarrierValues
     areas: np.ndarray
 
     @property
     def forces(self) -> np.ndarray:
         """(n, 3) derivatives by the points' places in the world (N)."""
-        return (self.areas * self.felt.slope)[:, None] * self.distances.gradient
+        return (self.areas * self.barrier.slope)[:, None] * self.distances.gradient
 
 
 class RigidPoints(Term):
@@ -91,16 +91,16 @@ class RigidPoints(Term):
         every = self.shape.at(self._places(q))
         rows = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
         distances = Distances(*(values[rows] for values in every))
-        felt = self.density.at(distances.value)
+        barrier = self.density.at(distances.value)
         turned = rotation(q[3:])
-        return _Near(rows, self._points[rows], turned, distances, felt, self._areas[rows])
+        return _Near(rows, self._points[rows], turned, distances, barrier, self._areas[rows])
 
     # -- the potential ---------------------------------------------------------------------------
 
     def value(self, dofs: np.ndarray) -> float:
         """Potential (mJ) of the meshed part's share."""
         near = self._near()
-        return float(near.areas @ near.felt.energy)
+        return float(near.areas @ near.barrier.energy)
 
     def _slopes(self, near: _Near) -> np.ndarray:
         """(6,) derivatives by the pose."""
@@ -119,11 +119,11 @@ class RigidPoints(Term):
         """Second derivatives by the pose."""
         near = self._near()
         normal = near.distances.gradient
-        curved = (near.areas * near.felt.curvature)[:, None, None] * (
+        curved = (near.areas * near.barrier.curvature)[:, None, None] * (
             normal[:, :, None] * normal[:, None, :]
         )
         if not convex:
-            curved += (near.areas * near.felt.slope)[:, None, None] * near.distances.hessian
+            curved += (near.areas * near.barrier.slope)[:, None, None] * near.distances.hessian
         moving = np.zeros((len(near.rows), 3, SIX))
         moving[:, :, :3] = np.eye(3)
         moving[:, :, 3:] = np.einsum("kij,nj->nik", near.turned.first, near.points)
@@ -142,7 +142,7 @@ class RigidPoints(Term):
     def tangential(self, dofs: np.ndarray) -> Tangential:
         """Points that feel the other body, each against that body's point below it."""
         near = self._near()
-        pressed = np.flatnonzero(near.felt.slope < 0)
+        pressed = np.flatnonzero(near.barrier.slope < 0)
         points = near.points[pressed]
         below = points @ near.turned.matrix.T + self.pose.coordinates[:3]
         below = below - self.other.coordinates[:3]
@@ -150,8 +150,8 @@ class RigidPoints(Term):
         return Tangential(
             sp.csr_matrix(at_rows),
             near.distances.gradient[pressed],
-            -(near.areas * near.felt.slope)[pressed],
-            (near.areas * near.felt.curvature)[pressed],
+            -(near.areas * near.barrier.slope)[pressed],
+            (near.areas * near.barrier.curvature)[pressed],
             near.rows[pressed, None],
         )
 

@@ -16,7 +16,7 @@ from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.term import Term
-from dolfingrip.mechanics.model.unknowns import Gradient, Number, Unknowns
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient, Unknowns
 
 INVERTED = "inverted"
 """Name of what bounds a step that would turn an element inside out."""
@@ -89,9 +89,9 @@ class Model:
         memories: what the state has besides unknowns and terms: internal variables, for one.
         time_s: time at the load step's end.
         p: pressure field of a mixed model (MPa).
-        numbers: what is solved for besides those that the potential contains.
-        moving: a support among ``supports`` that follows numbers.
-        unknowns: u, p where there is one, and all numbers, as one vector.
+        global_unknowns: what is solved for besides those that the potential contains.
+        moving: a support among ``supports`` that follows global unknowns.
+        unknowns: u, p where there is one, and all global unknowns, as one vector.
     """
 
     domain: Domain
@@ -103,7 +103,7 @@ class Model:
     memories: Sequence[Memory] = ()
     time_s: float = 0.0
     p: fem.Function | None = None
-    numbers: Sequence[Number] = ()
+    global_unknowns: Sequence[GlobalUnknown] = ()
     moving: MovingSupport | None = None
     unknowns: Unknowns = field(init=False, repr=False)
     _clock: str = field(default="time_s", init=False)
@@ -111,7 +111,7 @@ class Model:
 
     def __post_init__(self) -> None:
         fields = [self.u] if self.p is None else [self.u, self.p]
-        self.unknowns = Unknowns(fields, [*self.potential.numbers, *self.numbers])
+        self.unknowns = Unknowns(fields, [*self.potential.global_unknowns, *self.global_unknowns])
 
     @property
     def comm(self) -> MPI.Comm:
@@ -133,13 +133,16 @@ class Model:
         return [*self.memories, *self.terms]
 
     def with_term(
-        self, term: Term, numbers: Sequence[Number], controls: Mapping[str, Prescribed]
+        self,
+        term: Term,
+        global_unknowns: Sequence[GlobalUnknown],
+        controls: Mapping[str, Prescribed],
     ) -> Model:
-        """A model of the same fields with one term more, its numbers and its controls."""
+        """A model of the same fields with one term more, its unknowns and its controls."""
         made = replace(
             self,
             terms=[*self.terms, term],
-            numbers=[*self.numbers, *numbers],
+            global_unknowns=[*self.global_unknowns, *global_unknowns],
             controls={**self.controls, **controls},
         )
         made._accepted_s = self._accepted_s
@@ -151,18 +154,18 @@ class Model:
         """A copy of the present state."""
         controls = {name: control.value for name, control in self.controls.items()}
         pressure = None if self.p is None else self.p.x.array.copy()
-        numbers = {number.name: number.value for number in self.unknowns.numbers}
+        global_unknowns = {unknown.name: unknown.value for unknown in self.unknowns.global_unknowns}
         history = {k: v for memory in self._remembering for k, v in memory.values().items()}
         controls[self._clock] = self.time_s
-        return State(self.u.x.array.copy(), controls, pressure, numbers, history)
+        return State(self.u.x.array.copy(), controls, pressure, global_unknowns, history)
 
     def restore(self, state: State) -> None:
         """Set the model to ``state``, an accepted one."""
         self.u.x.array[:] = state.displacement
         if self.p is not None:
             self.p.x.array[:] = state.pressure
-        for number in self.unknowns.numbers:
-            number.constant.value = state.numbers[number.name]
+        for unknown in self.unknowns.global_unknowns:
+            unknown.constant.value = state.global_unknowns[unknown.name]
         self._accepted_s = state.controls.get(self._clock, self.time_s)
         for memory in self._remembering:
             memory.restore(state.history)
@@ -228,19 +231,21 @@ class Model:
         """Why the present, converged state is not accepted; "" where it is."""
         return next(filter(None, (term.rejects(self.u.x.array) for term in self.terms)), "")
 
-    def refresh(self) -> bool:
-        """Let all terms update what they hold fixed, at the present state; whether any did."""
-        found = [term.refresh(self.u.x.array) for term in self.all_terms]  # all, not up to a first
+    def update_lagged(self) -> bool:
+        """Let all terms update lagged quantities, at the present state; whether any did."""
+        found = [
+            term.update_lagged(self.u.x.array) for term in self.all_terms
+        ]  # all, not up to a first
         return any(found)
 
-    def drift(self) -> float:
-        """Largest relative change of what a term holds fixed since its last update."""
-        return max(term.drift(self.u.x.array) for term in self.all_terms)
+    def lag_error(self) -> float:
+        """Largest relative change of lagged quantities since their last update."""
+        return max(term.lag_error(self.u.x.array) for term in self.all_terms)
 
-    def heed(self, residual_N: float) -> None:
+    def set_residual(self, residual_N: float) -> None:
         """Tell all terms the residual at which a tangent is asked for."""
         for term in self.all_terms:
-            term.heed(residual_N)
+            term.set_residual(residual_N)
 
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
         """Largest fraction of ``step`` that no term forbids, and the term that set it.

@@ -1,4 +1,4 @@
-"""A support that moves: the displacement of its nodes follows a few numbers."""
+"""A support that moves: the displacement of its nodes follows a few global unknowns."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.term import Coupling, number_coupling
-from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number, Unknowns
+from dolfingrip.mechanics.model.term import Coupling, global_coupling
+from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient, Unknowns
 
 
 class Motion(NamedTuple):
-    """How a support moves with one number.
+    """How a support moves with one global unknown.
 
     Attributes:
-        number: that number.
+        unknown: that unknown.
         mode: (3, n) reference coordinates (mm) to (3, n) displacements (mm) for each unit of the
-            number's value.
+            unknown's value.
     """
 
-    number: Number
+    unknown: GlobalUnknown
     mode: Callable[[np.ndarray], np.ndarray]
 
 
 class MovingSupport:
-    """Supported displacements u_S that follow numbers a: u_S = Σ a_j W_j.
+    """Supported displacements u_S that follow global unknowns a: u_S = Σ a_j W_j.
 
     Π is one of the free displacements u_F and of a. Its slope by a is Wᵀ r_S, r_S being the
     gradient by the supported displacements, and its second derivatives are K_FS W and
@@ -45,7 +45,7 @@ class MovingSupport:
         motions: of the support, at least one.
 
     Attributes:
-        numbers: those of the motions.
+        global_unknowns: those of the motions.
         dofs: this rank's owned displacement dofs that move.
     """
 
@@ -61,7 +61,7 @@ class MovingSupport:
         self._comm = space.mesh.comm
         self._first = index_map.local_range[0]
         self._owned_nodes = index_map.size_local
-        self.numbers = [motion.number for motion in motions]
+        self.global_unknowns = [motion.unknown for motion in motions]
         self.dofs: np.ndarray = np.empty(0, dtype=np.int64)
         self._u, self._nodes, self._motions = u, nodes, motions
         held = np.zeros(len(u.x.array), dtype=bool)
@@ -92,18 +92,18 @@ class MovingSupport:
     def place(self) -> None:
         """Set u_S = W a at all local nodes."""
         placed = sum(
-            motion.number.value * function.x.array
+            motion.unknown.value * function.x.array
             for motion, function in zip(self._motions, self._functions, strict=True)
         )
         self._u.x.array[self._moved] = placed[self._moved]
 
     def apart(self, dofs: np.ndarray) -> np.ndarray:
         """u_S − W a (mm) at the owned dofs that move."""
-        values = np.array([number.value for number in self.numbers])
+        values = np.array([unknown.value for unknown in self.global_unknowns])
         return np.asarray(dofs[self.dofs] - values @ self._ways)
 
     def follow(self, dofs: np.ndarray, reactions: np.ndarray, gradient: Gradient) -> None:
-        """Add the slopes by the numbers and the equations of the moving displacements.
+        """Add the slopes by the global unknowns and the equations of the moving displacements.
 
         Args:
             dofs: displacement.
@@ -112,27 +112,29 @@ class MovingSupport:
         """
         apart = self.apart(dofs)
         local = self._ways @ (reactions[self.dofs] - apart)
-        for number, slope in zip(self.numbers, self._comm.allreduce(local, MPI.SUM), strict=True):
-            gradient.add(number, float(slope))
+        for unknown, slope in zip(
+            self.global_unknowns, self._comm.allreduce(local, MPI.SUM), strict=True
+        ):
+            gradient.add(unknown, float(slope))
         gradient.array[self.dofs] += apart
 
     # -- second derivatives ----------------------------------------------------------------------
 
     def tie(self) -> Coupling:
         """Second derivatives of ½ |u_S − W a|²; the diagonal's 1 N/mm is that of supports."""
-        mixed = np.zeros((len(self.numbers), NODE * self._owned_nodes))
+        mixed = np.zeros((len(self.global_unknowns), NODE * self._owned_nodes))
         mixed[:, self.dofs] = -self._ways
         within = self._comm.allreduce(self._ways @ self._ways.T, MPI.SUM)
-        return number_coupling(self.numbers, self._first, mixed, within)
+        return global_coupling(self.global_unknowns, self._first, mixed, within)
 
     def stiffness(self, potential: Potential) -> list[list[np.ndarray]]:
-        """K W_j of the potential for each number's value, by field; owned rows."""
+        """K W_j of the potential for each unknown's value, by field; owned rows."""
         return [potential.stiffness_along(function) for function in self._functions]
 
     def coupling(
         self, unknowns: Unknowns, along: Sequence[np.ndarray], others: Sequence[Coupling]
     ) -> Coupling:
-        """Second derivatives by the numbers and by what does not move.
+        """Second derivatives by the global unknowns and by what does not move.
 
         Args:
             unknowns: of the model.
@@ -141,29 +143,29 @@ class MovingSupport:
         """
         width = NODE * self._owned_nodes
         mixed = np.array([values[:width] for values in along])
-        numbers = list(unknowns.numbers)
+        global_unknowns = list(unknowns.global_unknowns)
         within = np.zeros((unknowns.padded, unknowns.padded))
-        rows = [self._row(unknowns, number) for number in self.numbers]
+        rows = [self._row(unknowns, unknown) for unknown in self.global_unknowns]
         within[np.ix_(rows, rows)] = self._ways @ mixed[:, self.dofs].T
         for other in others:
             more, square = self._transformed(unknowns, other, rows)
             mixed += more
             within += square
         within = self._comm.allreduce(within, MPI.SUM)
-        whole = np.zeros((len(numbers), width))
+        whole = np.zeros((len(global_unknowns), width))
         whole[rows] = mixed
-        count = len(numbers)
-        return number_coupling(numbers, self._first, whole, within[:count, :count])
+        count = len(global_unknowns)
+        return global_coupling(global_unknowns, self._first, whole, within[:count, :count])
 
-    def _row(self, unknowns: Unknowns, number: Number) -> int:
-        return NODE * (number.node - unknowns.nodes) + number.component
+    def _row(self, unknowns: Unknowns, unknown: GlobalUnknown) -> int:
+        return NODE * (unknown.node - unknowns.nodes) + unknown.component
 
     def _transformed(
         self, unknowns: Unknowns, other: Coupling, rows: Sequence[int]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """H_FS W and this rank's share of the numbers' own part, of a coupling's Hessian H.
+        """H_FS W and this rank's share of the unknowns' own part, of a coupling's H.
 
-        By the values of numbers: those of :func:`number_coupling`, which multiplies by scales.
+        By values: those of :func:`global_coupling`, which multiplies by scales.
         """
         start, width = NODE * self._first, NODE * self._owned_nodes
         numbers_start = NODE * unknowns.nodes
@@ -171,12 +173,12 @@ class MovingSupport:
         hessian = sp.coo_matrix(other.hessian)
         row, column = places[hessian.row], places[hessian.col]
         mine = (row >= start) & (row < start + width)
-        if unknowns.has_numbers:
+        if unknowns.owns_globals:
             mine |= row >= numbers_start
         row, column, data = row[mine], column[mine], hessian.data[mine]
         size = numbers_start + unknowns.padded
-        # the columns (and rows) of moving displacements lead to numbers
-        count = len(self.numbers)
+        # the columns (and rows) of moving displacements lead to global unknowns
+        count = len(self.global_unknowns)
         to_motion = sp.csr_matrix(
             (
                 self._all_ways.ravel(),
@@ -185,13 +187,15 @@ class MovingSupport:
             shape=(size, count),
         )
         scales = np.ones(unknowns.padded)
-        scales[: len(unknowns.numbers)] = [number.scale for number in unknowns.numbers]
+        scales[: len(unknowns.global_unknowns)] = [
+            unknown.scale for unknown in unknowns.global_unknowns
+        ]
         whole = sp.csr_matrix((data, (row, column)), shape=(size, size))
         right = (whole @ to_motion).toarray()  # H W by all this rank's rows
         mixed = right[start : start + width].T.copy()
         square = np.zeros((unknowns.padded, unknowns.padded))
         square[np.ix_(rows, rows)] = to_motion.T @ right
-        # of moving displacements with other numbers, which have them in their upper triangle
+        # of moving displacements with other unknowns, which have them in the upper triangle
         across = (to_motion.T @ whole)[:, numbers_start:].toarray() / scales
         square[rows, :] += across
         square[:, rows] += across.T

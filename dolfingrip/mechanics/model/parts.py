@@ -23,7 +23,7 @@ StrainEnergy = Callable[[Expr], Expr]
 
 
 @dataclass(frozen=True)
-class Coarsely:
+class ReducedIntegration:
     """A strain energy that is integrated with the element's reduced rule where others are not.
 
     The energy of a change of volume, nearly incompressible, locks at the points of a full rule.
@@ -35,7 +35,7 @@ class Coarsely:
     energy: StrainEnergy
 
 
-ByPart = Mapping[tuple[str, ...], Sequence[StrainEnergy | Coarsely]]
+ByPart = Mapping[tuple[str, ...], Sequence[StrainEnergy | ReducedIntegration]]
 """Strain energies by names of a domain's parts, which make up the whole."""
 
 
@@ -67,7 +67,7 @@ class Part(NamedTuple):
 
 def solid_parts(
     u: fem.Function,
-    strain_energies: Sequence[StrainEnergy | Coarsely] | ByPart,
+    strain_energies: Sequence[StrainEnergy | ReducedIntegration] | ByPart,
     domain: Domain | None,
     degree: int,
 ) -> list[Part]:
@@ -89,8 +89,8 @@ def solid_parts(
     by_part = strain_energies if isinstance(strain_energies, Mapping) else {(): strain_energies}
     found = []
     for names, energies in by_part.items():
-        apart = [each.energy for each in energies if isinstance(each, Coarsely)]
-        finely = [each for each in energies if not isinstance(each, Coarsely)]
+        apart = [each.energy for each in energies if isinstance(each, ReducedIntegration)]
+        finely = [each for each in energies if not isinstance(each, ReducedIntegration)]
         if finely:
             found.append(part(finely, names, None))
         if apart:

@@ -1,4 +1,4 @@
-"""Where a rigid body is: numbers that are solved for, or constants."""
+"""Where a rigid body is: global unknowns, or constants."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from dolfinx import fem
 
-from dolfingrip.mechanics.model.term import Coupling, number_coupling
-from dolfingrip.mechanics.model.unknowns import Gradient, Number
+from dolfingrip.mechanics.model.term import Coupling, global_coupling
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 
 SIX = 6
 """Coordinates of a rigid body: its centre (mm), then its rotation vector (rad)."""
@@ -18,17 +18,17 @@ class Pose:
     """The centre c (mm) and rotation vector θ (rad) of a rigid body: q = q₀ + B a.
 
     Points X of the body are at c + R(θ) X. The coordinates a are constants, each of which may be
-    the value of a number that is solved for: all six of a free body, one of a plate that slides
-    along its normal, none of what stands still.
+    a global unknown: all six of a free body, one of a plate that slides along its normal, none of
+    what stands still.
 
     Args:
         constants: the m coordinates a.
         basis: (6, m) B.
         base: (6,) q₀.
-        numbers: those of the coordinates that are solved for; None where one is prescribed.
+        global_unknowns: those of the coordinates that are solved for; None where one is prescribed.
 
     Attributes:
-        numbers: as given; may be changed until a model is made.
+        global_unknowns: as given; may be changed until a model is made.
     """
 
     def __init__(
@@ -36,12 +36,14 @@ class Pose:
         constants: Sequence[fem.Constant],
         basis: np.ndarray,
         base: np.ndarray,
-        numbers: Sequence[Number | None] = (),
+        global_unknowns: Sequence[GlobalUnknown | None] = (),
     ) -> None:
         self.constants = tuple(constants)
         self._basis = np.asarray(basis, dtype=float).reshape(SIX, len(self.constants))
         self._base = np.asarray(base, dtype=float)
-        self.numbers: list[Number | None] = list(numbers) or [None] * len(self.constants)
+        self.global_unknowns: list[GlobalUnknown | None] = list(global_unknowns) or [None] * len(
+            self.constants
+        )
 
     @property
     def coordinates(self) -> np.ndarray:
@@ -49,18 +51,18 @@ class Pose:
         return self._base + self._basis @ [float(constant.value) for constant in self.constants]
 
     @property
-    def free(self) -> list[Number]:
-        """The numbers that are solved for."""
-        return [number for number in self.numbers if number is not None]
+    def free(self) -> list[GlobalUnknown]:
+        """The coordinates that are solved for."""
+        return [unknown for unknown in self.global_unknowns if unknown is not None]
 
     @property
     def _free_basis(self) -> np.ndarray:
         """(6, m') B of these."""
-        return self._basis[:, [number is not None for number in self.numbers]]
+        return self._basis[:, [unknown is not None for unknown in self.global_unknowns]]
 
     def change(self, step: np.ndarray) -> np.ndarray:
         """(6,) change of q by a local array of the unknowns."""
-        return np.asarray(self._free_basis @ [number.change(step) for number in self.free])
+        return np.asarray(self._free_basis @ [unknown.change(step) for unknown in self.free])
 
     def rate(self, constant: fem.Constant) -> np.ndarray:
         """(6,) derivative of q by one of the coordinates; 0 by any other constant."""
@@ -69,8 +71,8 @@ class Pose:
 
     def add_slopes(self, slopes: np.ndarray, gradient: Gradient) -> None:
         """Add a potential's (6,) derivatives by q, the same on all ranks."""
-        for number, slope in zip(self.free, self._free_basis.T @ slopes, strict=True):
-            gradient.add(number, float(slope))
+        for unknown, slope in zip(self.free, self._free_basis.T @ slopes, strict=True):
+            gradient.add(unknown, float(slope))
 
     def coupling(self, first: int, mixed: np.ndarray, within: np.ndarray) -> list[Coupling]:
         """The coupling of what is solved for; none where nothing is.
@@ -83,4 +85,4 @@ class Pose:
         if not self.free:
             return []
         basis = self._free_basis
-        return [number_coupling(self.free, first, basis.T @ mixed, basis.T @ within @ basis)]
+        return [global_coupling(self.free, first, basis.T @ mixed, basis.T @ within @ basis)]

@@ -25,16 +25,16 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import integration_degree, sheet_degree
 from dolfingrip.mechanics.model.parts import (
     ByPart,
-    Coarsely,
     Part,
+    ReducedIntegration,
     StrainEnergy,
     sheet_parts,
     solid_parts,
 )
 from dolfingrip.mechanics.model.points import AtPoints
 from dolfingrip.mechanics.model.sheet import Sheet
-from dolfingrip.mechanics.model.term import Coupling, Term, number_coupling
-from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number
+from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
+from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
 
 class Potential(Term):
@@ -51,13 +51,13 @@ class Potential(Term):
         terms: other potentials (mJ), as UFL forms in ``u``.
         carried: use the carried stress in the tangent.
         p: pressure field of a mixed model (MPa), which the densities contain.
-        numbers: solved for, too; constants that ``terms`` contain.
+        global_unknowns: solved for, too; constants that ``terms`` contain.
         domain: whose parts ``strain_energies`` names, and whose sheets ``sheets``.
         sheets: membranes; their stress is carried as the solid's is.
         degree: of the quadrature of strain energies; default: the element's.
 
     Attributes:
-        numbers, sheets: as given.
+        global_unknowns, sheets: as given.
         gradient: ∂Π/∂u as a UFL form, linear in its test function.
         residual, tangent: its first and second derivative with respect to u.
         constraint: derivative of Π with respect to p; None without p.
@@ -67,12 +67,12 @@ class Potential(Term):
     def __init__(
         self,
         u: fem.Function,
-        strain_energies: Sequence[StrainEnergy | Coarsely] | ByPart,
+        strain_energies: Sequence[StrainEnergy | ReducedIntegration] | ByPart,
         terms: Sequence[ufl.Form] = (),
         *,
         carried: bool = True,
         p: fem.Function | None = None,
-        numbers: Sequence[Number] = (),
+        global_unknowns: Sequence[GlobalUnknown] = (),
         domain: Domain | None = None,
         sheets: Sequence[Sheet] = (),
         degree: int | None = None,
@@ -90,7 +90,7 @@ class Potential(Term):
         parts = [*solids, *apart]
         fields = [u] if p is None else [u, p]
         self._comm = space.mesh.comm
-        self.numbers = tuple(numbers)
+        self.global_unknowns = tuple(global_unknowns)
         self.sheets = tuple(sheets)
         self.carried = _carried(fields, solids, apart, degree) if carried else None
         stresses = [part.stress for part in parts]
@@ -135,7 +135,9 @@ class Potential(Term):
             self.coupling = tuple(map(_compiled, blocks))
             self._blocks.append(blocks[1])
         self._jacobian = AtPoints(ufl.det(deformation_gradient(u)), space.mesh, degree)
-        self._numbers = _NumberForms(u, rest, numbers) if numbers and rest is not None else None
+        self._globals = (
+            _GlobalForms(u, rest, global_unknowns) if global_unknowns and rest is not None else None
+        )
         self._along: tuple[fem.Function, list[fem.Form]] | None = None
 
     # -- as a term -------------------------------------------------------------------------------
@@ -149,8 +151,8 @@ class Potential(Term):
         forms = [self.residual] if self.constraint is None else [self.residual, self.constraint]
         for form, part in zip(forms, gradient.fields, strict=True):
             part += _assembled(form)[: len(part)]
-        if self._numbers is not None:
-            self._numbers.add_slopes(gradient)
+        if self._globals is not None:
+            self._globals.add_slopes(gradient)
 
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """The tangent, by blocks of displacement and pressure."""
@@ -160,8 +162,8 @@ class Potential(Term):
         return [[self.tangent, across], [back, within]]
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
-        """Second derivatives that numbers take part in."""
-        return () if self._numbers is None else [self._numbers.coupling()]
+        """Second derivatives that global unknowns take part in."""
+        return () if self._globals is None else [self._globals.coupling()]
 
     def stiffness_along(self, direction: fem.Function) -> list[np.ndarray]:
         """Second derivatives by owned unknowns, field by field, and by motion along ``direction``.
@@ -212,12 +214,14 @@ def _assembled(form: fem.Form) -> np.ndarray:
     return np.asarray(vector.array)
 
 
-class _NumberForms:
-    """Derivatives of an energy by numbers that it contains as constants."""
+class _GlobalForms:
+    """Derivatives of an energy by global unknowns that it contains as constants."""
 
-    def __init__(self, u: fem.Function, energy: ufl.Form, numbers: Sequence[Number]) -> None:
-        self._numbers = numbers
-        constants = [number.constant for number in numbers]
+    def __init__(
+        self, u: fem.Function, energy: ufl.Form, global_unknowns: Sequence[GlobalUnknown]
+    ) -> None:
+        self._globals = global_unknowns
+        constants = [unknown.constant for unknown in global_unknowns]
         marks = [ufl.variable(constant) for constant in constants]
         marked = ufl.replace(energy, dict(zip(constants, marks, strict=True)))
         slopes = [ufl.diff(marked, mark) for mark in marks]
@@ -238,13 +242,13 @@ class _NumberForms:
         return float(self._comm.allreduce(fem.assemble_scalar(form), MPI.SUM))
 
     def add_slopes(self, gradient: Gradient) -> None:
-        for number, slope in zip(self._numbers, self._slopes, strict=True):
-            gradient.add(number, self._sum(slope))
+        for unknown, slope in zip(self._globals, self._slopes, strict=True):
+            gradient.add(unknown, self._sum(slope))
 
     def coupling(self) -> Coupling:
-        """This rank's rows, and the numbers' own."""
+        """This rank's rows, and the global unknowns' own."""
         mixed = [_assembled(form)[: NODE * self._owned] for form in self._mixed]
         within = np.zeros((len(mixed), len(mixed)))
         for (i, j), form in self._curvatures.items():
             within[i, j] = within[j, i] = self._sum(form)
-        return number_coupling(self._numbers, self._first, np.array(mixed), within)
+        return global_coupling(self._globals, self._first, np.array(mixed), within)

@@ -1,4 +1,4 @@
-"""A rigid body: its pose is six numbers; mass, inertia and dead weight act on it."""
+"""A rigid body: its pose is six unknowns; mass, inertia and dead weight act on it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import rotation
 from dolfingrip.mechanics.model.term import Coupling, Term
-from dolfingrip.mechanics.model.unknowns import Gradient, Number
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 
 COORDINATES: Final = ("x_mm", "y_mm", "z_mm", "turn_x_rad", "turn_y_rad", "turn_z_rad")
-"""Names of the six numbers."""
+"""Names of the six global unknowns."""
 
 N_PER_KG_MM_S2: Final = 1e-3
 
@@ -52,16 +52,18 @@ class RigidBody:
         return float(np.sqrt(np.trace(self.inertia_kg_mm2) / (3 * self.mass_kg)))
 
     def pose(self, mesh: dolfinx.mesh.Mesh) -> Pose:
-        """The pose, of numbers in mm and ℓθ, so that derivatives by them are forces."""
+        """The pose, of global unknowns in mm and ℓθ, so that derivatives by them are forces."""
         constants = [fem.Constant(mesh, PETSc.ScalarType(0.0)) for _ in COORDINATES]
         for constant, value in zip(constants, self.centre_mm, strict=False):
             constant.value = value
-        numbers: list[Number | None] = []
+        global_unknowns: list[GlobalUnknown | None] = []
         for i, (name, constant) in enumerate(zip(COORDINATES, constants, strict=True)):
             scale = 1.0 if i < 3 else 1 / self.gyration_mm
             free = name not in self.held
-            numbers.append(Number(f"{self.name}.{name}", constant, scale) if free else None)
-        return Pose(constants, np.eye(SIX), np.zeros(SIX), numbers)
+            global_unknowns.append(
+                GlobalUnknown(f"{self.name}.{name}", constant, scale) if free else None
+            )
+        return Pose(constants, np.eye(SIX), np.zeros(SIX), global_unknowns)
 
 
 def ball(
@@ -169,7 +171,7 @@ class RigidMotion(Term):
         self.pose.add_slopes(self._share * slopes, gradient)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
-        """Inertia's part of the numbers' own second derivatives."""
+        """Inertia's part of the global unknowns' own second derivatives."""
         within = np.zeros((SIX, SIX))
         inertia = self._inertia()
         if inertia is not None:
@@ -182,7 +184,7 @@ class RigidMotion(Term):
         within += np.diag(3 * [restraint] + 3 * [turning])
         return self.pose.coupling(0, np.zeros((SIX, 0)), within)
 
-    def heed(self, residual_N: float) -> None:
+    def set_residual(self, residual_N: float) -> None:
         """Restrain the body by the residual."""
         self._residual_N = residual_N
 

@@ -29,14 +29,14 @@ class State:
         controls: prescribed quantities by name, in the unit of the name (``pressure_kPa``,
             ``time_s``).
         pressure: this rank's dofs of a mixed model's pressure field, ghosts included (MPa).
-        numbers: what is solved for beside the fields, by name with unit.
+        global_unknowns: what is solved for beside the fields, by name with unit.
         history: internal variables by name, this rank's values.
     """
 
     displacement: np.ndarray
     controls: dict[str, float]
     pressure: np.ndarray | None = None
-    numbers: dict[str, float] = field(default_factory=dict)
+    global_unknowns: dict[str, float] = field(default_factory=dict)
     history: dict[str, np.ndarray] = field(default_factory=dict)
 
     def copy(self) -> State:
@@ -45,6 +45,6 @@ class State:
             self.displacement.copy(),
             dict(self.controls),
             None if self.pressure is None else self.pressure.copy(),
-            dict(self.numbers),
+            dict(self.global_unknowns),
             {name: values.copy() for name, values in self.history.items()},
         )

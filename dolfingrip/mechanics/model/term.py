@@ -9,14 +9,14 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
-from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number
+from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
 
 class Coupling(NamedTuple):
     """Part of a Hessian that couples nodes which no element need join.
 
     Attributes:
-        nodes: (n,) block numbers of the nodes in the tangent matrix, those of numbers included.
+        nodes: (n,) block numbers in the tangent matrix of nodes, and of global unknowns.
         hessian: (3n, 3n) second derivatives (N/mm). A rank takes the rows of the nodes it owns,
             so that all ranks may give the same whole, or each rank its rows alone.
     """
@@ -25,11 +25,11 @@ class Coupling(NamedTuple):
     hessian: sp.coo_matrix
 
 
-class Following(Protocol):
-    """Change C of a gradient along a step that what a term holds follows.
+class LaggedCorrection(Protocol):
+    """Change C of a gradient along a step by the change of a term's lagged quantities.
 
-    Without the part that the tangent tells, in which all is held. Steps are local arrays of the
-    unknowns.
+    It is without the part that the tangent has, which is for fixed ones. Steps are local arrays of
+    the unknowns.
     """
 
     def linearise(self, step: np.ndarray, *, convex: bool) -> None:
@@ -104,7 +104,7 @@ class Term:
         """Force that the residual's tolerance may refer to; 0 where the term has none."""
         return 0.0
 
-    def heed(self, residual_N: float) -> None:
+    def set_residual(self, residual_N: float) -> None:
         """Take note of the residual at which Newton's method asks for a tangent; 0 for the exact.
 
         A term may stiffen its part of the tangent by as much as vanishes with the residual.
@@ -125,10 +125,10 @@ class Term:
         """Why a converged state is not accepted; "" where it is."""
         return ""
 
-    # -- quantities held fixed in a minimisation --------------------------------------------------
+    # -- quantities that lag behind a minimisation -------------------------------------------------
 
-    def refresh(self, dofs: np.ndarray) -> bool:
-        """Update, from the displacement ``dofs``, what the potential holds fixed.
+    def update_lagged(self, dofs: np.ndarray) -> bool:
+        """Update, from the displacement ``dofs``, what the potential keeps fixed.
 
         Newton's method asks for it in its first iterations.
 
@@ -137,23 +137,23 @@ class Term:
         """
         return False
 
-    def drift(self, dofs: np.ndarray) -> float:
-        """Relative change, since the last update, of what is held; the same on all ranks."""
+    def lag_error(self, dofs: np.ndarray) -> float:
+        """Relative change of lagged quantities since the last update, the same on all ranks."""
         return 0.0
 
-    def following(self, dofs: np.ndarray) -> Following | None:
-        """How the gradient changes along a step from ``dofs`` that what is held follows.
+    def lagged_correction(self, dofs: np.ndarray) -> LaggedCorrection | None:
+        """How the gradient changes along a step from ``dofs`` by the change of lagged quantities.
 
-        None where nothing is held.
+        None where there are none.
         """
         return None
 
-    def held(self) -> Any:
-        """What :meth:`refresh` took and a state does not contain; None where there is nothing."""
+    def lagged_state(self) -> Any:
+        """Lagged quantities, which a state does not contain; None where there are none."""
         return None
 
-    def hold(self, held: Any) -> None:
-        """Hold again what :meth:`held` gave."""
+    def restore_lagged(self, state: Any) -> None:
+        """Set the lagged quantities to what :meth:`lagged_state` gave."""
 
     # -- memory ----------------------------------------------------------------------------------
 
@@ -171,28 +171,30 @@ class Term:
         """Remember what :meth:`values` gave."""
 
 
-def number_coupling(
-    numbers: Sequence[Number], first: int, mixed: np.ndarray, within: np.ndarray
+def global_coupling(
+    global_unknowns: Sequence[GlobalUnknown], first: int, mixed: np.ndarray, within: np.ndarray
 ) -> Coupling:
-    """The coupling of numbers with displacements and with one another.
+    """The coupling of global unknowns with displacements and with one another.
 
     Args:
-        numbers: m of them.
+        global_unknowns: m of them.
         first: this rank's first displacement node.
-        mixed: (m, 3n) derivatives by each number's value and this rank's owned displacements.
-        within: (m, m) derivatives by the numbers' values, the same on all ranks.
+        mixed: (m, 3n) derivatives by each unknown's value and this rank's owned displacements.
+        within: (m, m) derivatives by the global unknowns' values, the same on all ranks.
     """
-    scales = np.array([number.scale for number in numbers])
+    scales = np.array([unknown.scale for unknown in global_unknowns])
     mixed = mixed * scales[:, None]
     within = within * scales[:, None] * scales
-    felt = np.flatnonzero(mixed.reshape(len(numbers), -1, NODE).any(axis=(0, 2)))
-    base = min(number.node for number in numbers)
-    blocks = 1 + max(number.node for number in numbers) - base
+    felt = np.flatnonzero(mixed.reshape(len(global_unknowns), -1, NODE).any(axis=(0, 2)))
+    base = min(unknown.node for unknown in global_unknowns)
+    blocks = 1 + max(unknown.node for unknown in global_unknowns) - base
     nodes = np.concatenate([first + felt, base + np.arange(blocks)])
     columns = NODE * (len(felt) - base) + np.array(
-        [NODE * number.node + number.component for number in numbers]
+        [NODE * unknown.node + unknown.component for unknown in global_unknowns]
     )
-    values = mixed.reshape(len(numbers), -1, NODE)[:, felt].reshape(len(numbers), -1)
+    values = mixed.reshape(len(global_unknowns), -1, NODE)[:, felt].reshape(
+        len(global_unknowns), -1
+    )
     which, rows = np.nonzero(values)
     i, j = (part.ravel() for part in np.meshgrid(columns, columns, indexing="ij"))
     data = np.concatenate([values[which, rows], within.ravel()])

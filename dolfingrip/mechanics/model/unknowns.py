@@ -1,4 +1,4 @@
-"""The fields and numbers of a model as one vector."""
+"""The fields and global unknowns of a model as one vector."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ NODE = 3
 """Numbers that share a block of the tangent matrix, as the components of a displacement do."""
 
 
-class Number:
-    """A number that is solved for with the displacement: a plate's position, a multiplier.
+class GlobalUnknown:
+    """One number that is solved for with the displacement: a plate's position, a multiplier.
 
     The vector of unknowns has ``value / scale``, so that derivatives by it are forces (N).
 
@@ -49,43 +49,46 @@ class Number:
 
 
 class Unknowns:
-    """Displacement, the pressure field of a mixed model, and numbers, in one array.
+    """Displacement, the pressure field of a mixed model, and global unknowns, in one array.
 
     Two layouts: a *local* array has all dofs that this rank knows, ghosts included, field after
-    field, then the numbers, which all ranks know. A PETSc vector has the owned ones, field after
-    field on each rank; the last rank owns the numbers. Numbers are filled up to whole blocks of
-    three with entries that stay 0. Of a displacement alone both layouts are those of its function.
+    field, then the global unknowns, which all ranks know. A PETSc vector has the owned ones, field
+    after field on each rank; the last rank owns the global unknowns. These are filled up to whole
+    blocks of three with entries that stay 0. Of a displacement alone both layouts are those of its
+    function.
 
     Args:
         fields: displacement first.
-        numbers: solved for, too.
+        global_unknowns: solved for, too.
 
     Attributes:
         count: unknowns on all ranks, without what fills blocks up.
         size: length of a vector of them.
-        padded: entries of the numbers, filled up.
+        padded: entries of the global unknowns, filled up.
     """
 
-    def __init__(self, fields: Sequence[fem.Function], numbers: Sequence[Number] = ()) -> None:
+    def __init__(
+        self, fields: Sequence[fem.Function], global_unknowns: Sequence[GlobalUnknown] = ()
+    ) -> None:
         self._fields = fields
-        self.numbers = tuple(numbers)
+        self.global_unknowns = tuple(global_unknowns)
         space = fields[0].function_space
         self.comm = space.mesh.comm
         self.nodes = space.dofmap.index_map.size_global
         maps = [field.function_space.dofmap for field in fields]
         self._owned = [m.index_map.size_local * m.index_map_bs for m in maps]
         fields_count = sum(m.index_map.size_global * m.index_map_bs for m in maps)
-        self.padded = NODE * -(-len(self.numbers) // NODE)
-        self.count = fields_count + len(self.numbers)
+        self.padded = NODE * -(-len(self.global_unknowns) // NODE)
+        self.count = fields_count + len(self.global_unknowns)
         self.size = fields_count + self.padded
         ends = np.cumsum([0, *(len(field.x.array) for field in fields)])
         self._places = [slice(*pair) for pair in pairwise(ends)]
         self._local = int(ends[-1])
-        for i, number in enumerate(self.numbers):
-            number.place = self._local + i
-            number.node, number.component = self.nodes + i // NODE, i % NODE
-        self.has_numbers = self.comm.rank == self.comm.size - 1 and self.padded > 0
-        self.owned_size = sum(self._owned) + (self.padded if self.has_numbers else 0)
+        for i, unknown in enumerate(self.global_unknowns):
+            unknown.place = self._local + i
+            unknown.node, unknown.component = self.nodes + i // NODE, i % NODE
+        self.owns_globals = self.comm.rank == self.comm.size - 1 and self.padded > 0
+        self.owned_size = sum(self._owned) + (self.padded if self.owns_globals else 0)
 
     def create_vector(self) -> PETSc.Vec:
         """A PETSc vector of the unknowns; with ghosts for a displacement alone."""
@@ -105,34 +108,34 @@ class Unknowns:
         ends = np.cumsum([0, *self._owned])
         return [owned[start:end] for start, end in pairwise(ends)]
 
-    def number_rows(self, owned: np.ndarray) -> np.ndarray:
-        """View of an owned array's numbers, filled up; empty on ranks that do not own them."""
+    def global_rows(self, owned: np.ndarray) -> np.ndarray:
+        """View of an owned array's global unknowns, filled up; empty but on the last rank."""
         return owned[sum(self._owned) :]
 
-    def number_nodes(self) -> np.ndarray:
-        """Block numbers of the numbers in the tangent matrix of a displacement."""
+    def global_nodes(self) -> np.ndarray:
+        """Block numbers of the global unknowns in the tangent matrix of a displacement."""
         return self.nodes + np.arange(self.padded // NODE)
 
     # -- values ----------------------------------------------------------------------------------
 
-    def _numbers(self) -> np.ndarray:
+    def _global_values(self) -> np.ndarray:
         values = np.zeros(self.padded)
-        values[: len(self.numbers)] = [n.value / n.scale for n in self.numbers]
+        values[: len(self.global_unknowns)] = [n.value / n.scale for n in self.global_unknowns]
         return values
 
-    def _set_numbers(self, values: np.ndarray) -> None:
-        for number, value in zip(self.numbers, values, strict=False):
-            number.constant.value = float(value) * number.scale
+    def _set_global_values(self, values: np.ndarray) -> None:
+        for unknown, value in zip(self.global_unknowns, values, strict=False):
+            unknown.constant.value = float(value) * unknown.scale
 
     def local(self) -> np.ndarray:
         """A copy of the values as a local array."""
-        return np.concatenate([*(field.x.array for field in self._fields), self._numbers()])
+        return np.concatenate([*(field.x.array for field in self._fields), self._global_values()])
 
     def set_local(self, local: np.ndarray) -> None:
-        """Set fields and numbers to a local array."""
+        """Set fields and global unknowns to a local array."""
         for field, values in zip(self._fields, self.parts(local), strict=True):
             field.x.array[:] = values
-        self._set_numbers(local[self._local :])
+        self._set_global_values(local[self._local :])
 
     def owned(self) -> np.ndarray:
         """A copy of the owned values, in the order of a vector."""
@@ -142,16 +145,16 @@ class Unknowns:
         """The owned values of a local array, in the order of a vector."""
         pairs = zip(self.parts(local), self._owned, strict=True)
         fields = [values[:owned] for values, owned in pairs]
-        return np.concatenate([*fields, local[self._local :] if self.has_numbers else []])
+        return np.concatenate([*fields, local[self._local :] if self.owns_globals else []])
 
     def set_owned(self, values: np.ndarray) -> None:
-        """Set fields and numbers to a vector's values; ghosts are updated."""
+        """Set fields and global unknowns to a vector's values; ghosts are updated."""
         for field, part in zip(self._fields, self.owned_parts(values), strict=True):
             field.x.array[: len(part)] = part
             field.x.scatter_forward()
         if self.padded:
-            found = self.number_rows(values).copy() if self.has_numbers else None
-            self._set_numbers(self.comm.bcast(found, root=self.comm.size - 1))
+            found = self.global_rows(values).copy() if self.owns_globals else None
+            self._set_global_values(self.comm.bcast(found, root=self.comm.size - 1))
 
     def to_local(self, values: np.ndarray) -> np.ndarray:
         """A vector's values as a local array, ghosts from their owners."""
@@ -176,7 +179,7 @@ class Gradient:
     def __init__(self, unknowns: Unknowns) -> None:
         self.array = np.zeros(unknowns.owned_size)
         self.fields = unknowns.owned_parts(self.array)
-        self._rows = unknowns.number_rows(self.array)
+        self._rows = unknowns.global_rows(self.array)
         self._first = unknowns.nodes
 
     @property
@@ -184,8 +187,8 @@ class Gradient:
         """(n, 3) view of the derivatives by the displacement of the owned nodes."""
         return self.fields[0].reshape(-1, 3)
 
-    def add(self, number: Number, slope: float) -> None:
-        """Add dΠ/d(value of ``number``), the same on all ranks."""
+    def add(self, unknown: GlobalUnknown, slope: float) -> None:
+        """Add dΠ/d(value of ``unknown``), the same on all ranks."""
         if len(self._rows):
-            place = NODE * (number.node - self._first) + number.component
-            self._rows[place] += number.scale * slope
+            place = NODE * (unknown.node - self._first) + unknown.component
+            self._rows[place] += unknown.scale * slope

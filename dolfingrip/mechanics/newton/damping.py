@@ -58,7 +58,7 @@ class Damping:
         self._model = model
         self._tangent = tangent
         # Π is concave in the pressure of a mixed model, and in multipliers
-        self._negative = sum(number.multiplier for number in model.unknowns.numbers)
+        self._negative = sum(unknown.multiplier for unknown in model.unknowns.global_unknowns)
         if model.p is not None:
             self._negative += model.p.function_space.dofmap.index_map.size_global
         self._prefix = prefix
@@ -71,7 +71,7 @@ class Damping:
         self._damping = 0.0
         self.unstable = False
 
-    def heed(self, fraction: float) -> None:
+    def adapt(self, fraction: float) -> None:
         """Damp the next step less or more, by the fraction of the last one that was taken."""
         if abs(fraction) > EASY:
             self._damping /= LESS
@@ -132,7 +132,7 @@ class Damping:
 
     @cached_property
     def _masses(self) -> PETSc.Vec:
-        """Diagonal of the displacement's mass matrix (mm³); a number's is the whole volume.
+        """Diagonal of the displacement's mass matrix (mm³); a global unknown's is the whole volume.
 
         Pressures and multipliers have none.
         """
@@ -146,11 +146,11 @@ class Damping:
         masses = model.unknowns.create_vector()
         masses.set(0.0)
         masses.array[: len(diagonal)] = diagonal
-        if model.moving:  # its displacements follow its numbers at once, damped or not
+        if model.moving:  # its displacements follow its global unknowns at once, damped or not
             masses.array[model.moving.dofs] = 0.0
         volume = float(model.comm.allreduce(diagonal.sum(), MPI.SUM)) / 3
-        rows = model.unknowns.number_rows(masses.array)
-        for number in model.unknowns.numbers if len(rows) else ():
-            place = NODE * (number.node - model.unknowns.nodes) + number.component
-            rows[place] = 0.0 if number.multiplier else volume
+        rows = model.unknowns.global_rows(masses.array)
+        for unknown in model.unknowns.global_unknowns if len(rows) else ():
+            place = NODE * (unknown.node - model.unknowns.nodes) + unknown.component
+            rows[place] = 0.0 if unknown.multiplier else volume
         return masses

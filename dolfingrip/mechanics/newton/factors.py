@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.newton import workspace
-from dolfingrip.mechanics.newton.following import FollowingStep
+from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.ordering import AUTOMATIC, cheapest
 
 RTOL: Final = 3e-5
@@ -45,7 +45,7 @@ class Factors:
 
     Attributes:
         count: factorisations so far.
-        following: for what is to be solved with the next matrix beside it; None: it is all.
+        corrected_step: that the next matrix is a part of; None where it is all.
     """
 
     def __init__(self, prefix: str, graph: sp.csr_matrix | None) -> None:
@@ -56,7 +56,7 @@ class Factors:
         self._current = False
         self._good = False
         self.count = 0
-        self.following: FollowingStep | None = None
+        self.corrected_step: CorrectedStep | None = None
 
     def renew(self) -> None:
         """Factorise the next matrix, as it will be far from the last one."""
@@ -72,8 +72,8 @@ class Factors:
         """Solve; ``pc`` is marked as failed where the matrix cannot be factorised."""
         matrix = pc.getOperators()[0]
         ksp = self._ksp or self._create(matrix)
-        if self.following is not None:
-            self.following.solve(partial(self._solve_beside, ksp, matrix), right, solution)
+        if self.corrected_step is not None:
+            self.corrected_step.solve(partial(self._solve_beside, ksp, matrix), right, solution)
             pc.setFailedReason(ksp.getPC().getFailedReason())
             return
         if not self._current:

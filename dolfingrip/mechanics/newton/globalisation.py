@@ -77,7 +77,7 @@ class Globalisation:
         settings: tolerances.
         residual_along: product of the residual at the model's present displacement with a step
             (mJ).
-        limp: the model has membranes, so that the first steps are searched, too.
+        search_first: search along the first steps, too, as those of membranes need.
 
     Attributes:
         bound: name of what cut the last step, "" if nothing did.
@@ -92,12 +92,12 @@ class Globalisation:
         settings: Solver,
         residual_along: Callable[[np.ndarray], float],
         *,
-        limp: bool = False,
+        search_first: bool = False,
     ) -> None:
         self._model = model
         self._settings = settings
         self._residual_along = residual_along
-        self._limp = limp
+        self._search_first = search_first
         self.start()
 
     def start(
@@ -187,7 +187,7 @@ class Globalisation:
         self.overshot = False
         if self._stagnates or (self.bound and self._settled):
             fraction = self._search(step, fraction)
-        elif self._limp and not self._settled:
+        elif self._search_first and not self._settled:
             fraction = self._search(step, fraction)
             self.overshot = abs(fraction) < OVERSHOT
         self._short = self._short + 1 if abs(fraction) < SHORTEST_STEP else 0

@@ -28,7 +28,7 @@ class MixedTangent(Tangent):
         self._model = model
         self._fields = [_Place(field.function_space) for field in (model.u, model.p)]
         sizes = np.array(model.comm.allgather([field.size for field in self._fields]))
-        starts = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes  # numbers come last of all
+        starts = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes  # global unknowns come last
         for field, start, size in zip(self._fields, starts.T, sizes.T, strict=True):
             field.settle(start, size, model.unknowns.size, model.unknowns.padded)
         displacement, pressure = self._fields
@@ -39,17 +39,17 @@ class MixedTangent(Tangent):
         self._below = displacement.columns(back) + pressure.columns(within)
         self._by_motion: sp.csr_matrix | None = None
         if model.moving:  # every pressure: which ones a motion is felt by is not known at rest
-            ones = np.ones((len(model.moving.numbers), pressure.size))
+            ones = np.ones((len(model.moving.global_unknowns), pressure.size))
             self._below = self._below + self._motion_columns(model.moving, ones)
         super().__init__(model)
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
         """An assembled zero matrix with the places of ``graph`` (owned displacement nodes)."""
         ones = np.ones((graph.nnz, 3, 3))
-        above, numbers = self._scalars(graph, ones)
-        pattern = sp.vstack([above + self._beside, self._below, numbers])
+        above, below = self._scalars(graph, ones)
+        pattern = sp.vstack([above + self._beside, self._below, below])
         matrix = symmetric(0.0 * pattern, self._model.comm)
-        local = np.concatenate([field.numbers() for field in self._fields])
+        local = np.concatenate([field.rows() for field in self._fields])
         numbering = PETSc.LGMap().create(local.astype(PETSc.IntType), comm=self._model.comm)
         matrix.setLGMap(numbering, numbering)
         matrix.setOption(PETSc.Mat.Option.IGNORE_LOWER_TRIANGULAR, True)
@@ -60,7 +60,7 @@ class MixedTangent(Tangent):
     def _scalars(
         self, graph: sp.csr_matrix, blocks: np.ndarray
     ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """(3, 3) blocks at the places of ``graph`` as scalar rows of displacement and numbers."""
+        """(3, 3) blocks at the places of ``graph`` as scalar rows of nodes and of the rest."""
         shape = (3 * graph.shape[0], 3 * graph.shape[1])
         scalars = sp.bsr_matrix((blocks, graph.indices, graph.indptr), shape).tocsr()
         rows = self._fields[0].columns(scalars)
@@ -75,11 +75,13 @@ class MixedTangent(Tangent):
         return [displacement for displacement, _ in along]
 
     def _motion_columns(self, moving: MovingSupport, values: np.ndarray) -> sp.csr_matrix:
-        """The pressure's rows with (numbers, owned pressures) ``values`` in numbers' columns."""
+        """The pressure's rows with (k, owned pressures) ``values`` in the columns of k unknowns."""
         unknowns = self._model.unknowns
         first = unknowns.size - unknowns.padded
-        columns = [first + 3 * (n.node - unknowns.nodes) + n.component for n in moving.numbers]
-        scaled = values * np.array([number.scale for number in moving.numbers])[:, None]
+        columns = [
+            first + 3 * (n.node - unknowns.nodes) + n.component for n in moving.global_unknowns
+        ]
+        scaled = values * np.array([unknown.scale for unknown in moving.global_unknowns])[:, None]
         count = values.shape[1]
         places = (np.tile(np.arange(count), len(columns)), np.repeat(columns, count))
         return sp.csr_matrix((scaled.ravel(), places), (count, unknowns.size))
@@ -89,10 +91,8 @@ class MixedTangent(Tangent):
         if self._by_motion is None:
             return
         displacement, pressure = self._fields
-        numbers = self.matrix.getLocalSize()[0] - displacement.size - pressure.size
-        nothing = [
-            sp.csr_matrix((n, self._by_motion.shape[1])) for n in (displacement.size, numbers)
-        ]
+        rest = self.matrix.getLocalSize()[0] - displacement.size - pressure.size
+        nothing = [sp.csr_matrix((n, self._by_motion.shape[1])) for n in (displacement.size, rest)]
         rows = sp.vstack([nothing[0], self._by_motion, nothing[1]], "csr")
         self.matrix.setValuesCSR(
             rows.indptr.astype(PETSc.IntType),
@@ -105,9 +105,9 @@ class MixedTangent(Tangent):
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
     ) -> None:
         """Set or add (3, 3) ``blocks`` at the places of ``graph``."""
-        above, numbers = self._scalars(graph, blocks)
+        above, below = self._scalars(graph, blocks)
         nothing = sp.csr_matrix(self._below.shape)  # in the pressure's rows
-        values = sp.vstack([above, nothing, numbers], "csr")
+        values = sp.vstack([above, nothing, below], "csr")
         matrix.setValuesCSR(
             values.indptr.astype(PETSc.IntType),
             values.indices.astype(PETSc.IntType),
@@ -128,17 +128,17 @@ class _Place:
         self._block = space.dofmap.index_map_bs
         self.size = self._map.size_local * self._block
 
-    def settle(self, starts: np.ndarray, sizes: np.ndarray, count: int, numbers: int) -> None:
-        """Take ``sizes`` rows from ``starts`` on, by rank, of ``count``, the last ``numbers``."""
+    def settle(self, starts: np.ndarray, sizes: np.ndarray, count: int, last: int) -> None:
+        """Take ``sizes`` rows from ``starts``, by rank, of ``count``, ``last`` of them global."""
         self._count = count
         self._ends = np.cumsum(sizes)
         self._shift = starts - (self._ends - sizes)
-        self._last = self._ends[-1] + numbers
+        self._last = self._ends[-1] + last
 
     def to_matrix(self, dofs: np.ndarray) -> np.ndarray:
         """Rows of the matrix of global dofs."""
         owner = np.searchsorted(self._ends, dofs, side="right")
-        shift = np.append(self._shift, self._count - self._last)  # beyond are the numbers
+        shift = np.append(self._shift, self._count - self._last)  # beyond are the global unknowns
         return np.asarray(dofs + shift[owner])
 
     def columns(self, graph: sp.csr_matrix) -> sp.csr_matrix:
@@ -146,7 +146,7 @@ class _Place:
         places = self.to_matrix(graph.indices.astype(np.int64))
         return sp.csr_matrix((graph.data, places, graph.indptr), (graph.shape[0], self._count))
 
-    def numbers(self) -> np.ndarray:
+    def rows(self) -> np.ndarray:
         """Rows of the local dofs, ghosts included."""
         count = self._map.size_local + self._map.num_ghosts
         nodes = self._map.local_to_global(np.arange(count, dtype=np.int32)).astype(np.int64)

@@ -18,10 +18,10 @@ from dolfingrip.mechanics.newton.condensation import Condensation
 from dolfingrip.mechanics.newton.damping import Damping
 from dolfingrip.mechanics.newton.ending import REASON, Solve, ending_of
 from dolfingrip.mechanics.newton.factors import Factors
-from dolfingrip.mechanics.newton.following import CLOSE, FollowingStep
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
+from dolfingrip.mechanics.newton.lagged_correction import CLOSE, CorrectedStep
+from dolfingrip.mechanics.newton.lagging import LagRules
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
-from dolfingrip.mechanics.newton.refreshing import Refreshing
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.numerics import Solver
 
@@ -43,9 +43,9 @@ class Newton:
     Attributes:
         iterations: Newton iterations since the start, failed solves included.
         damped: damped solves since the start that converged.
-        worst_guess: a guess is left out whose residual is more than so many times the start's, as
-            in contact, which an extrapolation may press together or take apart.
-        close: part of the residual that a step which normal forces follow may leave.
+        guess_residual_ratio: a guess is left out whose residual is more than so many times the
+            start's, as in contact, which an extrapolation may press together or take apart.
+        close: part of the residual that a corrected step may leave.
     """
 
     def __init__(
@@ -68,13 +68,13 @@ class Newton:
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
         self._globalisation = Globalisation(
-            model, settings, self._residual_along, limp=bool(model.potential.sheets)
+            model, settings, self._residual_along, search_first=bool(model.potential.sheets)
         )
-        self._refreshing = Refreshing(model)
+        self._lagging = LagRules(model)
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
         self._condensation = None if model.p is None else Condensation(model)
         self._damped = False
-        self.worst_guess = np.inf
+        self.guess_residual_ratio = np.inf
         self.close = CLOSE
         self._before: Mapping[str, float] = {}
         self._snes = self._make_snes()
@@ -83,7 +83,7 @@ class Newton:
         """A solver of another model with the same settings; its counts begin with these."""
         made = Newton(model, self.settings, self.profile)
         made.iterations, made.damped = self.iterations, self.damped
-        made.worst_guess, made.close = self.worst_guess, self.close
+        made.guess_residual_ratio, made.close = self.guess_residual_ratio, self.close
         made._factors.count, made._damping.count = self._factors.count, self._damping.count
         return made
 
@@ -138,7 +138,7 @@ class Newton:
             if carried is not None and (self._damped or self._globalisation.overshot):
                 carried.reset()  # only the energy's own tangent gives a descent direction
             before = self.tangent.matrix
-            self.model.heed(float(snes.getFunctionNorm()))
+            self.model.set_residual(float(snes.getFunctionNorm()))
             with self._first_controls(snes.getIterationNumber()):
                 self.tangent.assemble()
             if self.tangent.matrix is not before:
@@ -146,15 +146,15 @@ class Newton:
                 snes.setJacobian(self._form_tangent, self.tangent.matrix)
             if self._globalisation.far:
                 self._factors.renew()
-            self._factors.following = self._following_step()
+            self._factors.corrected_step = self._corrected_step()
 
-    def _following_step(self) -> FollowingStep | None:
-        """The step's equations where what terms hold is to follow it."""
-        if self._damped or not self._refreshing.fresh:
+    def _corrected_step(self) -> CorrectedStep | None:
+        """The step's equations where lagged quantities are to change along it."""
+        if self._damped or not self._lagging.current:
             return None
-        # a contact without pairs holds no force that might fail to follow
-        self._refreshing.followed = any(term.held() is not None for term in self.model.terms)
-        step = FollowingStep(self.model, self.tangent.matrix, self.close)
+        # a contact without pairs has no force that might lag
+        self._lagging.corrected = any(term.lagged_state() is not None for term in self.model.terms)
+        step = CorrectedStep(self.model, self.tangent.matrix, self.close)
         return step if step.any else None
 
     @contextmanager
@@ -180,7 +180,7 @@ class Newton:
             else:
                 fraction = self._globalisation.fraction(step)
                 if self._damped:
-                    self._damping.heed(fraction)
+                    self._damping.adapt(fraction)
             step *= fraction
             if self.model.potential.carried is not None:
                 self.model.potential.carried.follow(*self.model.unknowns.parts(step))
@@ -195,21 +195,21 @@ class Newton:
         if self._takes_anew(verdict, norms[2]):
             self.model.assemble_equations(self._residual)  # which SNES goes on with
             norm = float(self._residual.norm())
-            self._refreshing.done(norm)
+            self._lagging.updated(norm)
             verdict = rules.judge_anew(iteration, norm, scale)
-        return REASON[Verdict.HOPELESS if self._refreshing.lost else verdict]
+        return REASON[Verdict.HOPELESS if self._lagging.lost else verdict]
 
     def _takes_anew(self, verdict: Verdict, norm: float) -> bool:
-        """Let terms update what they hold where that is due; whether the potential changed."""
+        """Let terms update lagged quantities where that is due; whether the potential changed."""
         if verdict is Verdict.GO_ON:
-            due = self._refreshing.follows(norm, self._globalisation.first_N)
+            due = self._lagging.is_due(norm, self._globalisation.first_N)
         else:
-            due = verdict is Verdict.CONVERGED and self._refreshing.drifts()
-        return due and self.model.refresh()
+            due = verdict is Verdict.CONVERGED and self._lagging.is_due_at_the_end()
+        return due and self.model.update_lagged()
 
-    def tolerate_drift(self, most: float) -> None:
-        """Let what terms hold be behind by a relative change of up to ``most``."""
-        self._refreshing.most = most
+    def tolerate_lag(self, most: float) -> None:
+        """Let lagged quantities be behind by a relative change of up to ``most``."""
+        self._lagging.tolerance = most
 
     # -- solve ---------------------------------------------------------------------------------
 
@@ -223,8 +223,8 @@ class Newton:
     ) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
-        Normal forces that follow steps may lead far away, as where a body nearly slips off. Such
-        a solve starts once more, with normal forces held along each step.
+        Corrected steps may lead far away, as where a body nearly slips off. Such a solve starts
+        once more, with lagged quantities fixed along each step.
 
         Args:
             guess: start there instead; the tolerance still refers to the present state's residual.
@@ -236,35 +236,40 @@ class Newton:
             again: allow that second start; a caller that halves its step instead forbids it.
         """
         here = self.model.unknowns.local()
-        held = [(term, now) for term in self.model.terms if (now := term.held()) is not None]
+        lagged = [
+            (term, now) for term in self.model.terms if (now := term.lagged_state()) is not None
+        ]
         self._before = before or {}
         solve = self._iterate(guess, damped=damped)
-        if again and not solve.converged and self._refreshing.overshot:
+        if again and not solve.converged and self._lagging.overshot:
             self.model.unknowns.set_local(here)
-            for term, then in held:
-                term.hold(then)
+            for term, then in lagged:
+                term.restore_lagged(then)
             self._before = before or {}
-            second = self._iterate(guess, damped=damped, following=False)
+            second = self._iterate(guess, damped=damped, corrected=False)
             solve = replace(second, iterations=solve.iterations + second.iterations)
         self.damped += damped and solve.converged
         return solve
 
-    def _iterate(self, guess: Guess | None, *, damped: bool, following: bool = True) -> Solve:
+    def _iterate(self, guess: Guess | None, *, damped: bool, corrected: bool = True) -> Solve:
         """See :meth:`solve`."""
         model = self.model
         carried = model.potential.carried
         self._prepare(damped)
-        self._refreshing.start(following=following)
+        self._lagging.start(corrected=corrected)
         if guess is not None and carried is not None:
             first_N, here = self._residual_norm(), model.unknowns.local()
             model.unknowns.set_local(guess.unknowns)
             carried.values = guess.stress
-            if self.worst_guess < np.inf and self._residual_norm() > self.worst_guess * first_N:
+            if (
+                self.guess_residual_ratio < np.inf
+                and self._residual_norm() > self.guess_residual_ratio * first_N
+            ):
                 model.unknowns.set_local(here)
                 carried.reset()
             else:
                 self._before = {}
-                self._refreshing.start(predicted=True, following=following)
+                self._lagging.start(predicted=True, corrected=corrected)
             self._globalisation.start(first_N, far=True, damped=damped)
         else:
             self._globalisation.start(damped=damped)
@@ -293,7 +298,7 @@ class Newton:
         self._prepare(damped=False)
         if self.model.potential.carried is not None:
             self.model.potential.carried.reset()
-        self.model.heed(0.0)
+        self.model.set_residual(0.0)
         self.tangent.assemble()
         self._snes.setJacobian(self._form_tangent, self.tangent.matrix)
         self._factors.factorise(self.tangent.matrix)

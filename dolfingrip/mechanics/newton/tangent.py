@@ -35,14 +35,16 @@ class Tangent:
         (self._form, *_), *_ = model.potential.tangent_forms()
         index_map = model.u.function_space.dofmap.index_map
         self._nodes = model.unknowns.nodes
-        self._numbers = model.unknowns.padded // 3
-        self._rows = index_map.size_local + (self._numbers if model.unknowns.has_numbers else 0)
+        self._global_blocks = model.unknowns.padded // 3
+        self._rows = index_map.size_local + (
+            self._global_blocks if model.unknowns.owns_globals else 0
+        )
         self._first = index_map.local_range[0]
         self._free = self._free_components()
         self.patterns = 0
-        graph = self._with_numbers(block_graph(self._form))
+        graph = self._with_globals(block_graph(self._form))
         self._known: np.ndarray = np.empty(0, dtype=np.int64)
-        if self._numbers:  # what they couple is known before the first step
+        if self._global_blocks:  # what they couple is known before the first step
             self._note([*self._couplings(convex=False), *self._ties()])
             graph = (graph + self._pattern(self._known)).tocsr()
         self.graph = graph
@@ -90,17 +92,17 @@ class Tangent:
 
     # -- pattern -------------------------------------------------------------------------------
 
-    def _with_numbers(self, graph: sp.csr_matrix) -> sp.csr_matrix:
-        """``graph`` with rows and columns for the numbers, each block coupled with itself."""
-        if not self._numbers:
+    def _with_globals(self, graph: sp.csr_matrix) -> sp.csr_matrix:
+        """``graph`` with rows and columns for global unknowns, blocks coupled with themselves."""
+        if not self._global_blocks:
             return graph
         graph = sp.csr_matrix(
             (graph.data, graph.indices, graph.indptr),
-            (graph.shape[0], self._nodes + self._numbers),
+            (graph.shape[0], self._nodes + self._global_blocks),
         )
-        if not self._model.unknowns.has_numbers:
+        if not self._model.unknowns.owns_globals:
             return graph
-        own = sp.eye_array(self._numbers, self._nodes + self._numbers, k=self._nodes)
+        own = sp.eye_array(self._global_blocks, self._nodes + self._global_blocks, k=self._nodes)
         return sp.csr_matrix(sp.vstack([graph, own]))
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
@@ -150,12 +152,12 @@ class Tangent:
         return bool(self._model.comm.allreduce(new, MPI.LOR))
 
     def _keys(self, row: np.ndarray, column: np.ndarray) -> np.ndarray:
-        return np.asarray(row.astype(np.int64) * (self._nodes + self._numbers) + column)
+        return np.asarray(row.astype(np.int64) * (self._nodes + self._global_blocks) + column)
 
     def _pattern(self, keys: np.ndarray) -> sp.csr_matrix:
         """Owned pairs of nodes as a graph."""
-        row, column = np.divmod(keys, self._nodes + self._numbers)
-        shape = (self._rows, self._nodes + self._numbers)
+        row, column = np.divmod(keys, self._nodes + self._global_blocks)
+        shape = (self._rows, self._nodes + self._global_blocks)
         return sp.csr_matrix((np.ones(len(row)), (row - self._first, column)), shape=shape)
 
     def _make_room(self, couplings: Sequence[Coupling]) -> None:
@@ -166,8 +168,8 @@ class Tangent:
     # -- couplings -----------------------------------------------------------------------------
 
     def _free_components(self) -> np.ndarray:
-        """(3n,) 1 for free components of all nodes on all ranks and numbers, 0 for others."""
-        free = np.ones(3 * (self._nodes + self._numbers))
+        """(3n,) 1 for free components of all nodes on all ranks and global unknowns, else 0."""
+        free = np.ones(3 * (self._nodes + self._global_blocks))
         for bc in self._model.supports:
             dofs, owned = bc.dof_indices()
             held = dofs[:owned].astype(np.int64) + 3 * self._first
@@ -195,18 +197,18 @@ class Tangent:
         self._insert(self.matrix, graph, blocks.data[graph.data - 1], add=True)
 
     def _fill_up(self) -> None:
-        """Put 1 on the diagonal of the entries that fill up the numbers' blocks."""
+        """Put 1 on the diagonal of the entries that fill up the global unknowns' blocks."""
         unknowns = self._model.unknowns
-        spare = unknowns.padded - len(unknowns.numbers)
+        spare = unknowns.padded - len(unknowns.global_unknowns)
         if not spare:
             return
-        rows = self._rows - self._numbers + np.arange(self._numbers)
-        blocks = np.zeros((self._numbers, 3, 3))
+        rows = self._rows - self._global_blocks + np.arange(self._global_blocks)
+        blocks = np.zeros((self._global_blocks, 3, 3))
         for place in range(unknowns.padded - spare, unknowns.padded):
             blocks[place // 3, place % 3, place % 3] = 1.0
-        owned = rows if unknowns.has_numbers else rows[:0]
+        owned = rows if unknowns.owns_globals else rows[:0]
         graph = sp.csr_matrix(
-            (np.ones(len(owned)), (owned, unknowns.number_nodes()[: len(owned)])),
+            (np.ones(len(owned)), (owned, unknowns.global_nodes()[: len(owned)])),
             shape=self.graph.shape,
         )
         self._insert(self.matrix, graph, blocks[: len(owned)], add=True)

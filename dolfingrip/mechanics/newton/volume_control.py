@@ -13,8 +13,8 @@ from mpi4py import MPI
 
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Control, Model
-from dolfingrip.mechanics.model.term import Coupling, Term, number_coupling
-from dolfingrip.mechanics.model.unknowns import NODE, Gradient, Number
+from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
+from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
 CONTROL = "cavity_volume_mm3"
 """Name of the volume among a model's controls."""
@@ -34,7 +34,7 @@ class Prescribed:
 
     @property
     def target_mm3(self) -> float:
-        """Volume on the reference mesh as it is: what is led are ratios to the undeformed one."""
+        """Volume on the reference mesh as it is: controlled are ratios to the undeformed one."""
         return self.value * self.growth
 
     def set(self, value: float) -> None:
@@ -57,7 +57,7 @@ class VolumeControl(Term):
 
     Attributes:
         control: the volume of the whole cavity, at first the present one.
-        number: the pressure as an unknown.
+        unknown: the pressure as an unknown.
     """
 
     name: ClassVar[str] = "volume"
@@ -79,7 +79,9 @@ class VolumeControl(Term):
         # 1 MPa for each size of the cavity: a missing volume then counts as much as the forces on
         # the cavity's walls that go with it
         scale = float(np.cbrt(copies / self.control.value))
-        self.number = Number("cavity_pressure_MPa", pressure.constant, scale, multiplier=True)
+        self.unknown = GlobalUnknown(
+            "cavity_pressure_MPa", pressure.constant, scale, multiplier=True
+        )
         self._force_N = self._load_N()
 
     def volume_mm3(self) -> float:
@@ -105,19 +107,19 @@ class VolumeControl(Term):
 
     def value(self, dofs: np.ndarray) -> float:
         """p V* of the meshed part (mJ)."""
-        return self.number.value * self.control.target_mm3 / self._copies
+        return self.unknown.value * self.control.target_mm3 / self._copies
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the residual V* − V."""
-        gradient.add(self.number, (self.control.target_mm3 - self.volume_mm3()) / self._copies)
+        gradient.add(self.unknown, (self.control.target_mm3 - self.volume_mm3()) / self._copies)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """−∂V/∂u between pressure and displacement."""
         rates = self._rates()
-        return [number_coupling([self.number], self._first, -rates[None], np.zeros((1, 1)))]
+        return [global_coupling([self.unknown], self._first, -rates[None], np.zeros((1, 1)))]
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Have the led volume grow as the undeformed cavity does."""
+        """Have the controlled volume grow as the undeformed cavity does."""
         self.control.growth = self._undeformed_mm3() / self._undeformed
 
     def accept(self) -> None:
@@ -134,7 +136,7 @@ class VolumeControl(Term):
     def _load_N(self) -> float:
         rates = self._rates()
         square = self._comm.allreduce(float(rates @ rates), MPI.SUM)
-        return abs(self.number.value) * float(np.sqrt(square))
+        return abs(self.unknown.value) * float(np.sqrt(square))
 
 
 def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Model:
@@ -146,4 +148,4 @@ def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Mode
         volume: UFL form of the meshed cavity's volume (mm³).
     """
     term = VolumeControl(model.u, pressure, volume, model.domain.copies)
-    return model.with_term(term, [term.number], {CONTROL: term.control})
+    return model.with_term(term, [term.unknown], {CONTROL: term.control})

@@ -72,7 +72,7 @@ class LoadPath:
     Attributes:
         from_equilibrium: a step that starts without a predicted state has its first tangent with
             the controls of its start.
-        cuts_at_once: a step that fails is halved before it starts again in another way or is
+        halves_first: a step that fails is halved before it starts again in another way or is
             damped, but for the last one tried: where inertia follows a motion, short steps are
             easy ones.
         over: called after each accepted step; where it says so, the path ends there.
@@ -95,7 +95,7 @@ class LoadPath:
         self._passable = passable
         self.observers = observers
         self._damped = damped
-        self.from_equilibrium = self.cuts_at_once = False
+        self.from_equilibrium = self.halves_first = False
         self.over: Callable[[], bool] = lambda: False
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
@@ -187,9 +187,9 @@ class LoadPath:
         before = None
         if self.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
-        again = last or not self.cuts_at_once
+        again = last or not self.halves_first
         solve = self.newton.solve(guess, before=before, again=again)
-        gives_up = (self._lost or self.cuts_at_once) and not last
+        gives_up = (self._lost or self.halves_first) and not last
         if solve.converged or not self._damped or gives_up:
             return solve
         self.model.restore(good)

@@ -65,8 +65,8 @@ class OfIntegrals(Reading):
         vector = fem.assemble_vector(self._by_displacement)
         vector.scatter_reverse(la.InsertMode.add)
         found.fields[0][:] = vector.array[: found.fields[0].size]
-        for number in self.model.unknowns.numbers:
-            found.add(number, self._to_constant(number.constant))
+        for unknown in self.model.unknowns.global_unknowns:
+            found.add(unknown, self._to_constant(unknown.constant))
         return found.array
 
     def by_direction(self, direction: Direction) -> float:

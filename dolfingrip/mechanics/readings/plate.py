@@ -27,8 +27,8 @@ class PlateForce(Reading):
         found, load = Gradient(self.model.unknowns), self._plate.reaction
         dofs, copies = self.model.u.x.array, self.model.domain.copies
         found.fields[0][:] = copies * load.by_displacement(dofs)
-        for number in self.model.unknowns.numbers:
-            found.add(number, copies * self._sum(load.by_constant(dofs, number.constant)))
+        for unknown in self.model.unknowns.global_unknowns:
+            found.add(unknown, copies * self._sum(load.by_constant(dofs, unknown.constant)))
         return found.array
 
     def by_direction(self, direction: Direction) -> float:

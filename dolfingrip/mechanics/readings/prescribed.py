@@ -29,9 +29,9 @@ class ControlValue(Reading):
     def gradient(self) -> np.ndarray:
         found = Gradient(self.model.unknowns)
         if isinstance(self._control, Control):
-            for number in self.model.unknowns.numbers:
-                if number.constant is self._control.constant:
-                    found.add(number, 1 / self._control.factor)
+            for unknown in self.model.unknowns.global_unknowns:
+                if unknown.constant is self._control.constant:
+                    found.add(unknown, 1 / self._control.factor)
         return found.array
 
     def by_direction(self, direction: Direction) -> float:

@@ -17,8 +17,8 @@ SMALL: Final = 1e-7
 Newton's tolerance, so that a one-sided difference is good to this part, and rounding to 1e-6."""
 
 CORRECTIONS: Final = 30
-"""Largest number of corrections where terms hold something that the tangent leaves out, as friction
-holds its normal forces; each is a solve with the present tangent."""
+"""Largest number of corrections where terms have lagged quantities, as friction has normal forces,
+whose change the tangent leaves out; each is a solve with the present tangent."""
 
 CLOSE: Final = 1e-6
 """Part of the first residual's derivative that may be left then."""
@@ -64,7 +64,7 @@ class ForwardSensitivity:
         self._before: State | None = None
         rest = model.unknowns.local()
         self._derived: np.ndarray | None = None
-        # With friction's pairs as a refresh at the solution finds them. Newton's method may hold
+        # With friction's pairs as an update at the solution finds them. Newton's method may hold
         # those of an earlier iterate, without a pair that has just come within the barrier.
         self._history: Mapping[str, np.ndarray] | None = None
         self.changes = [Change(np.zeros_like(rest)) for _ in perturbations]
@@ -95,7 +95,7 @@ class ForwardSensitivity:
             self._advance(self._before or state)
         base = read()
         found = []
-        held = [term.held() for term in self._model.terms]
+        lagged = [term.lagged_state() for term in self._model.terms]
         step = RepeatedStep(self._model, state, state, here, self._history)
         for perturbation, change, amount in self._each():
             with perturbation.applied(amount):
@@ -103,8 +103,8 @@ class ForwardSensitivity:
                 there = read()
             found.append({name: (there[name] - base[name]) / amount for name in base})
         self._model.restore(state)
-        for term, each in zip(self._model.terms, held, strict=True):
-            term.hold(each)
+        for term, each in zip(self._model.terms, lagged, strict=True):
+            term.restore_lagged(each)
         return found
 
     def _is_derived(self, here: np.ndarray) -> bool:
@@ -118,7 +118,7 @@ class ForwardSensitivity:
         """Derive the present, converged state from the derivatives at ``before``."""
         model = self._model
         now, here = model.state(), model.unknowns.local()
-        held = [term.held() for term in model.terms]
+        lagged = [term.lagged_state() for term in model.terms]
         step = RepeatedStep(model, before, now, here, self._history)
         self._derived = here
         solve = self._linear()
@@ -126,7 +126,7 @@ class ForwardSensitivity:
         found = np.zeros((len(start), len(self._perturbations)), order="F")
         each = list(self._each())
         first, last = np.zeros(len(each)), np.full(len(each), np.inf)
-        exact = all(kept is None for kept in held)
+        exact = all(kept is None for kept in lagged)
         due = np.arange(len(each))
         for correction in range(1 if exact else CORRECTIONS):
             right: np.ndarray = np.empty((len(start), len(due)), order="F")
@@ -156,8 +156,8 @@ class ForwardSensitivity:
         model.restore(before)
         model.prescribe(step.controlled(now))
         model.unknowns.set_local(here)
-        for term, each in zip(model.terms, held, strict=True):
-            term.hold(each)
+        for term, each in zip(model.terms, lagged, strict=True):
+            term.restore_lagged(each)
 
     def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
         """Perturbations with what is known of their changes, and by how much they are taken."""

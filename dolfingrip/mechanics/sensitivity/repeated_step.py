@@ -69,7 +69,7 @@ class RepeatedStep:
         self._history = before.history if history is None else history
         self._now = now
         self._here = here
-        solved = {id(number.constant) for number in model.unknowns.numbers}
+        solved = {id(unknown.constant) for unknown in model.unknowns.global_unknowns}
         self._results = {
             name
             for name, control in model.controls.items()
@@ -133,11 +133,11 @@ class RepeatedStep:
         return unknowns.owned_part(unknowns.local() - self._here) / amount
 
     def _end_at(self, there: np.ndarray) -> None:
-        """Set the step's end, with the moving support where its numbers take it."""
+        """Set the step's end, with the moving support where its global unknowns take it."""
         self._model.unknowns.set_local(there)
         if self._model.moving is not None:
             self._model.moving.place()
-        self._model.refresh()
+        self._model.update_lagged()
 
 
 def _applied(perturbation: Perturbation | None, amount: float) -> AbstractContextManager[None]:

@@ -22,7 +22,7 @@ def test_readings_and_set_ups(tmp_path: Path) -> None:
     listed = found.listed()
     assert list(listed["column"]) == [*4 * ["angle_deg"], "force_N", "angle_deg", "force_N"]
     np.testing.assert_array_equal(listed["value"], [0.1, 12.5, 25.2, 13.0, 0.01, 1.5, 0.3])
-    np.testing.assert_array_equal(listed["led"], [0, 25, 50, 25, 0, 25, 25])
+    np.testing.assert_array_equal(listed["control"], [0, 25, 50, 25, 0, 25, 25])
     np.testing.assert_array_equal(listed["row"], [0, 1, 2, 3, 4, 5, 5])
     applied = found.tests[1].setup.applied(Config())
     assert (applied.finger.wall_mm, applied.plate.gap_mm) == (1.8, 0.5)

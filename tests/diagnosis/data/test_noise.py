@@ -34,7 +34,7 @@ def measured(folder: Path, rows: int, cycles: int, toml: str) -> Measurement:
 def test_told(tmp_path: Path) -> None:
     found = noise(read([written(tmp_path)]))
     np.testing.assert_array_equal(found.independent, [*4 * [0.3], 0.02, 0.3, 0.02])
-    np.testing.assert_array_equal(found.led, np.full(7, 0.5))
+    np.testing.assert_array_equal(found.control, np.full(7, 0.5))
     assert not found.correlated.any()
     assert np.isinf(found.correlation_time_s).all()
     assert found.sentences == ()

@@ -93,18 +93,18 @@ def test_bad_input_is_one_line(
 
 
 def test_a_rig_asks_for_what_is_shipped() -> None:
-    """The paper's, its unloading and its cycles are led as the reference finger's simulations."""
+    """The paper's, its unloading and its cycles have the controls of the reference simulations."""
     for changes, count, unload in (((), 1, False), (("cycles=3",), 3, True)):
         measurement, _ = rig.read(None, Config(), changes)
         reference = reference_measurement(count, unload=unload)
-        led = ["time_s", "pressure_kPa", "cycle", "branch", "experiment"]
-        assert measurement.readings[led].equals(reference.readings[led])
+        columns = ["time_s", "pressure_kPa", "cycle", "branch", "experiment"]
+        assert measurement.readings[columns].equals(reference.readings[columns])
     paper, _ = rig.read(None, Config())
     found = {each.kind: each for each in proposals(paper, Config())}
     assert set(found) == set(rig.KINDS)
     reference = reference_measurement(experiments=["bending"])
-    led = ["time_s", "pressure_kPa", "cycle", "branch"]
-    assert found["cycles"].measurement.readings[led].equals(reference.readings[led])
+    columns = ["time_s", "pressure_kPa", "cycle", "branch"]
+    assert found["cycles"].measurement.readings[columns].equals(reference.readings[columns])
 
 
 def test_an_addition_is_read_by_the_rigs_instruments() -> None:

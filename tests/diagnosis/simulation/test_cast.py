@@ -60,7 +60,7 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
         read([written(folder, "\n".join(lines) + "\n", TOLD)], block()), block()
     )
     assert notes == ["readings above 8 kPa (max_pressure_kPa beside lab.csv) are left out"]
-    assert found.listed()["led"].max() == 8
+    assert found.listed()["control"].max() == 8
     return found
 
 
@@ -80,8 +80,8 @@ def test_nuisances(base: BaseSimulation, measurement: Measurement, store: Path) 
         "modulus", "wall", "pressure_gain", "pressure_offset_kPa", FILM,
         "specimen_scale of A", "specimen_scale of B",
     ]  # fmt: skip
-    pressure = measurement.listed()["led"].to_numpy()
-    exactly = -0.2 * pressure * base.by_led
+    pressure = measurement.listed()["control"].to_numpy()
+    exactly = -0.2 * pressure * base.by_control
     np.testing.assert_allclose(columns["modulus"], exactly, atol=0.02 * np.abs(exactly).max())
     ends = [with_all(measurement, store, f"{FILM}={3 + way}").readings for way in (0.05, -0.05)]
     np.testing.assert_allclose(columns[FILM], 5 * (ends[0] - ends[1]), rtol=1e-3)

@@ -99,9 +99,9 @@ def test_candidates(base: BaseSimulation, measurement: Measurement) -> None:
 
 def test_gauge_noise_counts_by_the_slope(base: BaseSimulation, measurement: Measurement) -> None:
     listed = measurement.listed()
-    led, first = listed["led"].to_numpy(), (listed["specimen"] == "A").to_numpy()
-    slope = np.gradient(base.readings[first], led[first])
-    np.testing.assert_allclose(base.by_led[first][2:-2], slope[2:-2], rtol=2e-3)
+    control, first = listed["control"].to_numpy(), (listed["specimen"] == "A").to_numpy()
+    slope = np.gradient(base.readings[first], control[first])
+    np.testing.assert_allclose(base.by_control[first][2:-2], slope[2:-2], rtol=2e-3)
 
 
 def test_stops_stand_for_all_rows_where_there_is_memory(tmp_path: Path, store: Path) -> None:
@@ -182,9 +182,9 @@ def test_a_simulation_that_fails_is_told_and_leaves_no_numbers(
     (failure,) = part.failures
     assert [test.specimen for test in failure.tests] == ["A", "B"]
     assert (failure.failure_class, failure.overrides) == ("limit point", ())
-    led = measurement.listed()["led"].to_numpy()
+    control = measurement.listed()["control"].to_numpy()
     reached = part.runs[0].result.columns["displacement_mm"][-1]
     good = ~np.isnan(part.readings)
-    assert good[led <= reached].all()
-    assert not good[led > 1.1 * reached].any()
+    assert good[control <= reached].all()
+    assert not good[control > 1.1 * reached].any()
     np.testing.assert_allclose(part.readings[good], whole.readings[good], atol=0.01)

@@ -108,9 +108,9 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     expected = 1.5 * (ends[0].readings - ends[1].readings)
     np.testing.assert_allclose(columns["pressure_gain"], expected, atol=2e-3)
     # by the exact scaling, too: dα/dln c = -p dα/dp
-    pressure = measurement.listed()["led"].to_numpy()
+    pressure = measurement.listed()["control"].to_numpy()
     np.testing.assert_allclose(
-        columns["modulus"][free], -0.2 * (pressure * base.by_led)[free], atol=0.02
+        columns["modulus"][free], -0.2 * (pressure * base.by_control)[free], atol=0.02
     )
 
 

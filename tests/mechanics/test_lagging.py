@@ -11,11 +11,11 @@ from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.ending import Ending, Solve
+from dolfingrip.mechanics.newton.lagging import AGAIN, LAG_TOLERANCE, OVERSHOT, LagRules
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.refreshing import AGAIN, DRIFTS, OVERSHOT, Refreshing
 
 
-class Following(Term):
+class Lagging(Term):
     """A force on the top along x that is a share of its displacement, held meanwhile."""
 
     def __init__(self, top: np.ndarray, share: float, restless: float = 0.0) -> None:
@@ -29,27 +29,27 @@ class Following(Term):
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         gradient.at_nodes[self._top, 0] -= (self.force + 0.01) / len(self._top)
 
-    def refresh(self, dofs: np.ndarray) -> bool:
+    def update_lagged(self, dofs: np.ndarray) -> bool:
         self.times += 1
         self.force = self._now(dofs) + self._restless * (-1) ** self.times
         return True
 
-    def drift(self, dofs: np.ndarray) -> float:
+    def lag_error(self, dofs: np.ndarray) -> float:
         now = self._now(dofs)
         return abs(self.force - now) / max(abs(now), 1e-9)
 
-    def held(self) -> float:
+    def lagged_state(self) -> float:
         return self.force
 
-    def hold(self, held: float) -> None:
-        self.force = held
+    def restore_lagged(self, state: float) -> None:
+        self.force = state
 
 
-def pulled(share: float, restless: float = 0.0) -> tuple[bodies.Body, Following, Newton]:
+def pulled(share: float, restless: float = 0.0) -> tuple[bodies.Body, Lagging, Newton]:
     cube = bodies.body(bodies.domain(bodies.box((2, 2, 2)), {}), 1, nu=0.3)
     cube.hold(bodies.plane(2, 0.0))
     top = np.flatnonzero(np.isclose(cube.nodes[:, 2], 1.0))
-    term = Following(top, share, restless)
+    term = Lagging(top, share, restless)
     cube.model.terms = [cube.plate, term]
     return cube, term, Newton(cube.model, Solver(rtol=1e-9, atol_N=1e-12, max_iterations=40))
 
@@ -64,9 +64,9 @@ def test_what_is_held_ends_as_that_of_the_solution() -> None:
     cube, term, newton = pulled(0.3 * stiffness)
     solve = newton.solve()
     assert solve.converged
-    assert term.drift(cube.u.x.array) <= DRIFTS
+    assert term.lag_error(cube.u.x.array) <= LAG_TOLERANCE
     assert 0 < term.times < solve.iterations
-    assert cube.displacement()[top, 0].mean() == pytest.approx(alone / 0.7, rel=DRIFTS)
+    assert cube.displacement()[top, 0].mean() == pytest.approx(alone / 0.7, rel=LAG_TOLERANCE)
 
 
 def test_what_never_settles_is_no_solution() -> None:
@@ -78,63 +78,63 @@ def test_what_never_settles_is_no_solution() -> None:
 
 def test_steps_are_followed_until_one_overshoots() -> None:
     cube, _, _ = pulled(0.0)
-    rules = Refreshing(cube.model)
-    assert not rules.follows(1.0, 1.0)
-    assert rules.fresh  # nothing is held that drifts
+    rules = LagRules(cube.model)
+    assert not rules.is_due(1.0, 1.0)
+    assert rules.current  # nothing is held that drifts
     for norm in (5.0, 6.0, 9.0):  # as a step that turns much makes it rise
-        rules.followed = True
-        assert rules.follows(norm, 1.0)
-        assert rules.fresh
-        rules.done(norm)
-    rules.followed = True
-    assert not rules.follows(OVERSHOT * 9.1, 1.0)
-    assert rules.follows(4.0, 1.0)
-    assert not rules.fresh
+        rules.corrected = True
+        assert rules.is_due(norm, 1.0)
+        assert rules.current
+        rules.updated(norm)
+    rules.corrected = True
+    assert not rules.is_due(OVERSHOT * 9.1, 1.0)
+    assert rules.is_due(4.0, 1.0)
+    assert not rules.current
     rules.start(predicted=True)
-    assert rules.follows(1.0, 1.0)
-    assert rules.fresh
-    rules.done(0.9)
-    rules.followed = True
-    assert rules.follows(5e-4, 1.0)
-    assert not rules.fresh  # close to the solution
+    assert rules.is_due(1.0, 1.0)
+    assert rules.current
+    rules.updated(0.9)
+    rules.corrected = True
+    assert rules.is_due(5e-4, 1.0)
+    assert not rules.current  # close to the solution
 
 
 def test_an_overshoot_is_not_followed() -> None:
     cube, _, _ = pulled(0.0)
-    rules = Refreshing(cube.model)
-    assert not rules.follows(1.0, 1.0)  # where the load step starts
-    assert not rules.follows(3.0, 1.0)
-    assert rules.follows(0.4, 1.0)
-    rules.done(0.6)
-    assert not rules.follows(0.35, 1.0)
-    assert rules.follows(0.25, 1.0)
-    rules.done(0.3)
-    assert rules.follows(2e-3, 1.0)  # close to the solution: the last time
-    rules.done(2.5e-3)
-    assert not rules.follows(1e-4, 1.0)
+    rules = LagRules(cube.model)
+    assert not rules.is_due(1.0, 1.0)  # where the load step starts
+    assert not rules.is_due(3.0, 1.0)
+    assert rules.is_due(0.4, 1.0)
+    rules.updated(0.6)
+    assert not rules.is_due(0.35, 1.0)
+    assert rules.is_due(0.25, 1.0)
+    rules.updated(0.3)
+    assert rules.is_due(2e-3, 1.0)  # close to the solution: the last time
+    rules.updated(2.5e-3)
+    assert not rules.is_due(1e-4, 1.0)
     rules.start()
-    assert rules.follows(0.2, 1.0)  # a start that was predicted well
+    assert rules.is_due(0.2, 1.0)  # a start that was predicted well
 
 
-def test_a_solve_that_was_led_astray_starts_once_more() -> None:
+def test_a_solve_that_goes_astray_starts_once_more() -> None:
     """From where it began, what terms hold included, and without what follows; once, or not."""
     cube, term, newton = pulled(0.1)
     starts: list[tuple[bool, np.ndarray, float]] = []
     real = newton._iterate
 
-    def astray(guess: Guess | None, *, damped: bool, following: bool = True) -> Solve:
-        starts.append((following, cube.model.unknowns.local(), term.held()))
-        if following:
+    def astray(guess: Guess | None, *, damped: bool, corrected: bool = True) -> Solve:
+        starts.append((corrected, cube.model.unknowns.local(), term.lagged_state()))
+        if corrected:
             cube.u.x.array[:] += 0.3
-            term.hold(7.0)
-            newton._refreshing.overshot = True
+            term.restore_lagged(7.0)
+            newton._lagging.overshot = True
             return Solve(Ending.DIVERGED, 5)
-        return real(guess, damped=damped, following=following)
+        return real(guess, damped=damped, corrected=corrected)
 
     newton._iterate = astray  # type: ignore[method-assign]
     solve = newton.solve()
     assert solve.converged
-    assert [following for following, _, _ in starts] == [True, False]
+    assert [corrected for corrected, _, _ in starts] == [True, False]
     np.testing.assert_array_equal(starts[0][1], starts[1][1])
     assert starts[0][2] == starts[1][2]
     assert solve.iterations > 5

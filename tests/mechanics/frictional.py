@@ -16,7 +16,7 @@ SLIP = 1e-3
 """mm; a twentieth of the gap between the cubes."""
 
 
-def rubbing(blocks: bodies.Body, coefficient: float = MU, slip_mm: float = SLIP) -> Friction:
+def frictional(blocks: bodies.Body, coefficient: float = MU, slip_mm: float = SLIP) -> Friction:
     """Give ``blocks`` friction, from their present state."""
     assert blocks.contact is not None
     mu = fem.Constant(blocks.model.domain.mesh, PETSc.ScalarType(coefficient))
@@ -63,9 +63,9 @@ def slips(blocks: bodies.Body) -> list[np.ndarray]:
     return [(start + SLIP * rng.uniform(-1, 1, shape)).ravel() for _ in range(6)]
 
 
-def go(blocks: bodies.Body, dofs: np.ndarray, *, refresh: bool = True) -> None:
+def go(blocks: bodies.Body, dofs: np.ndarray, *, update: bool = True) -> None:
     """Accept ``dofs`` as the end of a load step."""
     blocks.u.x.array[:] = dofs
-    if refresh:
-        blocks.model.refresh()
+    if update:
+        blocks.model.update_lagged()
     blocks.model.accept_step()

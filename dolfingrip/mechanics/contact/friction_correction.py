@@ -1,4 +1,4 @@
-"""Friction's forces along a step whose normal forces follow."""
+"""Friction's forces along a step that changes normal forces."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.unknowns import Gradient
 
 
-class FollowingFriction:
+class FrictionCorrection:
     """What the tangent at a displacement u does not know of friction's forces F.
 
     Along a step w a pair slips by P w more, and its normal force grows by what it is pressed more:
 
         C(w) = F(s(u + w), N(u) + N'(u) w) − F(s(u), N(u)) − H w
 
-    H is the Hessian in the tangent, whose normal forces are held. The tangent planes are those of
+    H is the Hessian in the tangent, for fixed normal forces. The tangent planes are those of
     u. Normal forces are linear in w, from 0 to :data:`~.stick.HARDER` times what they were: beyond,
     a point had all but left, and tells nothing of what will be pressed.
 

@@ -1,4 +1,4 @@
-"""Newton steps along which what terms hold follows: normal forces of friction, for one."""
+"""Newton steps along which lagged quantities change: normal forces of friction, for one."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ Solver = Callable[[PETSc.Mat, PETSc.Vec, PETSc.Vec], None]
 """Solves with a matrix and a right-hand side for a solution."""
 
 
-class FollowingStep:
+class CorrectedStep:
     """Solves for the step w of Newton's method with r + K w + C(w) = 0.
 
-    r and K are residual and tangent with what terms hold held, and C what they change as it
-    follows the step. Its derivative is not symmetric: normal forces, which follow the motion along
-    the normals, change forces in the tangent planes. C is not linear, since a point that sticks is
-    soon one that slides. It acts on few nodes and costs next to nothing: so its own Newton
-    iterations, in which neither elements are assembled nor a matrix is factorised, save some with
-    both. Where one of them does not help, as between two states of sliding with sticking in the
-    middle, the next takes for C the derivative of what majorises its potential.
+    r and K are residual and tangent for fixed lagged quantities, and C is the change of r by their
+    change along the step. Its derivative is not symmetric: normal forces, which follow the motion
+    along the normals, change forces in the tangent planes. C is not linear, since a point that
+    sticks is soon one that slides. It acts on few nodes and costs next to nothing: so its own
+    Newton iterations, in which neither elements are assembled nor a matrix is factorised, save
+    some with both. Where one of them does not help, as between two states of sliding with sticking
+    in the middle, the next takes for C the derivative of what majorises its potential.
 
     Args:
         model: at the state of r and K.
@@ -46,13 +46,15 @@ class FollowingStep:
         self._model = model
         self._tangent = tangent
         dofs = model.u.x.array
-        self._parts = [part for term in model.all_terms if (part := term.following(dofs))]
-        held = [bc.dof_indices() for bc in model.supports]
-        self._held = np.concatenate([dofs[:owned] for dofs, owned in held] or [np.zeros(0, int)])
+        self._parts = [part for term in model.all_terms if (part := term.lagged_correction(dofs))]
+        supported = [bc.dof_indices() for bc in model.supports]
+        self._supported = np.concatenate(
+            [dofs[:owned] for dofs, owned in supported] or [np.zeros(0, int)]
+        )
 
     @property
     def any(self) -> bool:
-        """Whether a term holds anything, the same on all ranks."""
+        """Whether a term has a correction, the same on all ranks."""
         return bool(self._parts)
 
     def solve(self, solve: Solver, right: PETSc.Vec, solution: PETSc.Vec) -> None:
@@ -116,5 +118,5 @@ class FollowingStep:
         found = Gradient(self._model.unknowns)
         for part in self._parts:
             add(part, found)
-        found.array[self._held] = 0.0
+        found.array[self._supported] = 0.0
         return found.array
