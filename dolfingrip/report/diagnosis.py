@@ -129,27 +129,27 @@ def _lines(
     another look like a solid line.
     """
     for number, (_, run) in enumerate(part.groupby("run", sort=False)):
-        shown = _once(run, over, column)
+        shown = first_way(run, over, column)
         ax.plot(shown[over], shown[column], style, color=colour, lw=1.2, zorder=3,
                 label=label if number == 0 else None)  # fmt: skip
         if band and number == 0:
-            for way in _ways(run[over].to_numpy(dtype=float)):
+            for way in ways(run[over].to_numpy(dtype=float)):
                 own = run.iloc[way]
                 low, high = (own[column] + side * BANDS * own["noise"] for side in (-1, 1))
                 # not translucent: where the bands of two ways overlap they would be darker
                 ax.fill_between(own[over], low, high, color=tint(colour), lw=0, zorder=1)
 
 
-def _once(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:
+def first_way(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:
     """The first way of a run alone, where all others go along it; measured loads scatter."""
-    first = run.iloc[_ways(run[over].to_numpy(dtype=float))[0]].sort_values(over)
+    first = run.iloc[ways(run[over].to_numpy(dtype=float))[0]].sort_values(over)
     value = run[column]
     along = np.interp(run[over], first[over], first[column])
     apart = float(np.abs(value - along).max())
     return first if apart < SAME * (value.max() - value.min()) else run
 
 
-def _ways(load: np.ndarray) -> list[slice]:
+def ways(load: np.ndarray) -> list[slice]:
     """The parts of a run along which the load only grows, or only falls; turns belong to both."""
     steps = pd.Series(np.sign(np.diff(load))).replace(0, np.nan).ffill().bfill().fillna(1)
     turns = np.flatnonzero(np.diff(steps.to_numpy())) + 1  # a wait belongs to the way before it

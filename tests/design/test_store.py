@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pyarrow.parquet
@@ -83,8 +84,11 @@ def test_a_failed_design_has_no_numbers(tmp_path: Path) -> None:
     keys = filled(tmp_path)
     with Store(tmp_path, write=True) as store:
         store.record(Answer(keys[2], "failed", {"force_N": 9.0}, failure_class="error"))
-        with pytest.raises(sqlite3.IntegrityError):  # the file itself holds to it
-            store._base.execute("UPDATE designs SET outputs = '{}' WHERE status = 'failed'")
+    with (
+        closing(sqlite3.connect(tmp_path / "campaign.sqlite")) as base,
+        pytest.raises(sqlite3.IntegrityError),  # the file itself holds to it
+    ):
+        base.execute("UPDATE designs SET outputs = '{}' WHERE status = 'failed'")
     found = export.table(tmp_path).to_pylist()[2]
     assert (found["status"], found["force_N"]) == ("failed", None)
 

@@ -143,7 +143,7 @@ def test_a_tie_with_an_instrument_is_judged(store: Path, tmp_path: Path) -> None
     assert len(judged) == len(far) == 4
     assert all(each.gain > 0 for each in judged)
     base = simulate_base(far[0].measurement, Config(), workers, effects=["force_offset"])
-    readings, slopes = worth._readings(fits[0], far[0], Config(), workers)
+    readings, slopes = worth.fitted_readings(fits[0], far[0], Config(), workers)
     strength_N = fits[0].by_key["strength of force_offset"] * 0.02
     expected = base.at_modulus(fits[0].values[0]) + strength_N
     np.testing.assert_allclose(readings, expected, atol=1e-4)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.diagnosis.additions import memory, worth
-from dolfingrip.diagnosis.additions.worth import _chance, _Expected
+from dolfingrip.diagnosis.additions.worth import Expected, chance_alone
 from dolfingrip.diagnosis.data import planned
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
@@ -44,7 +44,7 @@ def test_expected_odds_are_those_of_drawn_readings() -> None:
     """Against the mean of ln N(y; 0, C + J Jᵀ) over drawn readings."""
     print("seed", SEED)
     covariance, laws, readings = fits(1.0)
-    expected = _Expected.of(laws, covariance, readings)
+    expected = Expected.of(laws, covariance, readings)
     drawn = covariance.sample(np.random.default_rng(SEED), 4000)
     own = [covariance.widened(slopes) for _, slopes in readings]
     for i, (true, _) in enumerate(readings):
@@ -65,11 +65,11 @@ def test_a_law_of_many_terms_is_refuted_by_more_travel(reach: float, chance: flo
     """Its misfit stays 0. What it has more of cannot be refuted if it is there, so that only the
     law of one term, of probability 0.5, is left alone."""
     covariance, laws, readings = fits(1.0)
-    now = _Expected.of(laws, covariance, readings)
-    then = _Expected.of(laws, *fits(reach)[::2])
+    now = Expected.of(laws, covariance, readings)
+    then = Expected.of(laws, *fits(reach)[::2])
     before = np.array([0.5, 0.5])
     print(now.log_odds, then.log_odds)
-    assert _chance(before, now, then, NO_PAIR) == pytest.approx(chance)
+    assert chance_alone(before, now, then, NO_PAIR) == pytest.approx(chance)
 
 
 def test_pairs_that_differ_are_told_apart() -> None:
@@ -79,11 +79,11 @@ def test_pairs_that_differ_are_told_apart() -> None:
              (np.array([1.0, 0.001]), np.array([[1.0], [0.001]]))]  # fmt: skip
     other = [alike[0], (np.array([1.0, 0.2]), np.array([[1.0], [0.2]]))]
     equal = np.array([0.5, 0.5])
-    now = _Expected.of(laws, covariance, alike)
-    assert _chance(equal, now, now, NO_PAIR) == 0.0
-    then = _Expected.of(laws, covariance, other)
-    assert _chance(equal, now, then, NO_PAIR) == 1.0
-    assert _chance(equal, now, then, ~np.eye(2, dtype=bool)) == 0.0
+    now = Expected.of(laws, covariance, alike)
+    assert chance_alone(equal, now, now, NO_PAIR) == 0.0
+    then = Expected.of(laws, covariance, other)
+    assert chance_alone(equal, now, then, NO_PAIR) == 1.0
+    assert chance_alone(equal, now, then, ~np.eye(2, dtype=bool)) == 0.0
     found = worth.AdditionWorth("a hold", 2.0, 1.0, 0.5, 0.8)
     assert found.splits
 

@@ -21,7 +21,7 @@ class System:
     def __init__(self) -> None:
         print("seed", SEED)
         self.rng = np.random.default_rng(SEED)
-        self.matrix = self._band(np.full(SIZE, 3.0))
+        self.matrix = self.band(np.full(SIZE, 3.0))
         self.factors = Factors("test_factors_", None)
         self.ksp = PETSc.KSP().create(MPI.COMM_SELF)
         self.ksp.setType(PETSc.KSP.Type.PREONLY)
@@ -30,7 +30,7 @@ class System:
         self.right = PETSc.Vec().createWithArray(self.rng.uniform(-1, 1, SIZE), comm=MPI.COMM_SELF)
 
     @staticmethod
-    def _band(diagonal: np.ndarray) -> PETSc.Mat:
+    def band(diagonal: np.ndarray) -> PETSc.Mat:
         upper = sp.diags_array([diagonal, np.ones(SIZE - 1)], offsets=[0, 1]).tocsr()
         return symmetric(sp.csr_matrix(upper), MPI.COMM_SELF)
 
@@ -87,7 +87,7 @@ def test_renewed_factors_are_the_matrix_own(system: System) -> None:
 def test_another_matrix_is_factorised(system: System) -> None:
     """As one of another pattern would have to be."""
     system.error()
-    system.matrix = System._band(np.full(SIZE, 3.001))
+    system.matrix = System.band(np.full(SIZE, 3.001))
     assert system.error() < 1e-12
     assert system.factors.count == 2
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from dolfingrip.report.diagnosis import _once, _ways
+from dolfingrip.report.diagnosis import first_way, ways
 
 LOAD = [0.0, 50.0, 100.0, 100.0, 50.0, 0.0, 50.0]
 
@@ -14,13 +14,13 @@ def test_an_elastic_way_is_drawn_once() -> None:
     load = np.array(LOAD) + 0.3 * np.array([0, 1, 0, -1, -1, 1, 0])  # as regulators scatter
     run = pd.DataFrame({"load": load, "elastic": 0.1 * load})
     run["viscous"] = run["elastic"] + np.linspace(0, 0.5, len(run))
-    assert _once(run, "load", "elastic")["load"].tolist() == load[:3].tolist()
-    assert _once(run, "load", "viscous") is run
+    assert first_way(run, "load", "elastic")["load"].tolist() == load[:3].tolist()
+    assert first_way(run, "load", "viscous") is run
 
 
 def test_ways_end_where_the_load_turns() -> None:
     """A wait belongs to the way before it; a turn to both ways."""
-    assert _ways(np.array(LOAD)) == [slice(0, 4), slice(3, 6), slice(5, 7)]
-    assert _ways(np.array([0.0, 10.0])) == [slice(0, 2)]
-    assert _ways(np.array([7.0])) == [slice(0, 1)]
-    assert _ways(np.array([5.0, 5.0, 0.0])) == [slice(0, 3)]
+    assert ways(np.array(LOAD)) == [slice(0, 4), slice(3, 6), slice(5, 7)]
+    assert ways(np.array([0.0, 10.0])) == [slice(0, 2)]
+    assert ways(np.array([7.0])) == [slice(0, 1)]
+    assert ways(np.array([5.0, 5.0, 0.0])) == [slice(0, 3)]

@@ -107,7 +107,7 @@ def judge(
     np.fill_diagonal(weights, 0.0)
     weights /= max(weights.sum(), 1e-300)
     fits = [fit for fit, _ in tied]
-    now = _Expected.of(fits, problem.covariance, [(f.readings, f.jacobian) for f in fits])
+    now = Expected.of(fits, problem.covariance, [(f.readings, f.jacobian) for f in fits])
     found, failed = [], []
     for proposal in proposals:
         say(f"next experiment: {proposal.name}")
@@ -126,14 +126,14 @@ def judge(
                 proposal.minutes,
                 float((weights * (after - before)).sum()),
                 float((weights * useful).sum() / proposal.minutes),
-                _chance(probability, now, then, unseen),
+                chance_alone(probability, now, then, unseen),
             )
         )
     return sorted(found, key=lambda worth: worth.rank), failed
 
 
 @dataclass(frozen=True)
-class _Expected:
+class Expected:
     """What is expected of readings if the row's effect is there, of the column's against it.
 
     Attributes:
@@ -150,7 +150,7 @@ class _Expected:
         fits: Sequence[Hypothesis],
         covariance: Covariance,
         found: Sequence[tuple[Vector, Matrix]],
-    ) -> _Expected:
+    ) -> Expected:
         """From the readings of each fit, and their derivatives."""
         misfit = np.zeros((len(found), len(found)))
         evidence = np.zeros_like(misfit)
@@ -165,8 +165,8 @@ class _Expected:
         return cls(misfit, np.diag(evidence)[:, None] - evidence)
 
 
-def _chance(
-    probability: Vector, now: _Expected, then: _Expected, unseen: npt.NDArray[np.bool_]
+def chance_alone(
+    probability: Vector, now: Expected, then: Expected, unseen: npt.NDArray[np.bool_]
 ) -> float:
     """Probability that the true effect is left alone.
 
@@ -184,7 +184,7 @@ def _chance(
 
 def _after(
     problem: Problem, fits: Sequence[Hypothesis], proposal: Proposal, workers: Workers
-) -> _Expected:
+) -> Expected:
     """With the addition."""
     base = problem.base
     flat = () if proposal.known_mesh else meshes.ungraded(base.config)
@@ -195,7 +195,7 @@ def _after(
     walls = nuisance.pop(WALL, None) if problem.wall else None
     found = []
     for fit in fits:
-        own, jacobian = _readings(fit, proposal, config, workers)
+        own, jacobian = fitted_readings(fit, proposal, config, workers)
         if walls is not None:
             place = [each.key for each in fit.parameters].index(WALL)
             own, jacobian[:, place] = own + walls * fit.zeta[place], walls
@@ -207,10 +207,10 @@ def _after(
     noise = np.zeros((n + len(std), n + len(std)))
     noise[:n, :n] = problem.error_covariance.matrix
     noise[n:, n:] = np.diag(std**2)
-    return _Expected.of(fits, Covariance.of(noise + columns @ columns.T), found)
+    return Expected.of(fits, Covariance.of(noise + columns @ columns.T), found)
 
 
-def _readings(
+def fitted_readings(
     fit: Hypothesis, proposal: Proposal, config: Config, workers: Workers
 ) -> tuple[Vector, Matrix]:
     """Readings of an addition as a fit has them, with derivatives by ζ."""
@@ -237,7 +237,7 @@ def _with_linear(
     """The same of effects that are linear: an instrument's are there with the same instruments."""
     first = len(beside.parameters)
     rest = replace(beside, zeta=fit.zeta[:first])
-    readings, slopes = _readings(rest, proposal, config, workers)
+    readings, slopes = fitted_readings(rest, proposal, config, workers)
     base = simulate_base(
         proposal.measurement, config, workers, effects=[part.effect for part in fit.linear]
     )

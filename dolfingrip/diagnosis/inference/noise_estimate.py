@@ -121,7 +121,7 @@ def from_repeats(
     if not repeated.any():
         return None
     index, value, place = index[repeated], value[repeated], place[repeated]
-    fixed = _fixed_effects(index, value, place)
+    fixed = fixed_effects(index, value, place)
     freedom = len(value) - fixed.shape[1]
     if freedom < FEWEST:
         return None
@@ -132,7 +132,7 @@ def from_repeats(
         else np.arange(len(rows), dtype=float)
         for rows in runs
     ]
-    problem = _Reml(value, fixed, runs, positions)
+    problem = Reml(value, fixed, runs, positions)
     scale = problem.independent_std()
     alone = problem.log_likelihood(scale, 0.0, 1.0)
     best, log_likelihood = problem.maximise(scale)
@@ -144,7 +144,7 @@ def from_repeats(
     return FromRepeats(ChannelNoise(std, correlated, length, along), freedom, p)
 
 
-class _Reml:
+class Reml:
     """The restricted likelihood of one channel, with noise that is independent between runs."""
 
     def __init__(
@@ -209,7 +209,7 @@ class _Reml:
         return (std, correlated, length), -float(best.fun)
 
 
-def _fixed_effects(index: pd.DataFrame, value: Vector, place: npt.NDArray[np.intp]) -> Matrix:
+def fixed_effects(index: pd.DataFrame, value: Vector, place: npt.NDArray[np.intp]) -> Matrix:
     """An indicator of each place, and a scale of each specimen; linearly independent columns."""
     labels, where = np.unique(place, return_inverse=True)
     indicator = np.zeros((len(value), len(labels)))

@@ -90,7 +90,7 @@ class SmoothMisfit:
 
     def _prepare(self, covariance: Covariance) -> None:
         self.systems = [
-            _system(covariance.whiten(features), self.sizes) for features in self._features
+            decomposed(covariance.whiten(features), self.sizes) for features in self._features
         ]
 
     def log_evidence(self, whitened: Matrix) -> Vector:
@@ -161,7 +161,7 @@ def smooth_changes(index: pd.DataFrame) -> Matrix:
     return np.hstack(_by_block(_places(index), LENGTHS[1], LIKENESS[1]))
 
 
-def _system(features: Matrix, sizes: Sequence[float]) -> System:
+def decomposed(features: Matrix, sizes: Sequence[float]) -> System:
     """Singular vectors and values, the largest first, by the smaller product with itself.
 
     That halves the digits, which leaves five to the smallest value that is kept. A diagnosis of 427

@@ -50,11 +50,11 @@ def _digest(files: Iterable[Path]) -> str:
     found = hashlib.sha256()
     for file in files:
         found.update(file.name.encode())
-        found.update(_shape(file.read_text(encoding="utf-8")).encode())
+        found.update(structure(file.read_text(encoding="utf-8")).encode())
     return found.hexdigest()
 
 
-def _shape(text: str) -> str:
+def structure(text: str) -> str:
     """The syntax tree without docstrings."""
     tree = ast.parse(text)
     for node in ast.walk(tree):

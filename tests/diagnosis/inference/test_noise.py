@@ -96,10 +96,10 @@ def test_the_restricted_likelihood_is_that_of_the_contrasts() -> None:
 
     table = angles(2)
     y = measured(table, DRIFTING, np.random.default_rng(32))
-    fixed = module._fixed_effects(table, y, places(table))
+    fixed = module.fixed_effects(table, y, places(table))
     runs = tracks(table)
     times = [table["time_s"].to_numpy()[rows] for rows in runs]
-    problem = module._Reml(y, fixed, runs, times)
+    problem = module.Reml(y, fixed, runs, times)
     contrasts = null_space(fixed.T)
 
     def direct(std: float, correlated: float, length: float) -> float:

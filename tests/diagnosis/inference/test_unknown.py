@@ -77,7 +77,7 @@ def test_readings_on_hold_are_smooth_in_the_logarithm_of_time() -> None:
 def test_systems_are_singular_vectors_and_values_of_their_features(features: int) -> None:
     """With fewer features than readings, and with more. Reference: scipy's decomposition."""
     matrix = np.random.default_rng(3).normal(size=(30, features))
-    system = unknown._system(matrix, (1.0,))
+    system = unknown.decomposed(matrix, (1.0,))
     vectors, singular, _ = svd(matrix, full_matrices=False)
     assert system.values == pytest.approx(singular**2, rel=1e-9)
     same = np.abs(np.sum(system.vectors * vectors, axis=0))
@@ -89,7 +89,7 @@ def test_a_decomposition_that_does_not_converge_is_done_another_way(
 ) -> None:
     """LAPACK's quicker driver fails for some matrices; which, depends on its build."""
     matrix = np.random.default_rng(6).normal(size=(30, 8))
-    expected = unknown._system(matrix, (1.0,))
+    expected = unknown.decomposed(matrix, (1.0,))
 
     def only_slowly(values: np.ndarray, driver: str = "evr") -> tuple[np.ndarray, np.ndarray]:
         if driver == "evr":
@@ -97,7 +97,7 @@ def test_a_decomposition_that_does_not_converge_is_done_another_way(
         return eigh(values, driver=driver)
 
     monkeypatch.setattr(unknown, "eigh", only_slowly)
-    found = unknown._system(matrix, (1.0,))
+    found = unknown.decomposed(matrix, (1.0,))
     assert found.values == pytest.approx(expected.values, rel=1e-9)
     same = np.abs(np.sum(found.vectors * expected.vectors, axis=0))
     assert same == pytest.approx(1.0, abs=1e-9)

@@ -114,8 +114,10 @@ def test_an_effect_whose_code_has_changed_is_left_out(
 
 def test_an_effects_digest_follows_its_energy() -> None:
     assert sources.effect_digest("mooney_rivlin") != sources.effect_digest("yeoh")
-    assert "Constant" in sources._shape("x = 1")
-    same = [sources._shape(text) for text in ('def f():\n "a"\n return 1', "def f(): return 1 #")]
+    assert "Constant" in sources.structure("x = 1")
+    same = [
+        sources.structure(text) for text in ('def f():\n "a"\n return 1', "def f(): return 1 #")
+    ]
     assert same[0] == same[1]
 
 
