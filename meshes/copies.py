@@ -1,29 +1,43 @@
-"""Copies of a solid in one mesh."""
+"""Solids that share no node in one mesh: where they are, or as copies side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from dolfingrip.meshes.solid import Ints, SolidMesh
+from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh
 
 APART: float = 0.5
 """Space between copies, as a part of a solid's depth."""
 
 
-def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
-    """Solids of one depth, each shifted along x from the last by 1 + :data:`APART` of it.
+def merged(solids: Sequence[SolidMesh]) -> SolidMesh:
+    """Solids that share no node, as one mesh.
 
-    They share no node; a surface group has the facets of all that have it, a region their cells.
+    A surface group has the facets of all solids that have it, a region their cells.
+
+    Raises:
+        MeshError: one line, where their elements differ.
     """
-    shift = np.array([(1 + APART) * float(np.ptp(solids[0].points[:, 0])), 0.0, 0.0])
-    first = np.cumsum([0, *(len(solid.points) for solid in solids)])
-    points = np.concatenate([solid.points + i * shift for i, solid in enumerate(solids)])
+    kinds = [f"{solid.shape.plural} of order {solid.order}" for solid in solids]
+    if len(set(kinds)) > 1:
+        raise MeshError(f"solids: {', '.join(kinds)}; allowed: elements of one shape and order")
+    counts = [len(solid.points) for solid in solids]
+    first = np.cumsum([0, *counts])
+    points = np.concatenate([solid.points for solid in solids])
     cells = np.concatenate([s.cells + start for s, start in zip(solids, first, strict=False)])
-    facets = all_rows([s.facets for s in solids], [len(s.points) for s in solids])
+    facets = all_rows([s.facets for s in solids], counts)
     regions = all_rows([s.regions for s in solids], [len(s.cells) for s in solids])
     return SolidMesh(points, cells, facets, regions)
+
+
+def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
+    """Solids of one depth, each shifted along x from the last by 1 + :data:`APART` of it."""
+    shift = np.array([(1 + APART) * float(np.ptp(solids[0].points[:, 0])), 0.0, 0.0])
+    shifted = [replace(solid, points=solid.points + i * shift) for i, solid in enumerate(solids)]
+    return merged(shifted)
 
 
 def all_rows(each: Sequence[Mapping[str, Ints]], counts: Sequence[int]) -> dict[str, Ints]:

@@ -1,8 +1,9 @@
-"""Boxes of straight tetrahedra as bodies, each of one material."""
+"""Blocks of tetrahedra, each with its materials and supports, in one model."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import basix.ufl
 import dolfinx
@@ -13,11 +14,12 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.forms import neo_hookean
-from dolfingrip.mechanics.model import body
-from dolfingrip.mechanics.model.body import DeformableBody
+from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.potential import Potential, StrainEnergy
+from dolfingrip.mechanics.model.parts import ByPart, StrainEnergy
+from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.supports import at_rest
+from dolfingrip.meshes import copies
 from dolfingrip.meshes.solid import SolidMesh, assemble, boundary, faces
 
 SIDES = {"left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1), "below": (2, 0),
@@ -58,18 +60,86 @@ class NeoHooke:
         return [lambda strain: neo_hookean.energy(strain, *moduli)]
 
 
+@dataclass(frozen=True)
+class Block:
+    """A meshed solid with its materials and supports.
+
+    Attributes:
+        name: of the block; no slash.
+        solid: its mesh (mm).
+        material: of the whole, or by region of the mesh.
+        held: surface groups without displacement along each axis.
+    """
+
+    name: str
+    solid: SolidMesh
+    material: NeoHooke | Mapping[str, NeoHooke]
+    held: Mapping[int, Sequence[str]] = field(default_factory=dict)
+
+    @property
+    def materials(self) -> Mapping[str, NeoHooke]:
+        """By region, "" for the whole."""
+        return {"": self.material} if isinstance(self.material, NeoHooke) else self.material
+
+    def named(self, name: str, *, lone: bool) -> str:
+        """What a region or surface group is called in the model."""
+        if lone:
+            return name
+        return f"{self.name}/{name}" if name else self.name
+
+    def alone(self, *, lone: bool) -> SolidMesh:
+        """The mesh, groups and regions named as in the model."""
+        every = np.arange(len(self.solid.cells))
+        facets = {self.named(k, lone=lone): v for k, v in self.solid.facets.items()}
+        regions = {
+            self.named(k, lone=lone): self.solid.regions.get(k, every) for k in self.materials
+        }
+        return replace(self.solid, facets=facets, regions=regions)
+
+
+def domain(solids: Sequence[Block], comm: MPI.Comm = MPI.COMM_SELF) -> Domain:
+    """All blocks in one mesh; groups and regions of several are named "block/group".
+
+    There is a part for each region of a block, none where a lone block is of one material.
+    """
+    lone = len(solids) == 1
+
+    def made() -> tuple[SolidMesh, Mapping[str, np.ndarray]]:
+        solid = copies.merged([each.alone(lone=lone) for each in solids])
+        return solid, {name: rows for name, rows in solid.regions.items() if name}
+
+    return distribute(comm, *(on_root(comm, made) or (None, None)))
+
+
+def energies(domain: Domain, solids: Sequence[Block]) -> Sequence[StrainEnergy] | ByPart:
+    """Strain energies of all blocks; regions of the same material share one."""
+    lone = len(solids) == 1
+    regions: dict[NeoHooke, list[str]] = {}
+    for each in solids:
+        for name, material in each.materials.items():
+            regions.setdefault(material, []).append(each.named(name, lone=lone))
+    if len(regions) == 1:
+        (material,) = regions
+        return material(domain.mesh)
+    return {tuple(names): material(domain.mesh) for material, names in regions.items()}
+
+
 def model(
-    solids: Sequence[DeformableBody],
+    solids: Sequence[Block],
     *,
     degree: int = 1,
     comm: MPI.Comm = MPI.COMM_SELF,
     carried: bool = True,
 ) -> Model:
-    """A model of bodies of tetrahedra without loads."""
-    domain = body.assembled(comm, solids)
+    """A model of blocks without loads."""
+    made = domain(solids, comm)
     element = basix.ufl.element("Lagrange", "tetrahedron", degree, shape=(3,))
-    space = fem.functionspace(domain.mesh, element)
+    space = fem.functionspace(made.mesh, element)
     u = fem.Function(space, name="displacement_mm")
-    energies = body.strain_energies(domain, solids)
-    potential = Potential(u, energies, carried=carried, domain=domain)
-    return Model(domain, u, potential, at_rest(space, domain, body.held(solids)), {})
+    potential = Potential(u, energies(made, solids), carried=carried, domain=made)
+    lone = len(solids) == 1
+    held: dict[int, list[str]] = {0: [], 1: [], 2: []}
+    for each in solids:
+        for axis, groups in each.held.items():
+            held[axis] += [each.named(group, lone=lone) for group in groups]
+    return Model(made, u, potential, at_rest(space, made, held), {})

@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
 from mechanics import blocks
 from mechanics.stacks import NU, PUSH, STIFFNESS, TOP, WIDTH, is_upper
-from mpi4py import MPI
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.surface import Surface
-from dolfingrip.mechanics.model import body
-from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.meshes.copies import merged
 from dolfingrip.meshes.solid import MeshError, second_order
 
 SOFT, STIFF = blocks.NeoHooke(2.0, NU), blocks.NeoHooke(5.0, NU)
 SYMMETRY = {0: ["left"], 1: ["front"]}
 
 
-def stacked(lower: int, upper: int) -> list[DeformableBody]:
+def stacked(lower: int, upper: int) -> list[blocks.Block]:
     """Unit cubes, soft below and stiff above, one barrier's width apart along z."""
     above = blocks.block((upper,) * 3, origin=(0.0, 0.0, 1 + WIDTH))
     return [
-        DeformableBody(
-            "pad", blocks.block((lower,) * 3), {WHOLE: SOFT}, held={**SYMMETRY, 2: ["below"]}
-        ),
-        DeformableBody("block", above, {WHOLE: STIFF}, held={**SYMMETRY, 2: ["above"]}),
+        blocks.Block("pad", blocks.block((lower,) * 3), SOFT, held={**SYMMETRY, 2: ["below"]}),
+        blocks.Block("block", above, STIFF, held={**SYMMETRY, 2: ["above"]}),
     ]
 
 
@@ -74,7 +72,7 @@ def test_regions_of_one_body(carried: bool) -> None:
     materials = {"soft": blocks.NeoHooke(2.0, 0.0), "stiff": blocks.NeoHooke(5.0, 0.0)}
     cells = {"soft": np.flatnonzero(~upper), "stiff": np.flatnonzero(upper)}
     held = {**SYMMETRY, 2: ["below", "above"]}
-    bar = DeformableBody("bar", solid, materials, cells, held)
+    bar = blocks.Block("bar", replace(solid, regions=cells), materials, held)
     model = blocks.model([bar], carried=carried)
     assert set(model.domain.parts) == {"soft", "stiff"}
     assert "above" in model.domain.regions
@@ -88,22 +86,22 @@ def test_regions_of_one_body(carried: bool) -> None:
 
 def test_a_lone_body_is_what_a_mesh_is() -> None:
     """No parts, plain names, and one integral over everything: nothing is recompiled."""
-    lone = DeformableBody("finger", blocks.block((1, 1, 1)), {WHOLE: SOFT})
-    domain = body.assembled(MPI.COMM_SELF, [lone])
+    lone = blocks.Block("finger", blocks.block((1, 1, 1)), SOFT)
+    domain = blocks.domain([lone])
     assert domain.parts == {}
     assert set(domain.regions) == set(blocks.SIDES)
     measure = domain.volume(quadrature_degree=1)
     assert measure == ufl.Measure("dx", domain.mesh, metadata={"quadrature_degree": 1})
-    assert not isinstance(body.strain_energies(domain, [lone]), dict)
+    assert not isinstance(blocks.energies(domain, [lone]), dict)
 
 
 def test_bodies_of_one_material_share_its_energy() -> None:
     solids = [
-        DeformableBody(name, blocks.block((1, 1, 1), origin=(x, 0, 0)), {WHOLE: SOFT})
+        blocks.Block(name, blocks.block((1, 1, 1), origin=(x, 0, 0)), SOFT)
         for name, x in (("a", 0.0), ("b", 2.0))
     ]
-    domain = body.assembled(MPI.COMM_SELF, solids)
-    assert not isinstance(body.strain_energies(domain, solids), dict)
+    domain = blocks.domain(solids)
+    assert not isinstance(blocks.energies(domain, solids), dict)
     one = fem.Constant(domain.mesh, 1.0)
     for names in (("a",), ("b",), ("a", "b"), ()):
         volume = fem.assemble_scalar(fem.form(one * domain.volume(*names)))
@@ -114,10 +112,6 @@ def test_bodies_of_one_material_share_its_energy() -> None:
 
 def test_elements_of_different_kinds_are_refused() -> None:
     box = blocks.block((1, 1, 1))
-    solids = [
-        DeformableBody("a", box, {WHOLE: SOFT}),
-        DeformableBody("b", second_order(box), {WHOLE: SOFT}),
-    ]
-    said = "a: tetrahedra of order 1, b: tetrahedra of order 2; allowed: elements of one shape"
+    said = "tetrahedra of order 1, tetrahedra of order 2; allowed: elements of one shape"
     with pytest.raises(MeshError, match=said):
-        body.assembled(MPI.COMM_SELF, solids)
+        merged([box, second_order(box)])

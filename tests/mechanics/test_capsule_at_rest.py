@@ -12,7 +12,6 @@ from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import TwoStage
 from dolfingrip.mechanics.contact.distance import Capsule
 from dolfingrip.mechanics.contact.rigid import RigidContact
-from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.rigid_body import COORDINATES, RigidBody, RigidMotion
 from dolfingrip.mechanics.newton.newton import Newton
@@ -47,7 +46,7 @@ def test_the_capsule_presses_as_hertz_says() -> None:
     line_load = np.pi * REDUCED * HALF_WIDTH**2 / (4 * RADIUS)
     highest = REDUCED * HALF_WIDTH / (2 * RADIUS)
     held = {0: ["left", "below"], 1: ["front", "back", "below"], 2: ["below"]}
-    slab = DeformableBody("slab", half_slab(), {WHOLE: blocks.NeoHooke(YOUNG, NU)}, held=held)
+    slab = blocks.Block("slab", half_slab(), blocks.NeoHooke(YOUNG, NU), held=held)
     model = blocks.model([slab], degree=2)
     deepest = HALF_WIDTH**2 / RADIUS
     gravity, width = 9.81, 0.02 * deepest

@@ -12,7 +12,6 @@ from dolfingrip.mechanics.contact.density import Smooth
 from dolfingrip.mechanics.contact.distance import Plane
 from dolfingrip.mechanics.contact.friction import Friction, SLIP_mm
 from dolfingrip.mechanics.contact.rigid_points import RigidPoints
-from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidBody, RigidMotion
@@ -27,7 +26,7 @@ class Incline:
 
     def __init__(self, share: float) -> None:
         far = blocks.block((1, 1, 1), origin=(0, 0, 500))
-        block = DeformableBody("far", far, {WHOLE: blocks.NeoHooke(2.0, 0.3)}, held=EVERY)
+        block = blocks.Block("far", far, blocks.NeoHooke(2.0, 0.3), held=EVERY)
         model = blocks.model([block])
         inertia = MASS_kg * SIDE**2 / 6 * np.eye(3)
         body = RigidBody("cube", MASS_kg, inertia, (0.0, 0.0, SIDE / 2 + 0.1))

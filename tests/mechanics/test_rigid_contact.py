@@ -25,7 +25,6 @@ from dolfingrip.mechanics.contact.distance import (
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.sampled_distance import SampledDistance
-from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidBody, RigidMotion, ball
@@ -60,7 +59,7 @@ def resting(
     mass_kg: float = 0.01,
 ) -> tuple[Model, RigidContact, RigidMotion]:
     """A unit block, a little deformed, with a turned rigid body above it that is free to move."""
-    block = DeformableBody("block", blocks.block((3, 3, 3)), {WHOLE: MATERIAL}, held={2: ["below"]})
+    block = blocks.Block("block", blocks.block((3, 3, 3)), MATERIAL, held={2: ["below"]})
     model = blocks.model([block])
     inertia = mass_kg * np.array([[0.5, 0.1, 0.0], [0.1, 0.6, 0.05], [0.0, 0.05, 0.4]])
     body = RigidBody("body", mass_kg, inertia, (0.45, 0.55, 3.0))
@@ -213,8 +212,8 @@ def test_free_fall_and_spin() -> None:
 
 def test_a_free_sphere_settles_on_a_block() -> None:
     """The whole pose is free: inertia holds what no contact does; at rest the block bears it."""
-    block = DeformableBody(
-        "block", blocks.block((4, 4, 4)), {WHOLE: MATERIAL},
+    block = blocks.Block(
+        "block", blocks.block((4, 4, 4)), MATERIAL,
         held={axis: ["below"] for axis in range(3)},
     )  # fmt: skip
     model = blocks.model([block])

@@ -11,7 +11,6 @@ from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import TwoStage
 from dolfingrip.mechanics.contact.distance import Sphere
 from dolfingrip.mechanics.contact.rigid import RigidContact
-from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.rigid_body import COORDINATES, RigidMotion, ball
 from dolfingrip.mechanics.newton.newton import Newton
@@ -66,7 +65,7 @@ def test_the_sphere_sinks_in_as_hertz_says() -> None:
     force = 4 / 3 * REDUCED * np.sqrt(RADIUS) * deepest**1.5
     held = {0: ["left", "below"], 1: ["front", "below"], 2: ["below"]}
     material = blocks.NeoHooke(YOUNG, NU)
-    block = DeformableBody("block", quarter_block(), {WHOLE: material}, held=held)
+    block = blocks.Block("block", quarter_block(), material, held=held)
     model = blocks.model([block], degree=2)
     gravity = 9.81
     width = 0.02 * deepest

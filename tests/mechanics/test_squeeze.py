@@ -14,7 +14,6 @@ from dolfingrip.mechanics.contact.distance import Plane, RoundedBox
 from dolfingrip.mechanics.contact.friction import Friction, SLIP_mm
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.rigid_points import RigidPoints
-from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidBody, RigidMotion, ball
@@ -36,8 +35,8 @@ class Jaws:
         left = blocks.block((2, 3, 3), size, origin=(-HALF[0] - gap - 1, -1, -1))
         right = blocks.block((2, 3, 3), size, origin=(HALF[0] + gap, -1, -1))
         jaws = [
-            DeformableBody("a", left, {WHOLE: material}, held={i: ["left"] for i in range(3)}),
-            DeformableBody("b", right, {WHOLE: material}, held={i: ["right"] for i in range(3)}),
+            blocks.Block("a", left, material, held={i: ["left"] for i in range(3)}),
+            blocks.Block("b", right, material, held={i: ["right"] for i in range(3)}),
         ]
         model = blocks.model(jaws)
         self.mass_kg = 0.02
@@ -148,8 +147,8 @@ def test_a_ball_rolls_on_a_table() -> None:
     Angular momentum about the point of contact (Landau & Lifshitz, Mechanics, section 38); implicit
     Euler damps neither uniform motion nor, at small steps, turning.
     """
-    block = DeformableBody("far", blocks.block((1, 1, 1), origin=(0, 0, 50)), {WHOLE:
-        blocks.NeoHooke(2.0, 0.3)}, held=EVERY)  # fmt: skip
+    far = blocks.block((1, 1, 1), origin=(0, 0, 50))
+    block = blocks.Block("far", far, blocks.NeoHooke(2.0, 0.3), held=EVERY)
     model = blocks.model([block])
     radius = 5.0
     sphere = ball("ball", 0.01, radius, (0.0, 0.0, radius))

@@ -12,7 +12,6 @@ from dolfingrip.mechanics.contact.density import TwoStage
 from dolfingrip.mechanics.contact.distance import Ellipsoid
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.surface import Surface
-from dolfingrip.mechanics.model.body import WHOLE, DeformableBody
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.rigid_body import RigidBody, RigidMotion
 from dolfingrip.mechanics.newton.newton import Newton
@@ -24,10 +23,8 @@ def _dropped(comm: MPI.Comm) -> dict[str, float]:
     soft, stiff = blocks.NeoHooke(1.0, 0.3), blocks.NeoHooke(3.0, 0.3)
     lower, upper = (blocks.block((4, 4, 2), (2.0, 2.0, 1.0), (0.0, 0.0, z)) for z in (0.0, 1.1))
     slabs = [
-        DeformableBody("lower", lower, {WHOLE: soft}, held=held),
-        DeformableBody(
-            "upper", upper, {WHOLE: stiff}, held={0: ["left"], 1: ["front"], 2: ["left"]}
-        ),
+        blocks.Block("lower", lower, soft, held=held),
+        blocks.Block("upper", upper, stiff, held={0: ["left"], 1: ["front"], 2: ["left"]}),
     ]
     model = blocks.model(slabs, comm=comm)
     domain = model.domain
