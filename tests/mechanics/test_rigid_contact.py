@@ -24,6 +24,7 @@ from dolfingrip.mechanics.contact.distance import (
 )
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
+from dolfingrip.mechanics.contact.rigid_points import RigidPoints
 from dolfingrip.mechanics.contact.sampled_distance import SampledDistance
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.pose import Pose
@@ -173,6 +174,49 @@ def test_no_step_leads_through(shape: SignedDistance) -> None:
     step = np.zeros_like(start)
     step[contact.pose.global_unknowns[2].place] = -1.0  # type: ignore[union-attr]
     allowed = contact.max_step(start[:dofs], step)
+    assert 0.9 * gaps.min() - 1e-12 < allowed < 1.2 * gaps.min()
+
+
+@pytest.mark.parametrize(
+    "shape", [Plane((0.0, 0.0, 1.0)), BentCapsule(0.5, 0.9, 1.5)], ids=["plane", "bent"]
+)
+def test_no_step_leads_a_bodys_own_points_through(shape: SignedDistance) -> None:
+    """Each keeps a tenth of its distance all the way, however the body moves and turns."""
+    print("seed", SEED)
+    model = blocks.model([blocks.Block("far", blocks.block((1, 1, 1)), MATERIAL)])
+    body = RigidBody("body", 0.01, 0.01 * np.eye(3), (0.1, 0.2, 0.0))
+    pose = body.pose(model.domain.mesh)
+    rng = np.random.default_rng(SEED)
+    for constant, value in zip(pose.constants[3:], (0.7, -0.4, 0.5), strict=True):
+        constant.value = value
+    skin = rng.normal(size=(200, 3))
+    skin *= np.array([1.5, 0.6, 0.8]) / np.linalg.norm(skin, axis=1)[:, None]
+    other = Pose([], np.zeros((6, 0)), np.zeros(6))
+    areas = np.full(len(skin), 0.05)
+    contact = RigidPoints(model.u, skin, areas, pose, shape, other, Smooth(WIDTH, 0.7))
+    model = Model(
+        model.domain, model.u, model.potential, model.supports, {}, [contact], numbers=pose.free
+    )
+    dofs = model.u.x.array
+    for _ in range(60):  # up until the nearest point is as near as asked
+        pose.constants[2].value -= contact.gaps_mm(dofs).min() - 0.05
+    start, gaps = model.unknowns.local(), contact.gaps_mm(dofs)
+    shortened = 0
+    for size in (0.01, 0.1, 0.3, 1.0, 3.0) * 6:
+        step = np.zeros_like(start)
+        for number in pose.free:
+            step[number.place] = size * rng.uniform(-1, 1)
+        allowed = contact.max_step(dofs, step)
+        shortened += allowed < 1
+        assert 0 < allowed <= 1
+        for part in np.linspace(0, allowed, 30):
+            model.unknowns.set_local(start + part * step)
+            assert (contact.gaps_mm(dofs) >= (0.1 - 1e-9) * gaps).all()
+        model.unknowns.set_local(start)
+    assert shortened > 3
+    step = np.zeros_like(start)
+    step[pose.numbers[2].place] = -1.0  # type: ignore[union-attr]
+    allowed = contact.max_step(dofs, step)
     assert 0.9 * gaps.min() - 1e-12 < allowed < 1.2 * gaps.min()
 
 

@@ -88,6 +88,18 @@ def test_beyond_the_grid_no_distance_is_too_large() -> None:
     assert (SAMPLED.at(beyond).value > 0).all()
 
 
+def test_beyond_the_grid_the_gradient_is_the_distances() -> None:
+    """Off its faces, edges and corners; it is of length 1 there."""
+    rng = np.random.default_rng(SEED)
+    points = rng.uniform(-6, 6, (500, 3))
+    beyond = points[np.abs(points).max(axis=1) > 2.6]
+    way = rng.uniform(-1, 1, beyond.shape)
+    found = SAMPLED.at(beyond)
+    slope = np.einsum("ni,ni->n", found.gradient, way)
+    assert taylor.rates(lambda e: SAMPLED.at(beyond + e * way).value, slope, 1e-3).min() > 1.9
+    np.testing.assert_allclose(np.linalg.norm(found.gradient, axis=1), 1.0, rtol=1e-12)
+
+
 def test_control_points_are_those_of_the_spline() -> None:
     """The cubic's value and derivatives at the ends of a cell are its outer control points."""
     c = np.array([0.3, -1.2, 2.0, 0.7])

@@ -60,7 +60,7 @@ class EnergyBook:
 
     def _table_N(self) -> float:
         """Upward force of the table on the food."""
-        return float(self._gripper.table.load_N()[2])
+        return float(self._gripper.table.load_N(self._gripper.model.u.x.array)[2])
 
     def _stored_mJ(self, taken: float) -> float:
         """What is stored, less p V, which the potential has as the pressure's."""

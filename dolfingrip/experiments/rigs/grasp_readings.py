@@ -89,7 +89,7 @@ class GraspReadings:
                 q[:3].copy(),
                 float(q[2]) - table_z - self._height,
                 self.normal_N(),
-                float(gripper.table.load_N()[2]) / weight_N,
+                float(gripper.table.load_N(gripper.model.u.x.array)[2]) / weight_N,
             )
         )
 
@@ -104,7 +104,11 @@ class GraspReadings:
         velocity = (here - self._place) / step_s
         change = 1e-3 * gripper.motion.body.mass_kg * (velocity - self._velocity) / step_s
         self._velocity, self._place = velocity, here
-        total = gripper.motion.weight_N + gripper.table.load_N() + self.on_object_N().sum(axis=0)
+        total = (
+            gripper.motion.weight_N
+            + gripper.table.load_N(model.u.x.array)[:3]
+            + self.on_object_N().sum(axis=0)
+        )
         total = total + self._table_friction_N()
         error = float(np.linalg.norm(change - total))
         self._momentum_error_N = max(self._momentum_error_N, error)
@@ -132,7 +136,7 @@ class GraspReadings:
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         near = gripper.contact.near(dofs)
         found = np.zeros((gripper.placement.count, 3))
-        pushed = near.forces @ near.turned.matrix.T
+        pushed = near.forces @ near.turned.matrix
         np.add.at(found, self._finger_of_point[near.rows], pushed)
         found = self._sum(found)
         nodes = gripper.contact.touching.nodes
@@ -168,7 +172,7 @@ class GraspReadings:
         """See :func:`~dolfingrip.mechanics.contact.force_closure.margin`."""
         gripper = self._gripper
         near = gripper.contact.near(gripper.model.u.x.array)
-        normals = -near.distances.gradient @ near.turned.matrix.T
+        normals = -near.distances.gradient @ near.turned.matrix
         normals /= np.linalg.norm(normals, axis=1)[:, None]
         sizes = np.linalg.norm(near.forces, axis=1)
         arms, normals, sizes = (
@@ -205,7 +209,11 @@ class GraspReadings:
             *self.angles_deg(),
             *self.normal_N(),
             *self.on_object_N()[:, 2],
-            *(float(gripper.table.load_N()[2]), float(self._slip_mm.max()), pressure),
+            *(
+                float(gripper.table.load_N(gripper.model.u.x.array)[2]),
+                float(self._slip_mm.max()),
+                pressure,
+            ),
             self._closure(),
             *(self._energy.pressure_mJ, self._energy.friction_mJ),
             *(self._energy.error_mJ, self._momentum_error_N),

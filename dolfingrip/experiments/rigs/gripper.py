@@ -105,7 +105,12 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
         copies=domain.copies,
     )  # fmt: skip
     gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
-    _stand(pose, table, -float(gravity[2]) * body.mass_kg, gripper.barrier_mm)
+    _stand(
+        pose,
+        lambda: float(table.load_N(u.x.array)[2]),
+        -float(gravity[2]) * body.mass_kg,
+        gripper.barrier_mm,
+    )
     motion = RigidMotion(body, pose, gravity, comm, domain.copies, restraint_mm=RESTRAINT_MM)
     finger_friction, table_friction = (
         Friction(touch, u, fem.Constant(domain.mesh, PETSc.ScalarType(coefficient)), title=title)
@@ -137,13 +142,13 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     )
 
 
-def _stand(pose: Pose, table: RigidPoints, weight_N: float, width_mm: float) -> None:
+def _stand(pose: Pose, load_N: Callable[[], float], weight_N: float, width_mm: float) -> None:
     """Put the food where the table's barrier bears its weight."""
     lowest = float(pose.constants[2].value)
 
     def excess_N(height_mm: float) -> float:
         pose.constants[2].value = lowest + height_mm
-        return float(table.load_N()[2]) - weight_N
+        return load_N() - weight_N
 
     brentq(excess_N, 1e-6 * width_mm, width_mm, xtol=1e-9 * width_mm)
 

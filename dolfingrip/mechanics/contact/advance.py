@@ -70,8 +70,9 @@ def _ahead(path: Path, least: np.ndarray, bounds: Bounds) -> float:
     safe = _until_spent(spare, path.slope, curved)
     if np.isfinite(bounds.reach_mm):
         most = bounds.slope * np.maximum(path.fastest, np.finfo(float).tiny)
-        leaves = np.maximum(bounds.reach_mm - path.distance, 0.0) / most
-        safe = np.maximum(np.minimum(safe, leaves), spare / most)
+        with np.errstate(over="ignore"):  # a point that stands still never gets there
+            leaves = np.maximum(bounds.reach_mm - path.distance, 0.0) / most
+            safe = np.maximum(np.minimum(safe, leaves), spare / most)
     return float(min(safe.min(initial=np.inf), 1.0))
 
 

@@ -1,4 +1,4 @@
-"""Points that feel a rigid body, and the derivatives of their potential by points and pose."""
+"""Points that feel a shape, and their potential's derivatives by the pose of a rigid body."""
 
 from __future__ import annotations
 
@@ -13,14 +13,18 @@ from dolfingrip.mechanics.model.rotation import Rotation
 
 
 class Near(NamedTuple):
-    """Points that feel the body.
+    """Points that feel a shape, which sees them at y = Q(θ) a + C c and a constant.
+
+    (c, θ) is the pose of a rigid body. Where the points are the body's, Q is its rotation R and
+    C = 1. Where the shape is the body's, it sees a point at y = Rᵀ(x − c): Q = Rᵀ, C = −Rᵀ.
 
     Attributes:
         rows: (n,) which of the points.
-        arms: (n, 3) from the body's centre, x − c.
-        areas: (n,).
-        turned: the body's rotation.
-        distances: from the body, in its frame.
+        arms: (n, 3) a (mm).
+        areas: (n,) (mm²).
+        turned: Q with its derivatives by θ.
+        by_centre: (3, 3) C.
+        distances: from the shape, in its frame.
         barrier: its values there.
     """
 
@@ -28,51 +32,63 @@ class Near(NamedTuple):
     arms: np.ndarray
     areas: np.ndarray
     turned: Rotation
+    by_centre: np.ndarray
     distances: Distances
     barrier: BarrierValues
 
     @property
     def forces(self) -> np.ndarray:
-        """(n, 3) derivatives of Π by the points in the body's frame (N)."""
+        """(n, 3) derivatives of Π by the points in the shape's frame (N)."""
         return (self.areas * self.barrier.slope)[:, None] * self.distances.gradient
 
     @property
     def moment(self) -> np.ndarray:
-        """(3, 3) M with which R(θ) : M has the derivatives of Π by θ, forces held fast."""
-        return np.asarray(self.arms.T @ self.forces)
+        """(3, 3) M with which Q(θ) : M has the derivatives of Π by θ, forces held fast (N mm)."""
+        return np.asarray(self.forces.T @ self.arms)
+
+    @property
+    def motion(self) -> np.ndarray:
+        """(n, 3, 6) derivatives of y by the pose."""
+        moving = np.empty((len(self.rows), 3, SIX))
+        moving[:, :, :3] = self.by_centre
+        moving[:, :, 3:] = np.einsum("kij,nj->nik", self.turned.first, self.arms)
+        return moving
+
+    def curved(self, *, convex: bool) -> np.ndarray:
+        """(n, 3, 3) second derivatives of Π by the points in the shape's frame (N/mm).
+
+        Args:
+            convex: without the part of the distance's curvature.
+        """
+        normal = self.distances.gradient
+        along = (self.areas * self.barrier.curvature)[:, None, None] * (
+            normal[:, :, None] * normal[:, None, :]
+        )
+        if convex:
+            return along
+        tension = (self.areas * self.barrier.slope)[:, None, None]
+        return np.asarray(along + tension * self.distances.hessian)
 
 
-def slopes(near: Near) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives by the near points (n, 3), and this rank's by the pose (6,)."""
-    at_points = near.forces @ near.turned.matrix.T
-    return at_points, np.concatenate([-at_points.sum(axis=0), near.turned.slopes(near.moment)])
+def slopes(near: Near) -> np.ndarray:
+    """(6,) derivatives of Π by the pose (N; N mm), this rank's."""
+    by_centre = (near.forces @ near.by_centre).sum(axis=0)
+    return np.concatenate([by_centre, near.turned.slopes(near.moment)])
 
 
-def curvatures(near: Near, *, convex: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Second derivatives: at points (n, 3, 3), with the pose (n, 3, 6), the pose's own (6, 6).
+def curvatures(near: Near, *, convex: bool) -> np.ndarray:
+    """(6, 6) second derivatives of Π by the pose, this rank's, C held fast.
 
     Args:
         near: the points.
         convex: without the parts of the distance's and the rotation's curvature.
     """
-    normal, r = near.distances.gradient, near.turned.matrix
-    curved = (near.areas * near.barrier.curvature)[:, None, None] * (
-        normal[:, :, None] * normal[:, None, :]
+    moving = near.motion
+    within = np.asarray(
+        np.einsum(
+            "nik,nil->kl", moving, np.einsum("nij,njl->nil", near.curved(convex=convex), moving)
+        )
     )
     if not convex:
-        tension = (near.areas * near.barrier.slope)[:, None, None]
-        curved = curved + tension * near.distances.hessian
-    # how the points move in the body's frame as it turns: y_j = R_ij (x − c)_i
-    turning = np.einsum("ni,kij->njk", near.arms, near.turned.first)
-    at_points = np.einsum("ij,njl,ml->nim", r, curved, r)
-    by_turn = np.einsum("ij,njl,nlk->nik", r, curved, turning)
-    own = np.einsum("njk,njl,nlm->km", turning, curved, turning)
-    if not convex:
-        by_turn = by_turn + np.einsum("kij,nj->nik", near.turned.first, near.forces)
-        own = own + near.turned.curvatures(near.moment)
-    within = np.zeros((SIX, SIX))
-    within[:3, :3] = at_points.sum(axis=0)
-    within[:3, 3:] = -by_turn.sum(axis=0)
-    within[3:, :3] = within[:3, 3:].T
-    within[3:, 3:] = own
-    return at_points, np.concatenate([-at_points, by_turn], axis=2), within
+        within[3:, 3:] += near.turned.curvatures(near.moment)
+    return within

@@ -11,18 +11,20 @@ import scipy.sparse as sp
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.contact.advance import KEPT, Path, reach
+from dolfingrip.mechanics.contact.advance import KEPT
 from dolfingrip.mechanics.contact.density import Density
-from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
+from dolfingrip.mechanics.contact.distance import SignedDistance
+from dolfingrip.mechanics.contact.moving_points import MovingPoints
 from dolfingrip.mechanics.contact.near import Near, curvatures, slopes
 from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.contact.pose_contact import PoseContact
 from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.skin_points import SkinPoints
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import rotation
-from dolfingrip.mechanics.model.term import Coupling, Term
+from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
 AROUND = 2.0
@@ -30,7 +32,7 @@ AROUND = 2.0
 what an exact distance needs, as a sampled one is only nearly as steep."""
 
 
-class RigidContact(Term):
+class RigidContact(PoseContact):
     """Points of a deformable surface stay outside a rigid body.
 
     Π = Σ A_i b(φ(Rᵀ(x_i − c))) over the surface's nodes x_i with their shares A_i of the reference
@@ -48,6 +50,7 @@ class RigidContact(Term):
     """
 
     name: ClassVar[str] = "rigid contact"
+    passes: ClassVar[str] = "the skin passes through a rigid body"
 
     def __init__(
         self,
@@ -58,13 +61,10 @@ class RigidContact(Term):
         pose: Pose,
         density: Density,
     ) -> None:
+        super().__init__(shape, pose, density, domain.copies)
         self.points = SkinPoints(u.function_space, domain, regions)
-        self.shape = shape
-        self.pose = pose
-        self.density = density
         self._space = u.function_space
         self._comm = u.function_space.mesh.comm
-        self._copies = domain.copies
         self._unmoved: SkinPoints | None = None
         self._found: tuple[SignedDistance, np.ndarray, np.ndarray, Near] | None = None
 
@@ -85,46 +85,49 @@ class RigidContact(Term):
             same = np.array_equal(at, positions) and np.array_equal(there, q)
             if same and shape is self.shape:
                 return near
-        turned = rotation(q[3:])
+        turned = rotation(q[3:]).inverse
         arms = positions - q[:3]
         beyond = np.linalg.norm(arms, axis=1) - self.shape.bounds.radius_mm
         around = np.flatnonzero(beyond < AROUND * self.density.width_mm)
-        every = self.shape.at(arms[around] @ turned.matrix)
-        felt = np.flatnonzero(every.value < self.density.width_mm * (1 + 1e-6))
-        rows = around[felt]
-        distances = Distances(*(values[felt] for values in every))
-        barrier = self.density.at(distances.value)
-        near = Near(rows, arms[rows], self.points.areas[rows], turned, distances, barrier)
+        some, distances, barrier = self._felt(arms[around] @ turned.matrix.T)
+        rows = around[some]
+        areas = self.points.areas[rows]
+        near = Near(rows, arms[rows], areas, turned, -turned.matrix, distances, barrier)
         self._found = (self.shape, positions, q, near)
         return near
+
+    def _moving(self, dofs: np.ndarray, step: np.ndarray) -> MovingPoints:
+        q, change = self.pose.coordinates, self.pose.change(step)
+        arms = self.points.positions(dofs) - q[:3]
+        drift = self.points.displacement(step[: len(dofs)]) - change[:3]
+        # most points are too far away for the step, whatever their way
+        away, speed = (np.linalg.norm(vectors, axis=1) for vectors in (arms, drift))
+        turn = float(np.linalg.norm(change[3:]))
+        beyond = away - self.shape.bounds.radius_mm
+        close = (1 - KEPT) * beyond <= turn * (away + speed) + speed
+        still = np.zeros(3)
+        return MovingPoints(arms[close], drift[close], still, still, q[3:], change[3:], back=True)
 
     # -- the potential ---------------------------------------------------------------------------
 
     def _sum[T](self, local: T) -> T:
         return self._comm.allreduce(local, MPI.SUM)
 
-    def value(self, dofs: np.ndarray) -> float:
-        """Potential (mJ) of the meshed part."""
-        near = self.near(dofs)
-        return float(self._sum(float(near.areas @ near.barrier.energy)))
+    def _least(self, local: float) -> float:
+        return float(self._comm.allreduce(local, MPI.MIN))
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add the derivatives by the points and by the pose (N, N mm)."""
         near = self.near(dofs)
-        at_points, by_pose = slopes(near)
         nodes = self.points.nodes[near.rows]
-        gradient.at_nodes[nodes] += self.points.to_reference(at_points, near.rows)
+        gradient.at_nodes[nodes] += self.points.to_reference(_at_points(near), near.rows)
         if self.pose.free:
-            self.pose.add_slopes(self._sum(by_pose), gradient)
-
-    def load_N(self, dofs: np.ndarray) -> np.ndarray:
-        """(6,) force (N) and moment-like derivative (N mm) on the body, of the whole."""
-        return -self._copies * np.asarray(self._sum(slopes(self.near(dofs))[1]))
+            self.pose.add_slopes(self._sum(slopes(near)), gradient)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """At this rank's points; with the pose where it is solved for."""
         near = self.near(dofs)
-        at_points, with_pose, within = curvatures(near, convex=convex)
+        at_points, with_pose, within = _curvatures(near, convex=convex)
         at_points = self.points.to_reference(at_points, near.rows)
         at_points = self.points.to_reference(at_points.transpose(0, 2, 1), near.rows)
         with_pose = self.points.to_reference(with_pose, near.rows)
@@ -156,12 +159,12 @@ class RigidContact(Term):
         near = self.near(dofs)
         pressed = np.flatnonzero(near.barrier.slope < 0)
         own = self.points.first + self.points.nodes[near.rows[pressed]].astype(np.int64)
-        below = near.arms[pressed] @ near.turned.matrix
+        below = near.arms[pressed] @ near.turned.matrix.T
         keys, normals, normal_N, rise, below = (
             self._gathered(values)
             for values in (
                 own,
-                near.distances.gradient[pressed] @ near.turned.matrix.T,
+                near.distances.gradient[pressed] @ near.turned.matrix,
                 -(near.areas * near.barrier.slope)[pressed],
                 (near.areas * near.barrier.curvature)[pressed],
                 below,
@@ -181,10 +184,6 @@ class RigidContact(Term):
             lengths**2 * rise,
             keys[:, None],
         )
-
-    def facing(self, step: np.ndarray) -> np.ndarray:
-        """(3,) 0: the body is among what :attr:`touching` moves."""
-        return np.zeros(3)
 
     def _gathered(self, values: np.ndarray) -> np.ndarray:
         """Rows of all ranks, in the ranks' order."""
@@ -214,10 +213,11 @@ class RigidContact(Term):
             velocity: of the displacement's reference nodes (mm for each unit of a parameter).
         """
         near = self.near(dofs)
-        at_points, with_pose, _ = curvatures(near, convex=False)
+        at_points, with_pose, _ = _curvatures(near, convex=False)
         moving = self.points.displacement(velocity)[near.rows]
         grown = near._replace(areas=self.points.area_rates(velocity)[near.rows])
-        at_near, by_pose = slopes(grown)  # linear in the areas
+        # both are linear in the areas
+        at_near, by_pose = _at_points(grown), slopes(grown)
         at_nodes = np.zeros((self.points.owned, NODE))
         changed = at_near + np.einsum("nij,nj->ni", at_points, moving)
         at_nodes[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
@@ -227,13 +227,13 @@ class RigidContact(Term):
         """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
         near = self.near(dofs)
         found = np.zeros((self.points.owned, NODE))
-        changed = curvatures(near, convex=False)[1] @ motion
+        changed = _curvatures(near, convex=False)[1] @ motion
         found[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
         return found
 
     def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
         """(6, 6) this rank's part of the second derivatives by the pose."""
-        return curvatures(self.near(dofs), convex=False)[2]
+        return _curvatures(self.near(dofs), convex=False)[2]
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the points by ``change`` (local array, mm); None: put them back."""
@@ -244,45 +244,27 @@ class RigidContact(Term):
         if change is None:
             self._unmoved = None
 
-    # -- bounds ----------------------------------------------------------------------------------
 
-    def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction of ``step`` that leaves each point a tenth of its distance.
+def _at_points(near: Near) -> np.ndarray:
+    """(n, 3) derivatives of Π by the points' places in the world (N)."""
+    return np.asarray(near.forces @ near.turned.matrix)
 
-        As the body turns by ω = |Δθ|, a point's speed in its frame stays below
-        ω |x − c| + |Δx − Δc|, and its acceleration below 2 ω² |x − c| + 2 ω |Δx − Δc|; see
-        :func:`~.advance.reach`.
-        """
-        moved = self.points.displacement(step[: len(dofs)])
-        start, q, change = (
-            self.points.positions(dofs),
-            self.pose.coordinates,
-            self.pose.change(step),
-        )
-        drift, turn = moved - change[:3], float(np.linalg.norm(change[3:]))
-        speed = np.linalg.norm(drift, axis=1)
-        # most points are too far away for the step, whatever their way
-        away = np.linalg.norm(start - q[:3], axis=1)
-        beyond = away - self.shape.bounds.radius_mm
-        close = (1 - KEPT) * beyond <= turn * (away + speed) + speed
-        start, moved, drift, speed = (values[close] for values in (start, moved, drift, speed))
 
-        def at(part: float) -> Path:
-            here = q + part * change
-            arms = start + part * moved - here[:3]
-            turned = rotation(here[3:])
-            found = self.shape.at(arms @ turned.matrix)
-            spin = np.einsum("k,kij->ij", change[3:], turned.first)
-            slope = np.einsum("ni,ni->n", found.gradient, drift @ turned.matrix + arms @ spin)
-            lengths = np.linalg.norm(arms, axis=1) + speed
-            bend = 2 * turn**2 * lengths + 2 * turn * speed
-            return Path(found.value, slope, turn * lengths + speed, bend)
+def _curvatures(near: Near, *, convex: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Second derivatives: at points (n, 3, 3), with the pose (n, 3, 6), the pose's own (6, 6).
 
-        allowed = reach(at, self.shape.bounds)
-        return float(self._comm.allreduce(allowed, MPI.MIN))
-
-    def rejects(self, dofs: np.ndarray) -> str:
-        """A state in which a point lies within the body."""
-        least = float(self.gaps_mm(dofs).min(initial=np.inf))
-        inside = self._comm.allreduce(least, MPI.MIN) <= 0
-        return "the skin passes through a rigid body" if inside else ""
+    Args:
+        near: the points.
+        convex: without the parts of the distance's and the rotation's curvature.
+    """
+    back = near.turned.matrix
+    curved = near.curved(convex=convex)
+    at_points = np.einsum("ji,njl,lm->nim", back, curved, back)
+    with_pose = np.einsum("ji,njl,nlk->nik", back, curved, near.motion)
+    within = curvatures(near, convex=convex)
+    if not convex:  # forces turn with the body
+        turning = np.einsum("kji,nj->nik", near.turned.first, near.forces)
+        with_pose[:, :, 3:] += turning
+        within[:3, 3:] -= turning.sum(axis=0)
+        within[3:, :3] = within[:3, 3:].T
+    return at_points, with_pose, within

@@ -34,6 +34,12 @@ class Rotation(NamedTuple):
     first: np.ndarray
     second: np.ndarray
 
+    @property
+    def inverse(self) -> Rotation:
+        """Rᵀ and its derivatives by θ."""
+        first, second = self.first.transpose(0, 2, 1), self.second.transpose(0, 1, 3, 2)
+        return Rotation(self.matrix.T, first, second)
+
     def slopes(self, m: np.ndarray) -> np.ndarray:
         """(3,) derivatives of R : M."""
         return np.einsum("kij,ij->k", self.first, m)
