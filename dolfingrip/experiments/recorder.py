@@ -97,7 +97,7 @@ class Recorder:
     def append(self, row: Row) -> None:
         """Write one row and its fields."""
         with self._profile.phase("output"):
-            self._fields.write()
+            self._fields.write(row["time_s"])
             if self._file is not None:
                 self._table.writerow({k: _digits(v) for k, v in row.items() if not _empty(v)})
                 self._file.flush()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -149,6 +150,15 @@ def test_a_light_block_is_picked_up(light: tuple[Result, Path]) -> None:
     assert abs(last["energy_error_mJ"]) < 0.01 * last["pressure_mJ"]
     assert 0 < last["force_closure"] <= 1
     assert (out / "run.json").exists()
+
+
+def test_fields_have_the_times_of_the_readings(light: tuple[Result, Path]) -> None:
+    """Without the time in which fingers and food come to rest before the first reading."""
+    result, out = light
+    steps = ElementTree.parse(out / "fields.pvd").getroot().iter("DataSet")
+    times = [float(str(step.get("timestep"))) for step in steps]
+    np.testing.assert_allclose(times, result.column("time_s"), atol=1e-9)
+    assert times[0] == 0.0
 
 
 EVEN = ("mesh.size_mm=8.4", "mesh.edge_size_mm=8.4")

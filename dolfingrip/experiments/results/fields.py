@@ -34,10 +34,9 @@ class FieldFile:
         self._file = io.VTKFile(model.comm, str(path), "w")
         self._steps: list[str] = []
 
-    def write(self) -> None:
-        """Append the present state; its time is the model's."""
+    def write(self, time_s: float) -> None:
+        """Append the present state as that at ``time_s``."""
         self._stretch.update()
-        time_s = self._model.time_s
         self._shown.interpolate(self._model.u)
         self._file.write_function([self._shown, self._stretch.field], time_s)
         piece = f"{self._path.stem}{len(self._steps):06d}.pvtu"
