@@ -16,6 +16,7 @@ import numpy as np
 
 from benchmarks.blind import noise
 from benchmarks.blind.cases import Case, Readings
+from benchmarks.blind.curved import CurvedScreen, CurvedShape
 from benchmarks.blind.generator import Cause
 from benchmarks.blind.noise import Instruments
 from benchmarks.blind.opinions import Interval
@@ -27,7 +28,7 @@ from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
 from dolfingrip.diagnosis.inference.thresholds import Thresholds, of_analysis
-from dolfingrip.diagnosis.inference.verdict import Verdict
+from dolfingrip.diagnosis.inference.verdict import Verdict, decide
 
 STEP: Final = 0.1
 """Standard deviations over which a nuisance is taken as linear."""
@@ -94,13 +95,14 @@ class Bound:
     def _candidate(self, cause: Cause) -> Candidate | None:
         low, high = cause.range()
         second = high if high > 1.2 else low
-        shapes = []
+        shapes: list[Shape] = []
         for form, each in enumerate(cause.forms):
             one = self.change([Hidden(cause.name, form, 1.0)])
-            curved = None
             if abs(second - 1) > 0.1:
-                curved = (second, self.change([Hidden(cause.name, form, second)]))
-            shapes.append(Shape(one, each.label, second=curved))
+                other = self.change([Hidden(cause.name, form, second)])
+                shapes.append(CurvedShape(one, each.label, (second, other)))
+            else:
+                shapes.append(Shape(one, each.label))
         if max(float(np.abs(shape.change).max()) for shape in shapes) < UNFELT:
             return None
         return Candidate(cause.name, tuple(shapes), cause.mean, cause.spread, cause.one_sided)
@@ -115,14 +117,7 @@ class Bound:
         candidates = [
             Candidate(
                 each.name,
-                tuple(
-                    Shape(
-                        shape.change[kept], shape.label,
-                        second=None if shape.second is None
-                        else (shape.second[0], shape.second[1][kept]),
-                    )
-                    for shape in each.shapes
-                ),
+                tuple(_those(shape, kept) for shape in each.shapes),
                 each.mean, each.spread, each.one_sided,
             )
             for each in self.candidates
@@ -130,7 +125,8 @@ class Bound:
         std = np.sqrt(np.diag(self._noise))[kept]
         index = self.index[kept].reset_index(drop=True)
         known = thresholds or self.thresholds
-        return Analysis(index, self.covariance(kept), std, candidates, WEIGHTS, known)
+        screen = CurvedScreen(candidates, self.covariance(kept))
+        return Analysis(index, screen, std, WEIGHTS, known)
 
     @cached_property
     def thresholds(self) -> Thresholds:
@@ -155,7 +151,10 @@ class Bound:
             for each in case.truth.causes
         ]
         white = analysis.covariance.whiten(change[kept])
-        verdict = analysis.verdict(residual)
+        found = analysis.findings(residual)
+        verdict = decide(
+            found.posterior, analysis.screen, found.scores, found.pairs, analysis.thresholds
+        )
         return Attained(
             verdict,
             self._intervals(case, verdict),
@@ -199,9 +198,17 @@ class Bound:
         return np.asarray(values[part] - columns[part] @ fitted)
 
 
+def _those(shape: Shape, kept: np.ndarray) -> Shape:
+    """The same change of the readings that are kept."""
+    if isinstance(shape, CurvedShape):
+        strength, change = shape.second
+        return CurvedShape(shape.change[kept], shape.label, (strength, change[kept]))
+    return Shape(shape.change[kept], shape.label)
+
+
 def unexplained(analysis: Analysis, white: np.ndarray) -> float:
     """Length (σ) of what the best single cause leaves of a whitened change (n,)."""
-    curved = [s.second[1] for s in analysis.screen.shapes if s.second is not None]
+    curved = [s.second[1] for s in analysis.screen.shapes if isinstance(s, CurvedShape)]
     more = analysis.covariance.whiten(np.column_stack(curved)) if curved else white[:, None][:, :0]
     columns = np.hstack([analysis.screen.columns, more])
     length = np.linalg.norm(columns, axis=0)

@@ -58,8 +58,8 @@ class Conclusion:
 
 def screen(problem: Problem, none: Hypothesis, left_out: Sequence[str] = ()) -> Analysis:
     """Candidates and covariance about the base model's fit."""
-    covariance = none.covariance(problem)
-    return Analysis(problem.index, covariance, problem.noise_std, problem.candidates(left_out))
+    candidates = Screen(problem.candidates(left_out), none.covariance(problem))
+    return Analysis(problem.index, candidates, problem.noise_std)
 
 
 def conclude(problem: Problem, analysis: Analysis, fits: Fits) -> Conclusion:

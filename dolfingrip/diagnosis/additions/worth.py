@@ -31,7 +31,6 @@ from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.classes import TIED
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.laplace import slope
-from dolfingrip.diagnosis.inference.next_experiment import ENOUGH
 from dolfingrip.diagnosis.inference.noise import DEFAULTS
 from dolfingrip.diagnosis.inference.verdict import REFUTED
 from dolfingrip.diagnosis.model import FitFailure
@@ -44,6 +43,9 @@ from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 
 REFUTES: Final = -float(np.log(REFUTED))
 """Log odds from which on an effect is refuted."""
+
+ENOUGH: Final = 20.0
+"""Log Bayes factor beyond which more decides nothing more."""
 
 ALONE: Final = 0.8
 """Probability of leaving the true effect alone from which on an addition is said to do so."""

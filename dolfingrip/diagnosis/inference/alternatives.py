@@ -8,17 +8,8 @@ Probabilities of causes are averaged over the models, so a doubtful noise makes 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
-import numpy as np
-from scipy.special import softmax
-
-from dolfingrip.diagnosis.inference.analysis import Analysis
-from dolfingrip.diagnosis.inference.arrays import Vector
 from dolfingrip.diagnosis.inference.noise import Along, ChannelNoise
-from dolfingrip.diagnosis.inference.posterior import mixed
-from dolfingrip.diagnosis.inference.verdict import Verdict
-from dolfingrip.diagnosis.inference.whiteness import NoiseCheck
 
 BELIEVED, LARGER, CORRELATED, BOTH = (
     "as believed",
@@ -81,70 +72,3 @@ def in_part(
         name: {key: each.with_correlated_part(LITTLE, lasts, along) for key, each in noise.items()}
         for name, lasts in ((PARTLY, length), (LASTING, LONGER * length))
     }
-
-
-@dataclass(frozen=True)
-class Robustness:
-    """Verdicts under all models of the noise.
-
-    Attributes:
-        verdict: the one that holds: probabilities averaged over the models.
-        under: the verdict under each model alone, by its name.
-        probability: of each model after measuring, by its name.
-        check: whether what is left is noise as it was believed.
-        notes: how the verdict depends on the noise, a sentence each.
-    """
-
-    verdict: Verdict
-    under: Mapping[str, Verdict]
-    probability: Mapping[str, float]
-    check: NoiseCheck
-    notes: tuple[str, ...]
-
-
-def verdict_under(
-    analyses: Mapping[str, Analysis], residual: Vector, prior: Mapping[str, float] | None = None
-) -> Robustness:
-    """Judge a residual under several models of the noise.
-
-    Args:
-        analyses: by the model's name, the one believed first; with the same candidates.
-        residual: measured − simulated, shape (n,).
-        prior: probability of each model before measuring; :data:`PRIOR` where all have its names,
-            else all the same.
-    """
-    names = list(analyses)
-    if prior is None:
-        prior = PRIOR if set(names) == set(PRIOR) else dict.fromkeys(names, 1.0)
-    findings = {name: analysis.findings(residual) for name, analysis in analyses.items()}
-    logs = [findings[name].log_density + np.log(prior[name]) for name in names]
-    probability = dict(zip(names, (float(p) for p in softmax(logs)), strict=True))
-    averaged = mixed([findings[name].posterior for name in names], list(probability.values()))
-    best = max(names, key=lambda name: probability[name])
-    verdict = analyses[best].judge(findings[best], averaged)
-    under = {name: analyses[name].judge(findings[name]) for name in names}
-    believed = names[0]
-    check = analyses[believed].check(residual, findings[believed])
-    notes = _notes(verdict, under, probability, believed, best)
-    return Robustness(verdict, under, probability, check, (*notes, *check.notes()))
-
-
-def _notes(
-    verdict: Verdict,
-    under: Mapping[str, Verdict],
-    probability: Mapping[str, float],
-    believed: str,
-    best: str,
-) -> list[str]:
-    found = []
-    if best != believed:
-        found.append(
-            f"the readings speak for noise that is {best} "
-            f"(probability {probability[best]:.2f}, as believed {probability[believed]:.2f})"
-        )
-    others = [
-        f"with noise {name}, {each.sentence()}"
-        for name, each in under.items()
-        if (each.answer, set(each.names)) != (verdict.answer, set(verdict.names))
-    ]
-    return found + others

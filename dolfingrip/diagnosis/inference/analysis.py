@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,14 +11,11 @@ import pandas as pd
 from dolfingrip.diagnosis.inference import posterior as hypotheses
 from dolfingrip.diagnosis.inference import thresholds as calibration
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.candidate import Candidate
-from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.pairs import Pairs, PairScores
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights, LogPriors, Posterior
 from dolfingrip.diagnosis.inference.screen import Score, Screen
 from dolfingrip.diagnosis.inference.thresholds import Thresholds
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
-from dolfingrip.diagnosis.inference.verdict import Verdict, decide
 from dolfingrip.diagnosis.inference.whiteness import NoiseCheck, check_noise
 
 FREE = 10.0
@@ -58,9 +54,8 @@ class Analysis:
     def __init__(
         self,
         index: pd.DataFrame,
-        covariance: Covariance,
+        screen: Screen,
         noise_std: Vector,
-        candidates: Sequence[Candidate],
         weights: HypothesisWeights | None = None,
         thresholds: Thresholds | None = None,
     ) -> None:
@@ -68,17 +63,17 @@ class Analysis:
 
         Args:
             index: table of the n readings.
-            covariance: of a residual without a cause: noise, nuisances, mesh.
+            screen: effects that may be the cause, whitened by the covariance of a residual without
+                one: of noise, nuisances and mesh.
             noise_std: standard deviation of each reading's noise alone, shape (n,).
-            candidates: effects that may be the cause.
             weights: of the kinds of hypotheses.
             thresholds: calibrated by simulation where None.
         """
         self.index = index
-        self.covariance = covariance
-        self.screen = Screen(candidates, covariance)
-        self.unknown = SmoothMisfit(index, covariance, noise_std)
-        self.pairs = Pairs(self.screen)
+        self.covariance = screen.covariance
+        self.screen = screen
+        self.unknown = SmoothMisfit(index, screen.covariance, noise_std)
+        self.pairs = Pairs(screen)
         self.priors = LogPriors.of(weights or HypothesisWeights(), self.screen.visible)
         self._thresholds = thresholds
 
@@ -105,20 +100,6 @@ class Analysis:
         none = -0.5 * (whitened @ whitened + self.covariance.logdet)
         density = float(none - 0.5 * len(whitened) * np.log(2 * np.pi) + log_mean)
         return Findings(whitened, tuple(scores), pairs, found, density)
-
-    def verdict(self, residual: Vector) -> Verdict:
-        """The verdict on a residual, shape (n,)."""
-        return self.judge(self.findings(residual))
-
-    def judge(self, findings: Findings, posterior: Posterior | None = None) -> Verdict:
-        """The verdict on findings, or on another posterior with their scores."""
-        return decide(
-            posterior or findings.posterior,
-            self.screen,
-            findings.scores,
-            findings.pairs,
-            self.thresholds,
-        )
 
     def check(self, residual: Vector, findings: Findings) -> NoiseCheck:
         """Whether what the most probable hypothesis leaves is the noise that was assumed."""

@@ -19,28 +19,10 @@ class Shape:
     Attributes:
         change: change of all readings at the effect's ordinary strength, shape (n,).
         label: what tells it from the other shapes, with units.
-        at: place on the grid of shapes, where the shapes lie along a line.
-        second: another strength (neither 0 nor 1) and the change there, shape (n,); with it the
-            change is quadratic in the strength.
     """
 
     change: Vector
     label: str = ""
-    at: float | None = None
-    second: tuple[float, Vector] | None = None
-
-    def polynomial(self) -> tuple[Vector, Vector]:
-        """b and c of change(a) = a b + a² c, shape (n,) each."""
-        if self.second is None:
-            return self.change, np.zeros(self.change.shape)
-        strength, change = self.second
-        curved = (change - strength * self.change) / (strength * (strength - 1))
-        return self.change - curved, np.asarray(curved)
-
-    def at_strength(self, strength: float) -> Vector:
-        """The change at a strength, in units of the ordinary one, shape (n,)."""
-        straight, curved = self.polynomial()
-        return strength * straight + strength**2 * curved
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +55,6 @@ class Candidate:
         for shape in self.shapes:
             if not np.isfinite(shape.change).all():
                 raise ValueError(f"{self.name}: its change {shape.label} is not finite")
-            if shape.second is not None and shape.second[0] in (0.0, 1.0):
-                raise ValueError(
-                    f"{self.name}: second strength = {shape.second[0]}: allowed: not 0 or 1"
-                )
 
     def draw(self, rng: np.random.Generator) -> tuple[int, float]:
         """A shape's number and a strength from the prior."""

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import log_ndtr, ndtri, ndtri_exp
 
-from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+from dolfingrip.diagnosis.inference.arrays import Vector
 
 INTERVAL = float(ndtri(0.95))
 """Half width of the central 90 % of a standard normal number."""
@@ -86,21 +86,3 @@ def amplitude(
         float(centre - std * ndtri_exp(np.log(1 - p) + log_ndtr(left))) for p in (0.05, 0.95)
     )
     return Amplitude(centre + std * hazard, std * float(np.sqrt(variance)), low, high)
-
-
-def log_bayes_factor_together(
-    columns: Matrix, whitened: Vector, mean: Vector, spread: Vector
-) -> float:
-    """ln BF of any number of effects together that may have both signs.
-
-    Args:
-        columns: whitened changes, shape (n, k).
-        whitened: residual, shape (n,).
-        mean, spread: of the strengths' priors, shape (k,) each.
-    """
-    scaled = columns * spread
-    left = whitened - columns @ mean
-    inner = np.eye(len(mean)) + scaled.T @ scaled
-    pulled = scaled.T @ left
-    gain = 0.5 * (pulled @ np.linalg.solve(inner, pulled)) - 0.5 * np.linalg.slogdet(inner)[1]
-    return float(gain + 0.5 * (whitened @ whitened - left @ left))

@@ -9,7 +9,6 @@ hyperparameters θ of the noise maximise (Patterson and Thompson 1971, Biometrik
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,33 +19,13 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.noise import DEFAULTS, Along, ChannelNoise
+from dolfingrip.diagnosis.inference.noise import Along, ChannelNoise
 from dolfingrip.diagnosis.inference.readings import tracks
 
 FEWEST = 10
 """Degrees of freedom that repeats must leave for an estimate."""
 SIGNIFICANT = 0.05
 """Level at which independent noise is rejected for correlated."""
-
-
-@dataclass(frozen=True)
-class NoiseEstimate:
-    """Noise by channel, and where it comes from.
-
-    Attributes:
-        noise: by channel.
-        source: by channel: ``stated``, ``repeats`` or ``default``.
-        notes: the same in words, a sentence each, with how well it is known.
-    """
-
-    noise: Mapping[str, ChannelNoise]
-    source: Mapping[str, str]
-    notes: tuple[str, ...]
-
-    @property
-    def trusted(self) -> bool:
-        """Whether nothing is a mere default."""
-        return "default" not in self.source.values()
 
 
 @dataclass(frozen=True)
@@ -64,48 +43,6 @@ class FromRepeats:
     correlation_p: float
 
 
-def resolve_noise(
-    index: pd.DataFrame,
-    value: Vector,
-    place: npt.NDArray[np.intp],
-    stated: Mapping[str, ChannelNoise] | None = None,
-    along: Along = "time_s",
-) -> NoiseEstimate:
-    """The noise of each channel: as stated, else from repeats, else the default.
-
-    Args:
-        index: table of the n readings.
-        value: shape (n,).
-        place: number that repeats share, shape (n,).
-        stated: by channel, where the laboratory knows it.
-        along: whether correlation is looked for in time or from reading to reading.
-
-    Raises:
-        ValueError: one line naming a channel that has neither, nor a default.
-    """
-    noise: dict[str, ChannelNoise] = {}
-    source: dict[str, str] = {}
-    notes: list[str] = []
-    for channel in dict.fromkeys(index["channel"]):
-        chosen = (index["channel"] == channel).to_numpy()
-        if stated and channel in stated:
-            noise[channel], source[channel] = stated[channel], "stated"
-            continue
-        found = from_repeats(index[chosen], value[chosen], place[chosen], along)
-        if found is not None:
-            noise[channel], source[channel] = found.noise, "repeats"
-            notes.append(_told(channel, found))
-        elif channel in DEFAULTS:
-            noise[channel], source[channel] = DEFAULTS[channel], "default"
-            notes.append(
-                f"noise of {channel} is neither stated nor are there repeats to tell it: "
-                f"{DEFAULTS[channel].std:g} was taken, independent from reading to reading"
-            )
-        else:
-            raise ValueError(f"noise of {channel} is not stated, and there are no repeats")
-    return NoiseEstimate(noise, source, tuple(notes))
-
-
 def from_repeats(
     index: pd.DataFrame, value: Vector, place: npt.NDArray[np.intp], along: Along = "time_s"
 ) -> FromRepeats | None:
@@ -115,7 +52,7 @@ def from_repeats(
         index: table of the channel's readings, n rows.
         value: shape (n,).
         place: number that repeats share, shape (n,).
-        along: see :func:`resolve_noise`.
+        along: whether correlation is looked for in time or from reading to reading.
     """
     repeated = np.bincount(place)[place] > 1
     if not repeated.any():
@@ -224,16 +161,3 @@ def fixed_effects(index: pd.DataFrame, value: Vector, place: npt.NDArray[np.intp
     diagonal = np.abs(np.diag(upper))
     rank = int((diagonal > 1e-9 * diagonal[0]).sum())
     return np.asarray(columns[:, np.sort(order[:rank])])
-
-
-def _told(channel: str, found: FromRepeats) -> str:
-    noise = found.noise
-    error = 100 / np.sqrt(2 * found.freedom)
-    text = f"noise of {channel} is {noise.std:.2g} by repeats (±{error:.0f} %)"
-    if noise.correlated_std == 0:
-        return f"{text}, and nothing speaks for a part that is correlated along runs"
-    unit = "s" if noise.along == "time_s" else "readings"
-    return (
-        f"{text} independently, and {noise.correlated_std:.2g} correlated over "
-        f"{noise.length:.2g} {unit} along a run (p = {found.correlation_p:.1g})"
-    )

@@ -1,54 +1,19 @@
-"""What was read: a value for each reading, and a table that tells what each reading is."""
+"""The table that tells what each reading is: a row for each.
+
+Its columns are ``channel``, ``run``, ``experiment``, ``specimen``, ``cycle``, ``branch``,
+``time_s`` and ``pressure_kPa``; ``rate_kPa_per_s``, ``displacement_mm`` and ``design`` where they
+are known. ``run`` is one uninterrupted measurement of one specimen, the same for all channels that
+were read during it. ``design`` is alike where specimens are drawn alike, so that they repeat one
+another.
+"""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from dolfingrip.diagnosis.inference.arrays import Vector
-
-COLUMNS = (
-    "channel", "run", "experiment", "specimen", "cycle", "branch", "time_s", "pressure_kPa",
-)  # fmt: skip
-"""Columns that the table of readings must have. ``run`` is one uninterrupted measurement of one
-specimen, the same for all channels that were read during it."""
-
-OPTIONAL = ("rate_kPa_per_s", "displacement_mm", "design")
-"""``design`` is alike where specimens are drawn alike, so that they repeat one another."""
-
-
-@dataclass(frozen=True)
-class Readings:
-    """All readings of all experiments, one row each.
-
-    Attributes:
-        index: columns :data:`COLUMNS`, and those of :data:`OPTIONAL` that are known; n rows.
-        value: shape (n,), each in the unit of its channel.
-    """
-
-    index: pd.DataFrame
-    value: Vector
-
-    def __post_init__(self) -> None:
-        """Check the table.
-
-        Raises:
-            ValueError: one line naming a missing column, a wrong length or a reading without value.
-        """
-        missing = [name for name in COLUMNS if name not in self.index.columns]
-        if missing:
-            raise ValueError(f"table of readings has no column {missing[0]}")
-        if self.value.shape != (len(self.index),):
-            raise ValueError(f"{len(self.index)} rows, but values of shape {self.value.shape}")
-        if not np.isfinite(self.value).all():
-            row = int(np.flatnonzero(~np.isfinite(self.value))[0])
-            raise ValueError(f"reading {row} ({self.index['channel'].iloc[row]}) has no value")
-
-    def __len__(self) -> int:
-        return len(self.index)
 
 
 def tracks(index: pd.DataFrame) -> list[npt.NDArray[np.intp]]:

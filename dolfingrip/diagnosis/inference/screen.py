@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import softmax
 
-from dolfingrip.diagnosis.inference import quadratic
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector, log_mean_exp, unit
 from dolfingrip.diagnosis.inference.candidate import Candidate
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -17,9 +16,6 @@ from dolfingrip.diagnosis.inference.evidence import Amplitude, amplitude, log_ba
 
 FAINTEST = 0.5
 """Strength (σ) at an ordinary draw from the prior below which an effect cannot be seen."""
-
-END_WEIGHT = 0.5
-"""Weight of an end of the grid of shapes above which the grid is said to be too short."""
 
 
 @dataclass(frozen=True)
@@ -83,11 +79,6 @@ class Screen:
             [ordinary[self.owner == i].max() >= FAINTEST for i in range(len(candidates))],
             dtype=bool,
         )
-        self._curved = {
-            number: tuple(covariance.whiten(part) for part in shape.polynomial())
-            for number, shape in enumerate(self.shapes)
-            if shape.second is not None
-        }
 
     def score_sigma(self, whitened: Matrix) -> Matrix:
         """z of each shape for whitened residuals of shape (n, m), shape (shapes, m)."""
@@ -96,17 +87,13 @@ class Screen:
 
     def shape_evidence(self, whitened: Matrix) -> Matrix:
         """ln BF of each shape for whitened residuals of shape (n, m), shape (shapes, m)."""
-        logs = log_bayes_factor(
+        return log_bayes_factor(
             self.length[:, None],
             self.score_sigma(whitened),
             self.mean[:, None],
             self.spread[:, None],
             self.one_sided[:, None],
         )
-        for number in self._curved:
-            for sample in range(whitened.shape[1]):
-                logs[number, sample] = self._quadratic(number, whitened[:, sample])[0]
-        return logs
 
     def by_candidate(self, shape_logs: Matrix) -> Matrix:
         """ln of the mean over each candidate's shapes: (…, shapes, m) to (…, candidates, m)."""
@@ -125,72 +112,35 @@ class Screen:
         """What a whitened residual, shape (n,), says about each candidate."""
         logs = self.shape_evidence(whitened[:, None])[:, 0]
         z = self.score_sigma(whitened[:, None])[:, 0]
-        return [self._score(i, logs, z, whitened) for i in range(len(self.candidates))]
+        return [self._score(i, logs, z) for i in range(len(self.candidates))]
 
     def draw_change(self, i: int, rng: np.random.Generator) -> Vector:
         """A whitened change by candidate ``i``, strength and shape from the prior, shape (n,)."""
         number, strength = self.candidates[i].draw(rng)
         shape = int(np.flatnonzero(self.owner == i)[number])
-        if shape in self._curved:
-            straight, curved = self._curved[shape]
-            return strength * straight + strength**2 * curved
         return strength * self.columns[:, shape]
 
-    def _quadratic(self, number: int, whitened: Vector) -> tuple[float, float]:
-        straight, curved = self._curved[number]
-        candidate = self.candidates[self.owner[number]]
-        return quadratic.log_bayes_factor(
-            straight, curved, whitened, candidate.mean, candidate.spread, candidate.one_sided
-        )
-
-    def _score(self, i: int, logs: Vector, z: Vector, whitened: Vector) -> Score:
+    def _score(self, i: int, logs: Vector, z: Vector) -> Score:
         candidate = self.candidates[i]
         numbers = np.flatnonzero(self.owner == i)
         weights = softmax(logs[numbers])
         best = int(numbers[weights.argmax()])
-        fitted, change = self._fitted(best, float(z[best]), whitened)
+        prior = (self.mean[best], self.spread[best], bool(self.one_sided[best]))
+        fitted = amplitude(self.length[best], float(z[best]), *prior)
         return Score(
             name=candidate.name,
             log_evidence=float(log_mean_exp(logs[numbers])),
-            strength_sigma=float(np.linalg.norm(change)),
+            strength_sigma=float(np.linalg.norm(fitted.mean * self.columns[:, best])),
             score_sigma=float(z[best]),
             shape=int(weights.argmax()),
             shape_weights=tuple(float(weight) for weight in weights),
             amplitude=fitted,
             visible=bool(self.visible[i]),
-            direction=unit(change if best in self._curved else self.columns[:, best]),
-            notes=tuple(self._notes(i, weights)),
+            direction=unit(self.columns[:, best]),
+            notes=self._notes(i),
         )
 
-    def _fitted(self, best: int, z: float, whitened: Vector) -> tuple[Amplitude, Vector]:
-        """Strength of a shape after measuring, and the whitened change at its mean."""
-        prior = (self.mean[best], self.spread[best], bool(self.one_sided[best]))
-        if best not in self._curved:
-            found = amplitude(self.length[best], z, *prior)
-            return found, found.mean * self.columns[:, best]
-        # normal about the most probable strength, along the curve's tangent there
-        straight, curved = self._curved[best]
-        _, peak = self._quadratic(best, whitened)
-        change = peak * straight + peak**2 * curved
-        slope = straight + 2 * peak * curved
-        std = float((slope @ slope + 1 / self.spread[best] ** 2) ** -0.5)
-        low, high = peak - 1.645 * std, peak + 1.645 * std
-        return Amplitude(peak, std, max(low, 0.0) if prior[2] else low, high), change
-
-    def _notes(self, i: int, weights: Vector) -> list[str]:
-        candidate = self.candidates[i]
-        if not self.visible[i]:
-            return [f"{candidate.name} cannot be seen in these readings"]
-        places = [shape.at for shape in candidate.shapes]
-        known = [place for place in places if place is not None]
-        if len(known) < len(places) or len(set(known)) < 3:
-            return []
-        for end, place in (("lower", min(known)), ("upper", max(known))):
-            weight = float(weights[np.array(known) == place].sum())
-            if weight > END_WEIGHT:
-                label = candidate.shapes[known.index(place)].label or f"{place:g}"
-                return [
-                    f"{candidate.name}: the {end} end of the grid of shapes ({label}) carries "
-                    f"{100 * weight:.0f} % of the weight; extend the grid"
-                ]
-        return []
+    def _notes(self, i: int) -> tuple[str, ...]:
+        if self.visible[i]:
+            return ()
+        return (f"{self.candidates[i].name} cannot be seen in these readings",)

@@ -101,8 +101,6 @@ class SmoothMisfit:
     def beside(self, screen: Screen, whitened: Matrix) -> Matrix:
         """ln BF of each candidate together with an unknown cause, against neither.
 
-        Changes that are quadratic in the strength are taken by their secants.
-
         Args:
             screen: with the same covariance.
             whitened: residuals, shape (n, k).
@@ -141,15 +139,6 @@ class SmoothMisfit:
         best, size = np.unravel_index(logs.argmax(), logs.shape)
         system = self.systems[int(best)]
         return np.asarray(self.sizes[int(size)] * system.vectors * np.sqrt(system.values))
-
-    def draw(self, rng: np.random.Generator, least_sigma: float = 0.0) -> Vector:
-        """A whitened change by an unknown cause, shape (n,), of at least this length."""
-        while True:
-            system = self.systems[int(rng.integers(len(self.systems)))]
-            size = float(rng.choice(self.sizes))
-            amplitudes = size * np.sqrt(system.values) * rng.standard_normal(len(system.values))
-            if np.linalg.norm(amplitudes) >= least_sigma:
-                return np.asarray(system.vectors @ amplitudes)
 
 
 def smooth_changes(index: pd.DataFrame) -> Matrix:

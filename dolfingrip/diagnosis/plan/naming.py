@@ -16,13 +16,15 @@ import numpy as np
 from scipy.special import logsumexp, ndtr
 
 from dolfingrip.diagnosis.inference.arrays import Vector
-from dolfingrip.diagnosis.inference.bound import CLAIM
 from dolfingrip.diagnosis.inference.candidate import Candidate
 from dolfingrip.diagnosis.inference.classes import TIED
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights, LogPriors
 from dolfingrip.diagnosis.inference.screen import Screen
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
 from dolfingrip.diagnosis.plan.readings import Readings
+
+CLAIM: Final = 0.9
+"""Probability above which an effect or a class is claimed."""
 
 STRENGTHS: Final = np.geomspace(1.0, 300.0, 80)
 """σ."""

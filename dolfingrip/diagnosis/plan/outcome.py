@@ -9,8 +9,8 @@ from typing import Final, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from dolfingrip import __version__
-from dolfingrip.diagnosis.inference.bound import CLAIM
 from dolfingrip.diagnosis.plan import plan as planning
+from dolfingrip.diagnosis.plan.naming import CLAIM
 
 SCHEMA: Final = 1
 

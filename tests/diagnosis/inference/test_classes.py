@@ -1,10 +1,9 @@
-"""Classes, thresholds, and the experiment that would split a class."""
+"""Classes and thresholds."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from diagnosis.inference import synthetic
 from scipy.stats import norm
 
 from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
@@ -14,8 +13,7 @@ from dolfingrip.diagnosis.inference.classes import (
     partition,
     separation,
 )
-from dolfingrip.diagnosis.inference.covariance import Covariance, total_covariance
-from dolfingrip.diagnosis.inference.next_experiment import Addition, rank_additions
+from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.screen import Screen
 from dolfingrip.diagnosis.inference.thresholds import calibrated_threshold
 
@@ -86,54 +84,3 @@ def test_a_threshold_keeps_its_level() -> None:
 
         assert calibrated_threshold(statistic, draw, 0.05, 199, 4, bound) == found[4]
         assert sum(asked) <= few
-
-
-def additions() -> tuple[list[Addition], Covariance, dict[str, np.ndarray]]:
-    """Friction and missing self-contact, tied; a blocked angle tells them apart."""
-    table = synthetic.index()
-    change = synthetic.columns(table)
-    now = {name: change[name] for name in ("plate_friction", "no_self_contact")}
-    noise, nuisances = np.diag(synthetic.noise_std(table) ** 2), synthetic.nuisances(table)
-    again = np.arange(44) >= 22  # the force once more
-    made = []
-    for name, minutes, shift in (("force again", 5.0, 0.0), ("blocked angle", 10.0, 0.05)):
-        changes = {
-            "plate_friction": change["plate_friction"][again],
-            "no_self_contact": change["no_self_contact"][again] + shift,
-        }
-        whole = total_covariance(
-            np.block([[noise, np.zeros((44, 22))], [np.zeros((22, 44)), noise[22:, 22:]]]),
-            np.vstack([nuisances, nuisances[again]]),
-        )
-        made.append(Addition(name, minutes, changes, whole))
-    return made, total_covariance(noise, nuisances), now
-
-
-def test_the_next_experiment_splits_the_tie() -> None:
-    made, covariance, now = additions()
-    equal = dict.fromkeys(now, 1.0)
-    best, other = rank_additions(made, covariance, now, equal, equal)
-    assert (best.name, other.name) == ("blocked angle", "force again")
-    # reference: ½ |what the other leaves|² in the metric of the joint covariance
-    joined = [np.concatenate([now[name], made[1].changes[name]]) for name in now]
-    inverse = np.linalg.inv(made[1].covariance.matrix)
-    v, w = joined
-    left = v - w * (v @ inverse @ w) / (w @ inverse @ w)
-    expected = 0.5 * left @ inverse @ left
-    assert best.by_pair[("plate_friction", "no_self_contact")] == pytest.approx(expected)
-    assert best.gain_per_minute <= best.gain / best.minutes + 1e-12
-
-
-def test_more_than_enough_is_worth_no_more() -> None:
-    made, covariance, now = additions()
-    strong, equal = dict.fromkeys(now, 30.0), dict.fromkeys(now, 1.0)
-    worth = {
-        each.name: each for each in rank_additions(made, covariance, now, strong, equal, enough=1e9)
-    }
-    capped = {
-        each.name: each for each in rank_additions(made, covariance, now, strong, equal, enough=500)
-    }
-    assert worth["blocked angle"].gain == capped["blocked angle"].gain > 1000
-    assert capped["blocked angle"].gain_per_minute <= 50
-    with pytest.raises(ValueError, match="force again: minutes = 0"):
-        Addition("force again", 0.0, {}, covariance)

@@ -7,13 +7,9 @@ import pytest
 from diagnosis.inference import synthetic
 from scipy.stats import multivariate_normal
 
-from dolfingrip.diagnosis.inference.covariance import (
-    Covariance,
-    columns_by_group,
-    total_covariance,
-)
+from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import ChannelNoise, noise_matrix
-from dolfingrip.diagnosis.inference.readings import Readings, load, tracks
+from dolfingrip.diagnosis.inference.readings import load, tracks
 
 
 def test_density_and_whitening_are_those_of_the_normal_law() -> None:
@@ -31,19 +27,9 @@ def test_density_and_whitening_are_those_of_the_normal_law() -> None:
     assert covariance.widened(column).matrix == pytest.approx(matrix + np.outer(column, column))
 
 
-def test_nuisances_and_mesh_add_their_columns() -> None:
-    n, d = np.array([[1.0, 0.0], [2.0, 1.0], [0.0, 3.0]]), np.array([1.0, -1.0, 2.0])
-    found = total_covariance(np.eye(3), n, np.array([0.2, 0.1]), d).matrix
-    expected = np.eye(3) + n @ np.diag([0.04, 0.01]) @ n.T + 0.09 * np.outer(d, d)
-    assert found == pytest.approx(expected)
+def test_a_covariance_that_is_not_positive_is_told() -> None:
     with pytest.raises(ValueError, match="not positive definite"):
-        total_covariance(np.zeros((3, 3)), n)
-
-
-def test_scatter_of_specimens_is_independent() -> None:
-    column = np.array([[1.0], [2.0], [3.0], [4.0]])
-    found = columns_by_group(column, ["a", "a", "b", "b"])
-    assert found.tolist() == [[1, 0], [2, 0], [0, 3], [0, 4]]
+        Covariance.of(np.zeros((3, 3)))
 
 
 def test_noise_is_correlated_along_a_run_alone() -> None:
@@ -67,18 +53,12 @@ def test_noise_is_correlated_along_a_run_alone() -> None:
     assert noise_matrix(shuffled, noise) == pytest.approx(matrix[np.ix_(order, order)])
 
 
-def test_bad_noise_and_readings_are_told() -> None:
+def test_bad_noise_is_told() -> None:
     table = synthetic.index(points=3)
     with pytest.raises(ValueError, match="noise std = 0"):
         ChannelNoise(0.0)
     with pytest.raises(ValueError, match="noise of force_N is not given; given: angle_deg"):
         noise_matrix(table, {"angle_deg": ChannelNoise(0.3)})
-    with pytest.raises(ValueError, match="no column branch"):
-        Readings(table.drop(columns="branch"), np.zeros(len(table)))
-    values = np.zeros(len(table))
-    values[2] = np.nan
-    with pytest.raises(ValueError, match=r"reading 2 \(angle_deg\) has no value"):
-        Readings(table, values)
 
 
 def test_load_and_tracks() -> None:

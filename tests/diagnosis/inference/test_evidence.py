@@ -7,14 +7,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import multivariate_normal, norm, truncnorm
 
-from dolfingrip.diagnosis.inference import quadratic
 from dolfingrip.diagnosis.inference.arrays import log_mean_exp
 from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
-from dolfingrip.diagnosis.inference.evidence import (
-    amplitude,
-    log_bayes_factor,
-    log_bayes_factor_together,
-)
+from dolfingrip.diagnosis.inference.evidence import amplitude, log_bayes_factor
 
 
 def test_two_sided_is_the_ratio_of_normal_densities() -> None:
@@ -69,54 +64,8 @@ def test_strength_after_measuring(score: float, one_sided: bool) -> None:
     assert (found.low, found.high) == pytest.approx(tuple(law.ppf([0.05, 0.95])), rel=1e-6)
 
 
-def test_several_together() -> None:
-    rng = np.random.default_rng(2)
-    w, r = rng.normal(size=(6, 3)), rng.normal(size=6)
-    mean, spread = np.array([0.5, 0.0, -1.0]), np.array([0.3, 2.0, 1.0])
-    widened = np.eye(6) + (w * spread**2) @ w.T
-    expected = multivariate_normal(w @ mean, widened).logpdf(r)
-    expected -= multivariate_normal(np.zeros(6), np.eye(6)).logpdf(r)
-    assert log_bayes_factor_together(w, r, mean, spread) == pytest.approx(expected, abs=1e-10)
-
-
-def test_a_quadratic_change_passes_through_both_secants() -> None:
-    one, half = np.array([1.0, 2.0, 3.0]), np.array([0.4, 1.5, 1.0])
-    shape = Shape(one, second=(0.5, half))
-    assert shape.at_strength(1.0) == pytest.approx(one)
-    assert shape.at_strength(0.5) == pytest.approx(half)
-    assert shape.at_strength(0.0) == pytest.approx(np.zeros(3))
-
-
-@pytest.mark.parametrize("one_sided", [True, False])
-@pytest.mark.parametrize("size", [1.0, 300.0])
-def test_quadratic_evidence(one_sided: bool, size: float) -> None:
-    # reference: a trapezoid of 2 million points; the second size has a peak 1/300 wide
-    rng = np.random.default_rng(3)
-    b, c = size * rng.normal(size=4), 0.3 * size * rng.normal(size=4)
-    r = 0.8 * b + 0.64 * c + rng.normal(size=4)
-    a = np.linspace(0 if one_sided else -7, 8, 2_000_001)
-    d = np.outer(b, a) + np.outer(c, a**2)
-    logs = r @ d - 0.5 * (d**2).sum(axis=0) + norm.logpdf(a, 1.0, 0.5)
-    peak = logs.max()
-    expected = peak + np.log(np.trapezoid(np.exp(logs - peak), a))
-    expected -= norm.logcdf(2.0) if one_sided else 0.0
-    found, best = quadratic.log_bayes_factor(b, c, r, 1.0, 0.5, one_sided)
-    assert found == pytest.approx(expected, abs=1e-6)
-    assert best == pytest.approx(a[logs.argmax()], abs=1e-4)
-
-
-def test_a_straight_quadratic_is_the_closed_form() -> None:
-    rng = np.random.default_rng(4)
-    b, r = 40 * rng.normal(size=7), 30 * rng.normal(size=7)
-    q = np.linalg.norm(b)
-    found, _ = quadratic.log_bayes_factor(b, np.zeros(7), r, 1.0, 0.4, True)
-    assert found == pytest.approx(log_bayes_factor(q, b @ r / q, 1.0, 0.4, True), abs=1e-8)
-
-
 def test_bad_candidates_are_told() -> None:
     with pytest.raises(ValueError, match="spread = 0"):
         Candidate("prony", (Shape(np.ones(2)),), spread=0)
-    with pytest.raises(ValueError, match="second strength = 1"):
-        Candidate("prony", (Shape(np.ones(2), second=(1.0, np.ones(2))),))
     with pytest.raises(ValueError, match="prony: has no shape"):
         Candidate("prony", ())

@@ -10,19 +10,18 @@ import pytest
 from diagnosis.inference import synthetic
 from scipy.stats import chi2, multivariate_normal
 
+from dolfingrip.diagnosis import cautions
 from dolfingrip.diagnosis.inference.alternatives import (
     BELIEVED,
-    CORRELATED,
     PRIOR,
     PRIOR_IN_PART,
     alternatives,
     in_part,
-    verdict_under,
 )
 from dolfingrip.diagnosis.inference.analysis import Analysis
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import ChannelNoise, noise_matrix
-from dolfingrip.diagnosis.inference.noise_estimate import from_repeats, resolve_noise
+from dolfingrip.diagnosis.inference.noise_estimate import from_repeats
 from dolfingrip.diagnosis.inference.repeats import places
 from dolfingrip.diagnosis.inference.whiteness import check_noise
 
@@ -112,23 +111,6 @@ def test_the_restricted_likelihood_is_that_of_the_contrasts() -> None:
     assert difference == pytest.approx(direct(*one) - direct(*other), abs=1e-8)
 
 
-def test_where_the_noise_comes_from_is_said() -> None:
-    table = synthetic.index(2)
-    y = measured(table, synthetic.NOISE, np.random.default_rng(33))
-    stated = {"force_N": ChannelNoise(0.05)}
-    found = resolve_noise(table, y, places(table), stated)
-    assert found.source == {"angle_deg": "repeats", "force_N": "stated"}
-    assert found.trusted
-    assert "noise of angle_deg is 0." in found.notes[0]
-    single = synthetic.index()
-    alone = resolve_noise(single, synthetic.base(single), places(single), stated)
-    assert alone.source["angle_deg"] == "default"
-    assert not alone.trusted
-    assert "neither stated nor are there repeats" in alone.notes[0]
-    with pytest.raises(ValueError, match="noise of odd is not stated"):
-        resolve_noise(single.assign(channel="odd"), np.zeros(44), places(single))
-
-
 def test_the_check_is_chi_squared() -> None:
     # reference: the sum of squares of readings with independent noise, no nuisances
     table = synthetic.index()
@@ -204,12 +186,7 @@ def test_a_quarter_that_drifts_is_noticed(length_s: float, share: float) -> None
 def analyses() -> dict[str, Analysis]:
     table = synthetic.index()
     return {
-        name: Analysis(
-            table,
-            synthetic.covariance(table, noise),
-            synthetic.noise_std(table, noise),
-            synthetic.candidates(table),
-        )
+        name: Analysis(table, synthetic.screen(table, noise), synthetic.noise_std(table, noise))
         for name, noise in alternatives(synthetic.NOISE, 60.0).items()
     }
 
@@ -221,18 +198,19 @@ def test_doubtful_noise_makes_no_false_alarms(trap: str) -> None:
     table, rng = synthetic.index(), np.random.default_rng(seed)
     larger = {name: each.scaled(1.5) for name, each in synthetic.NOISE.items()}
     true = DRIFTING if trap == "correlated" else larger
-    found = [
-        verdict_under(analyses(), r) for r in synthetic.covariance(table, true).sample(rng, draws).T
-    ]
-    naive = np.mean([each.under["as believed"].answer != "none" for each in found])
-    careful = np.mean([each.verdict.answer != "none" for each in found])
-    noticed = np.mean(
-        [each.probability["as believed"] < 0.5 or bool(each.check.failed) for each in found]
-    )
-    print(f"false alarms: as believed {naive}, over models {careful}; noticed {noticed}")
-    assert careful < naive
-    assert careful <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / draws)
-    assert noticed > 0.8
+    naive, careful, noticed = [], [], []
+    for residual in synthetic.covariance(table, true).sample(rng, draws).T:
+        verdict, _, probability = synthetic.judged(analyses(), residual, PRIOR)
+        believed = analyses()[BELIEVED]
+        naive.append(synthetic.verdict(believed, residual).answer != "none")
+        careful.append(verdict.answer != "none")
+        check = believed.check(residual, believed.findings(residual))
+        noticed.append(probability[BELIEVED] < 0.5 or bool(check.failed))
+    print(f"false alarms: as believed {np.mean(naive)}, over models {np.mean(careful)}; "
+          f"noticed {np.mean(noticed)}")  # fmt: skip
+    assert np.mean(careful) < np.mean(naive)
+    assert np.mean(careful) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / draws)
+    assert np.mean(noticed) > 0.8
 
 
 def test_a_strong_effect_is_named_under_all_models() -> None:
@@ -242,16 +220,19 @@ def test_a_strong_effect_is_named_under_all_models() -> None:
         synthetic.columns(table)["hardening"] * 1.2
         + synthetic.covariance(table).sample(rng, 1)[:, 0]
     )
-    found = verdict_under(analyses(), r)
-    assert found.verdict.names == ("hardening",)
-    assert sum(found.probability.values()) == pytest.approx(1.0)
-    assert found.probability["as believed"] > 0.3
+    verdict, under, probability = synthetic.judged(analyses(), r, PRIOR)
+    assert verdict.names == ("hardening",)
+    assert {each.names for each in under.values()} == {("hardening",)}
+    assert sum(probability.values()) == pytest.approx(1.0)
+    assert probability[BELIEVED] > 0.3
 
 
 def test_how_a_verdict_depends_on_the_noise_is_said() -> None:
     table, rng = synthetic.index(), np.random.default_rng(39)
     r = 1.5 * synthetic.covariance(table, DRIFTING).sample(rng, 1)[:, 0]
-    found = verdict_under(analyses(), r)
-    assert found.probability["as believed"] < 0.5
-    assert any("the readings speak for noise that is" in note for note in found.notes)
-    assert CORRELATED in found.under
+    verdict, under, probability = synthetic.judged(analyses(), r, PRIOR)
+    assert probability[BELIEVED] < 0.5
+    others = {name for name, each in under.items() if each.answer != verdict.answer}
+    notes = cautions.of_noise(verdict, under, probability)
+    assert BELIEVED in others
+    assert any(note.startswith(f"with noise {BELIEVED} (probability 0.") for note in notes)

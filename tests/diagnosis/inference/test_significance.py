@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from diagnosis.inference import synthetic
 
+from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.multiple import holm
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 from dolfingrip.diagnosis.inference.sentences import sentences
@@ -21,7 +22,7 @@ EDGES = (0.0, 100.0, 175.0, 250.0)
 
 def table_of(residual: np.ndarray, index: pd.DataFrame = TABLE) -> pd.DataFrame:
     noise = noise_matrix(index, synthetic.NOISE)
-    plain = synthetic.total_covariance(noise)
+    plain = Covariance.of(noise)
     base = synthetic.base(index)
     return significance_table(index, base + residual, residual, noise, plain, EDGES)
 
@@ -100,7 +101,5 @@ def test_sizes_near_zero_are_told_in_the_channels_unit() -> None:
     noise = np.eye(len(index)) * 0.01
     residual = np.full(len(index), -0.5)
     measured = np.full(len(index), 1e-3)
-    table = significance_table(
-        index, measured, residual, noise, synthetic.total_covariance(noise), [0.0, 250.0]
-    )
+    table = significance_table(index, measured, residual, noise, Covariance.of(noise), [0.0, 250.0])
     assert sentences(table)[0].startswith("the simulated tip's displacement along z is 0.5 mm high")

@@ -9,10 +9,9 @@ import pandas as pd
 import pytest
 from diagnosis.inference import synthetic
 
-from dolfingrip.diagnosis.inference.bound import CLAIM, exact_posterior
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
-from dolfingrip.diagnosis.plan.naming import Naming, namings, share
+from dolfingrip.diagnosis.plan.naming import CLAIM, Naming, namings, share
 from dolfingrip.diagnosis.plan.readings import Readings, joined
 
 SEED = 3
@@ -50,7 +49,9 @@ def test_it_takes_the_strength_that_is_told(name: str) -> None:
     for factor in (0.6, 1.4):
         hidden = factor * naming.named_from * change
         named = [
-            exact_posterior(hidden + noise[:, k], own.candidates, own.covariance, none)[1 + place]
+            synthetic.exact_posterior(hidden + noise[:, k], own.candidates, own.covariance, none)[
+                1 + place
+            ]
             > CLAIM
             for k in range(DRAWS)
         ]
