@@ -14,7 +14,7 @@ from typing import Any, Self
 from dolfingrip.extensions.index import Extensions
 from dolfingrip.sections import tables
 from dolfingrip.sections.cast import Cast
-from dolfingrip.sections.complaint import ConfigError, checked
+from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.films import Film
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.material import Material

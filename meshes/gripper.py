@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dolfingrip.meshes.solid import Floats
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.gripper import Gripper
 from dolfingrip.sections.specimen import Finger
 

@@ -38,7 +38,7 @@ def volume_tags(names: Sequence[str]) -> dict[str, int]:
 
 
 def missing_message(missing: list[str]) -> str:
-    """The complaint about a mesh without some of the needed groups."""
+    """The error message about a mesh without some of the needed groups."""
     plural = "s" if len(missing) > 1 else ""
     return (
         f"missing group{plural} {', '.join(missing)}; "

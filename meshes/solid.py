@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, Ints
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 MOST_ELEMENTS: Final = 10_000_000
 """Meshes of more would not fit into memory."""

@@ -13,7 +13,7 @@ from rich.table import Table
 from dolfingrip.cli.options import console
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.units import unit
 
 

@@ -10,7 +10,7 @@ import typer
 from mpi4py import MPI
 from rich.console import Console
 
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 ConfigFile = Annotated[
     Path | None,

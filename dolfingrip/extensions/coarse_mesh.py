@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from pydantic import Field
 
 from dolfingrip.extensions.effect import Effect, Prior
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
     from dolfingrip.sections.setup import Setup

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.extensions.effect import Effect
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 if TYPE_CHECKING:
     from dolfingrip.sections.setup import Setup

@@ -14,7 +14,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.extensions.effect import Prior
-from dolfingrip.sections import complaint
+from dolfingrip.sections import errors
 
 STEP: Final = 1e-4
 """Part of a parameter's scale by which numbers of the configuration are differentiated. What they
@@ -74,8 +74,8 @@ class Parameter:
             TypeAdapter(hint, config=_FINITE).validate_python(given, strict=True)
         except ValidationError as error:
             kind, name = error.errors()[0]["type"], self.key.rpartition(".")[2]
-            why = complaint.reason(kind, self.field, name)
-            raise ConfigError(f"{option} {self.key} = {complaint.shown(given)}: {why}") from None
+            why = errors.reason(kind, self.field, name)
+            raise ConfigError(f"{option} {self.key} = {errors.shown(given)}: {why}") from None
 
     def value(self, config: Config) -> float:
         """Its value in ``config``."""

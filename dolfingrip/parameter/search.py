@@ -18,7 +18,7 @@ from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter.bounds import bare, bounds, of_entries, of_floats
 from dolfingrip.parameter.parameter import Entry, Parameter
 from dolfingrip.parameter.priors import priors_beside
-from dolfingrip.sections import complaint, tables
+from dolfingrip.sections import errors, tables
 from dolfingrip.sections.units import unit
 
 SECTIONS: Final = ("material", "film", "finger", "cast", "pneunet", "morph", "plate", "gravity",
@@ -106,13 +106,13 @@ def _field(key: str, option: str) -> Any:
     parts = key.split(".")
     info = None
     for i, part in enumerate(parts):
-        known, entries = complaint.below(parts[:i], Config)
+        known, entries = errors.below(parts[:i], Config)
         if not known and entries is None:
             raise ConfigError(f"{option} {key}: {parts[i - 1]} is a value, not a section")
         info = known.get(part)
         chosen = entries is not None and i + 1 < len(parts)  # a table that a user named
         if info is None and not chosen:
-            raise ConfigError(f"{option} {complaint.unknown(parts[: i + 1], Config)}")
+            raise ConfigError(f"{option} {errors.unknown(parts[: i + 1], Config)}")
     return info
 
 

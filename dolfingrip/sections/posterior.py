@@ -18,7 +18,7 @@ import tomlkit
 from pydantic import Field, model_validator
 
 from dolfingrip.sections import tables
-from dolfingrip.sections.complaint import ConfigError, checked
+from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.section import Section, outside
 
 Fits = Annotated[tuple["Fit", ...], Field(strict=False, min_length=1)]

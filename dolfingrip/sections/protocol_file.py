@@ -27,7 +27,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from dolfingrip.sections.complaint import ConfigError, checked
+from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.procedure import Branch
 from dolfingrip.sections.section import Section, outside
 from dolfingrip.sections.units import unit

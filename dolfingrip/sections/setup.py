@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from dolfingrip.sections.camera import Camera
 from dolfingrip.sections.cast import Cast
-from dolfingrip.sections.complaint import checked
+from dolfingrip.sections.errors import checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.food import Food

@@ -11,7 +11,7 @@ from typing import Any
 import tomlkit
 from pydantic import BaseModel
 
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 POSTERIOR = "posterior"
 """Table beside the sections with what a fit to measurements left open."""

@@ -20,7 +20,7 @@ from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.design.campaign.cluster import Where, connected
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.spool import Spool
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 TESTS = Path(__file__).parents[1]
 DESIGNS = ("morph.xi1=-0.2:0.5:3", "morph.xi2=-0.5:1:2")

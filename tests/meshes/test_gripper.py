@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.meshes.gripper import stands
-from dolfingrip.sections.complaint import ConfigError, checked
+from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.gripper import Gripper
 from dolfingrip.sections.specimen import Finger
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from dolfingrip.design.campaign.interrupts import interrupts_answered_by
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 LOST_WORKERS = 2
 """Number of workers that may die on a design before it counts as failed."""

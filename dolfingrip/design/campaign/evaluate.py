@@ -22,7 +22,7 @@ from typing import Any
 
 from dolfingrip.design.campaign.answer import Answer, DesignFailure, Outcome
 from dolfingrip.design.campaign.spool import Spool
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 Objective = Callable[..., Outcome]
 """From a configuration, the wanted quantities and the number of MPI ranks to their numbers; where

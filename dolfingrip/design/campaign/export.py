@@ -12,7 +12,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from dolfingrip.design.campaign.store import NAME, Store
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 _KEPT = ("failure_class", "failure", "iterations", "started_at", "wall_s", "worker")
 LONG = ("row", "column", "parameter", "derivative")

@@ -15,7 +15,7 @@ from typing import Any
 
 from dolfingrip.design.campaign.answer import Answer
 from dolfingrip.design.campaign.plan import Design, differences, merged
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 NAME = "campaign.sqlite"
 """File in a campaign's folder."""

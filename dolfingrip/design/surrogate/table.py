@@ -17,7 +17,7 @@ import pyarrow.parquet
 
 from dolfingrip.design.campaign import export
 from dolfingrip.design.campaign.store import NAME, Store
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 INPUTS = ("morph.xi1", "morph.xi2")
 OUTPUTS = ("cog_offset_mm", "force_N")

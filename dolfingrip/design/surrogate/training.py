@@ -15,7 +15,7 @@ import torch
 import dolfingrip
 from dolfingrip.design.surrogate.surrogate import Range, Surrogate, network
 from dolfingrip.design.surrogate.table import Table
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 FEWEST = 10
 """Designs below which a held-out fifth says nothing."""

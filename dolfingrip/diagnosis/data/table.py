@@ -31,7 +31,7 @@ BRANCHES = get_args(Branch)
 
 @dataclass(frozen=True, slots=True)
 class _Line:
-    """A line of a file, to be named in a complaint."""
+    """A line of a file, to be named in an error."""
 
     file: Path
     number: int

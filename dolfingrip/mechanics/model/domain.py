@@ -16,7 +16,7 @@ from dolfingrip.mechanics.model.sheet import local_facets
 from dolfingrip.meshes.cells import BY_NODES, CellShape
 from dolfingrip.meshes.groups import SYMMETRY
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
-from dolfingrip.sections.complaint import ConfigError
+from dolfingrip.sections.errors import ConfigError
 
 
 @dataclass(frozen=True, slots=True)

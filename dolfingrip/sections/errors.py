@@ -36,7 +36,7 @@ def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
 
 
 def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, Any]) -> str:
-    """The first complaint of pydantic about ``data``, which should have made a ``root``."""
+    """The first error that pydantic finds in ``data``, which should have made a ``root``."""
     first = error.errors()[0]
     # the numbers are places in a list, which is named as a whole
     location = [str(part) for part in first["loc"] if not isinstance(part, int)]
@@ -76,7 +76,7 @@ def reason(kind: str, info: Any, key: str) -> str:
     """Why a value is refused, and what is allowed.
 
     Args:
-        kind: pydantic's type of the complaint.
+        kind: pydantic's type of the error.
         info: pydantic's description of the key.
         key: its name, which ends in its unit.
     """
