@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -108,7 +109,10 @@ def _run(
             visit(rig.specimen, row)
 
         observers = [] if sensitivities is None else [sensitivities.forward]
-        result.failure = _lead(experiment, rig, stops, reached, observers)
+        failure = _lead(experiment, rig, stops, reached, observers)
+        if failure is not None:
+            failure = replace(failure, advice=rig.advice(failure))
+        result.failure = failure
         if sensitivities is not None:
             result.sensitivities = sensitivities.rows
         experiment.conclude(result, rig)

@@ -39,6 +39,8 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     stopped = run("bending", settings)
     assert stopped.failure is not None
     assert stopped.failure.kind is FailureKind.LIMIT_POINT
+    said = stopped.failure.sentence()
+    assert said.endswith("as large as at rest; it can grow on with --set experiment.control=auto")
     last = stopped.failure.last_good["pressure_kPa"]
     print(f"greatest {greatest:.3f} kPa, pressure control stopped at {last:.3f} kPa")
     assert last == pytest.approx(greatest, abs=2 * settings.solver.min_step_kPa)

@@ -6,7 +6,7 @@ import pytest
 from experiments import small
 
 from dolfingrip.experiments import pressures_kPa, run
-from dolfingrip.experiments.protocol.pressurisation import stops
+from dolfingrip.experiments.protocol.pressurisation import advice, stops, stops_by_volume
 
 
 def test_pressures() -> None:
@@ -16,6 +16,32 @@ def test_pressures() -> None:
     )
     assert pressures_kPa(config) == [0, 20, 40, 50, 40, 20, 0]
     assert [stop.branch for stop in stops(config)] == 4 * ["loading"] + 3 * ["unloading"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "ratio", "changes"),
+    [
+        ([], 1.5, ["control=auto"]),
+        ([], 3.4, ["control=auto", "max_volume_ratio=7"]),
+        (["experiment.control=auto"], 1.9, ["max_volume_ratio=4"]),
+        (["experiment.unload=true"], 1.5, ["control=volume"]),
+        (["experiment.cycles=2"], 1.5, ["control=volume"]),
+    ],
+)
+def test_what_is_advised_at_a_limit_point_is_allowed(
+    settings: list[str], ratio: float, changes: list[str]
+) -> None:
+    """The settings that it names can be added, and then the cavity has room to grow."""
+    said = advice(small.short(*settings), ratio)
+    assert said.startswith(f"the cavity is {ratio:g} times as large as at rest")
+    assignments = [f"experiment.{change}" for change in changes]
+    assert said.endswith(f"it can grow on with {' '.join(f'--set {each}' for each in assignments)}")
+    assert stops_by_volume(small.short(*settings, *assignments), ratio - 1, 0.0)
+
+
+def test_nothing_is_advised_with_a_protocol() -> None:
+    followed = small.short().changed(protocol={"time_s": [0.0, 1.0], "pressure_kPa": [0.0, 10.0]})
+    assert advice(followed, 1.5) == ""
 
 
 def test_volume_and_pressure_agree() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from dolfingrip.config import Config, ConfigError
@@ -10,6 +11,9 @@ from dolfingrip.experiments.protocol.schedule import Stop
 
 LEAST = 0.1
 """Part of a step of the volume below which the next reading is left out."""
+
+FURTHER = 2.0
+"""Factor by which a cavity may grow after a limit point, where a larger one is advised."""
 
 
 def stops(config: Config) -> Sequence[Stop]:
@@ -46,6 +50,31 @@ def stops_by_volume(config: Config, growth: float, time_s: float) -> Sequence[St
     rate, least = _growth_rate(config), LEAST * config.experiment.step_volume_ratio
     left = [value for value in _growths(config) if value > growth + least]
     return [Stop(value, time_s + (value - growth) / rate, "loading") for value in left]
+
+
+def advice(config: Config, ratio: float) -> str:
+    """The settings with which a finger under pressure control goes on by its cavity's volume.
+
+    Args:
+        config: with the control and the largest cavity.
+        ratio: volume of the cavity, relative to its rest.
+
+    Returns:
+        A sentence; "" with a protocol, which prescribes pressures, and where no setting helps.
+    """
+    experiment = config.experiment
+    if config.protocol.time_s:
+        return ""
+    changes = []
+    if experiment.control == "pressure":
+        returns = experiment.unload or experiment.cycles > 1  # which "auto" does not allow
+        changes.append(f"control={'volume' if returns else 'auto'}")
+    if ratio + experiment.step_volume_ratio >= experiment.max_volume_ratio:
+        changes.append(f"max_volume_ratio={math.ceil(FURTHER * ratio)}")
+    if not changes:
+        return ""
+    settings = " ".join(f"--set experiment.{change}" for change in changes)
+    return f"the cavity is {ratio:.2g} times as large as at rest; it can grow on with {settings}"
 
 
 def _growths(config: Config) -> list[float]:

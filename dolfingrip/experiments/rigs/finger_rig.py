@@ -129,6 +129,18 @@ class FingerRig(Rig):
             self.jumps = True
         return found
 
+    def advice(self, failure: Failure) -> str:
+        """Settings that inflate the finger by its cavity's volume beyond a limit point.
+
+        With ``control = "auto"`` a failure does not tell whether it is a limit point.
+        """
+        if not self._by_pressure or failure.kind in (FailureKind.TIME_LIMIT, FailureKind.CONTACT):
+            return ""
+        automatic = self._config.experiment.control == "auto"
+        if not automatic and failure.kind is not FailureKind.LIMIT_POINT:
+            return ""
+        return pressurisation.advice(self._config, self._volume_mm3() / self._rest_mm3)
+
     def over(self) -> bool:
         """Whether the largest pressure is reached under volume control, which ends the path too."""
         config = self._config.experiment

@@ -92,6 +92,14 @@ class Rig(ABC):
         """
         return ()
 
+    def advice(self, failure: Failure) -> str:
+        """What the user may set so that the experiment goes on; "" where nothing is known.
+
+        Args:
+            failure: why it ended; the specimen is in its last good state.
+        """
+        return ""
+
     def passable(self, attempted: Mapping[str, float]) -> bool:
         """Whether equilibrium goes on at a falling load, where ``attempted`` was not reached."""
         return False

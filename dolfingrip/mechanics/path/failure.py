@@ -38,16 +38,19 @@ class Failure:
     Attributes:
         kind: the class.
         last_good: controls of the last converged state, by name.
+        advice: what goes on from there, as the caller of the path knows; "" where nothing does.
     """
 
     kind: FailureKind
     last_good: dict[str, float]
+    advice: str = ""
 
     def sentence(self) -> str:
-        """One sentence with the last good pressure (or other controls)."""
+        """One sentence with the last good pressure (or other controls), and the advice."""
         reached = ", ".join(
             f"{value:g} {name.rpartition('_')[2]}"
             for name, value in self.last_good.items()
             if name != "time_s"
         )
-        return f"stopped at {reached} ({self.kind}): {_SENTENCE[self.kind]}"
+        said = f"stopped at {reached} ({self.kind}): {_SENTENCE[self.kind]}"
+        return f"{said}; {self.advice}" if self.advice else said
