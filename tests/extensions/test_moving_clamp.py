@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
+import ufl
+from dolfinx import fem, la
 from experiments import small
 from extensions import trial
 from mechanics import taylor
@@ -12,6 +16,8 @@ from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.extensions.clamp_compliance import ClampCompliance
 from dolfingrip.extensions.plate_compliance import PlateCompliance
+from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.tangent import Tangent
@@ -32,7 +38,7 @@ LOADED = (
 def allowed(finger: FingerModel) -> np.ndarray:
     """A random direction of the unknowns in which the clamp moves as its global unknowns do."""
     model, rng = finger.model, np.random.default_rng(SEED)
-    moving, width = model.moving, model.unknowns.owned_size
+    moving, width = model.constraint, model.unknowns.owned_size
     assert moving is not None
     direction = rng.uniform(-0.1, 0.1, width)
     for bc in model.supports:
@@ -46,13 +52,39 @@ def allowed(finger: FingerModel) -> np.ndarray:
     return direction
 
 
+class Foundation(Term):
+    """∫ k |u|⁴/4 dX: a further energy in UFL, with forms of its own."""
+
+    def __init__(self, finger: FingerModel) -> None:
+        u = finger.model.u
+        test, along = ufl.TestFunction(u.function_space), ufl.TrialFunction(u.function_space)
+        energy = 1e-3 * ufl.inner(u, u) ** 2 / 4 * ufl.dx(metadata={"quadrature_degree": 4})
+        gradient = ufl.derivative(energy, u, test)
+        tangent = ufl.derivative(gradient, u, along)
+        self._gradient, self._tangent = fem.form(gradient), fem.form(tangent)
+
+    def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
+        found = fem.assemble_vector(self._gradient)
+        found.scatter_reverse(la.InsertMode.add)
+        gradient.at_nodes[:] += found.array[: gradient.at_nodes.size].reshape(-1, 3)
+
+    def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
+        return [[self._tangent]]
+
+
+@pytest.mark.parametrize("further", [False, True], ids=["", "second energy"])
 @pytest.mark.parametrize("element", ["S2", "P2-P1"])
-def test_tangent_is_the_derivative_of_the_equations(element: str) -> None:
-    """Of all unknowns, from a loaded state; the plate is left, whose curvature jumps."""
+def test_tangent_is_the_derivative_of_the_equations(element: str, further: bool) -> None:
+    """Of all unknowns, from a loaded state; the plate is left, whose curvature jumps.
+
+    The clamp's rows are those of all terms with forms, not of the first alone.
+    """
     print("seed", SEED)
     settings = trial.configured(SOFT, *LOADED, f"solver.element={element}", "plate.gap_mm=30")
     finger = small.model(settings, plate=True)
     model = finger.model
+    if further:
+        model.terms = [*model.terms, Foundation(finger)]
     model.controls["pressure_kPa"].set(20.0)
     model.unknowns.set_owned(model.unknowns.owned() + 0.3 * allowed(finger))
     assert model.potential.carried is not None

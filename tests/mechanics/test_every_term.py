@@ -61,9 +61,9 @@ def _direction(finger: FingerModel) -> np.ndarray:
         found[bc.dof_indices()[0]] = 0.0
     rows = model.unknowns.global_rows(found)
     rows[len(model.unknowns.global_unknowns) :] = 0.0  # what fills up blocks
-    assert model.moving is not None
-    for unknown in model.moving.global_unknowns:  # the clamp moves with its global unknowns
-        found[model.moving.dofs] += unknown.change(model.unknowns.to_local(found)) * _way(
+    assert model.constraint is not None
+    for unknown in model.constraint.global_unknowns:  # the clamp moves with its global unknowns
+        found[model.constraint.dofs] += unknown.change(model.unknowns.to_local(found)) * _way(
             finger, unknown
         )
     return found
@@ -71,7 +71,7 @@ def _direction(finger: FingerModel) -> np.ndarray:
 
 def _way(finger: FingerModel, unknown: GlobalUnknown) -> np.ndarray:
     """Displacement of the clamp's moving dofs for each unit of one of its global unknowns."""
-    clamp = finger.model.moving
+    clamp = finger.model.constraint
     assert clamp is not None
     kept = unknown.value
     apart = []

@@ -129,7 +129,7 @@ def build(
         [term for term in (sensor, contact, *site.further) if term is not None],
         [site.history] if stages is None else [site.history, stages],
         p=p,
-        moving=moving_clamp(site, supports),
+        constraint=moving_clamp(site, supports),
     )
     enclosed = _enclosed(site)
     by_volume = config.experiment.control == "volume"

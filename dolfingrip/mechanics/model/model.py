@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
+import scipy.sparse as sp
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -90,7 +91,7 @@ class Model:
         time_s: time at the load step's end.
         p: pressure field of a mixed model (MPa).
         global_unknowns: what is solved for besides those that the potential contains.
-        moving: a support among ``supports`` that follows global unknowns.
+        constraint: a support among ``supports`` that follows global unknowns.
         unknowns: u, p where there is one, and all global unknowns, as one vector.
     """
 
@@ -104,7 +105,7 @@ class Model:
     time_s: float = 0.0
     p: fem.Function | None = None
     global_unknowns: Sequence[GlobalUnknown] = ()
-    moving: MovingSupport | None = None
+    constraint: MovingSupport | None = None
     unknowns: Unknowns = field(init=False, repr=False)
     _clock: str = field(default="time_s", init=False)
     _accepted_s: float = field(default=0.0, init=False)
@@ -206,13 +207,56 @@ class Model:
             term.add_gradient(self.u.x.array, found)
         if not supported:
             return found.array
-        reactions = found.array.copy() if self.moving else found.array
+        whole = found.array.copy() if self.constraint else found.array
         for bc in self.supports:
             dofs, owned = bc.dof_indices()
             found.array[dofs[:owned]] = 0.0
-        if self.moving:
-            self.moving.follow(self.u.x.array, reactions, found)
+        if self.constraint:
+            self.constraint.add_gradient(self.u.x.array, whole, found)
         return found.array
+
+    @property
+    def free(self) -> np.ndarray:
+        """1 for each owned unknown, as a vector has them; 0 for supported ones and fillers."""
+        found = np.ones(self.unknowns.owned_size)
+        for bc in self.supports:
+            dofs, owned = bc.dof_indices()
+            found[dofs[:owned]] = 0.0
+        self.unknowns.global_rows(found)[len(self.unknowns.global_unknowns) :] = 0.0
+        return found
+
+    @property
+    def dependent_dofs(self) -> np.ndarray:
+        """This rank's owned displacement dofs that follow global unknowns."""
+        return np.empty(0, dtype=np.int64) if self.constraint is None else self.constraint.dofs
+
+    def constraint_hessian(
+        self, product: Callable[[np.ndarray], np.ndarray]
+    ) -> sp.csr_matrix | None:
+        """What the constraint adds to Π's second derivatives; None where there is none.
+
+        Args:
+            product: of the second derivatives of all terms, supports not regarded, and an owned
+                array in the order of a vector.
+
+        Returns:
+            (owned, all) rows and columns in that order.
+        """
+        if self.constraint is None:
+            return None
+        return self.constraint.hessian(self.unknowns, self.free, product)
+
+    def enforce_constraint(self) -> None:
+        """Set dependent displacements to where the global unknowns take them."""
+        if self.constraint is not None:
+            self.constraint.place()
+
+    def move_reference(self, change: np.ndarray | None) -> None:
+        """Take note that the reference nodes have moved by ``change``; see :class:`.Term`."""
+        if self.constraint is not None:
+            self.constraint.measure()
+        for term in self.terms:
+            term.move_reference(change)
 
     def assemble_equations(self, residual: PETSc.Vec) -> None:
         """Gradient of Π with respect to all unknowns (N) into ``residual``."""

@@ -51,7 +51,4 @@ class Movement:
         self._geometry.x[:] = self._rest + amount * self._velocity
         for measure in self._measures:
             measure()
-        if self._model.moving is not None:
-            self._model.moving.measure()
-        for term in self._model.terms:
-            term.move_reference(amount * self._nodal if amount else None)
+        self._model.move_reference(amount * self._nodal if amount else None)

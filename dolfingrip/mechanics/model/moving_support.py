@@ -10,8 +10,6 @@ import scipy.sparse as sp
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model.potential import Potential
-from dolfingrip.mechanics.model.term import Coupling, global_coupling
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient, Unknowns
 
 
@@ -57,10 +55,8 @@ class MovingSupport:
         motions: Sequence[Motion],
     ) -> None:
         space = u.function_space
-        index_map = space.dofmap.index_map
         self._comm = space.mesh.comm
-        self._first = index_map.local_range[0]
-        self._owned_nodes = index_map.size_local
+        self._owned_nodes = space.dofmap.index_map.size_local
         self.global_unknowns = [motion.unknown for motion in motions]
         self.dofs: np.ndarray = np.empty(0, dtype=np.int64)
         self._u, self._nodes, self._motions = u, nodes, motions
@@ -84,9 +80,6 @@ class MovingSupport:
         self._moved = np.any([function.x.array != 0 for function in self._functions], axis=0)
         owned = np.array([f.x.array[: NODE * self._owned_nodes] for f in self._functions])
         self._ways = owned[:, self.dofs]
-        parts = self._comm.allgather((self.dofs + NODE * self._first, self._ways))
-        self._all_dofs = np.concatenate([dofs for dofs, _ in parts])
-        self._all_ways = np.concatenate([ways for _, ways in parts], axis=1)
         return owned
 
     def place(self) -> None:
@@ -102,101 +95,50 @@ class MovingSupport:
         values = np.array([unknown.value for unknown in self.global_unknowns])
         return np.asarray(dofs[self.dofs] - values @ self._ways)
 
-    def follow(self, dofs: np.ndarray, reactions: np.ndarray, gradient: Gradient) -> None:
+    # -- the chain rule ----------------------------------------------------------------------------
+
+    def add_gradient(self, dofs: np.ndarray, whole: np.ndarray, gradient: Gradient) -> None:
         """Add the slopes by the global unknowns and the equations of the moving displacements.
 
         Args:
             dofs: displacement.
-            reactions: derivatives by all owned unknowns, supported ones included.
+            whole: derivatives of Π by all owned unknowns, supported ones included.
             gradient: where the rows of supported displacements are 0.
         """
         apart = self.apart(dofs)
-        local = self._ways @ (reactions[self.dofs] - apart)
-        for unknown, slope in zip(
-            self.global_unknowns, self._comm.allreduce(local, MPI.SUM), strict=True
-        ):
+        local = self._ways @ (whole[self.dofs] - apart)
+        slopes = self._comm.allreduce(local, MPI.SUM)
+        for unknown, slope in zip(self.global_unknowns, slopes, strict=True):
             gradient.add(unknown, float(slope))
         gradient.array[self.dofs] += apart
 
-    # -- second derivatives ----------------------------------------------------------------------
+    def hessian(
+        self, unknowns: Unknowns, free: np.ndarray, product: Callable[[np.ndarray], np.ndarray]
+    ) -> sp.csr_matrix:
+        """What the constraint adds to second derivatives; see :meth:`.Model.constraint_hessian`.
 
-    def tie(self) -> Coupling:
-        """Second derivatives of ½ |u_S − W a|²; the diagonal's 1 N/mm is that of supports."""
-        mixed = np.zeros((len(self.global_unknowns), NODE * self._owned_nodes))
-        mixed[:, self.dofs] = -self._ways
-        within = self._comm.allreduce(self._ways @ self._ways.T, MPI.SUM)
-        return global_coupling(self.global_unknowns, self._first, mixed, within)
-
-    def stiffness(self, potential: Potential) -> list[list[np.ndarray]]:
-        """K W_j of the potential for each unknown's value, by field; owned rows."""
-        return [potential.stiffness_along(function) for function in self._functions]
-
-    def coupling(
-        self, unknowns: Unknowns, along: Sequence[np.ndarray], others: Sequence[Coupling]
-    ) -> Coupling:
-        """Second derivatives by the global unknowns and by what does not move.
+        The diagonal's 1 N/mm of ½ |u_S − W a|² is that of supports.
 
         Args:
             unknowns: of the model.
-            along: K W_j of the potential by the owned displacements.
-            others: of the other terms.
+            free: 1 for owned unknowns that no support holds, else 0.
+            product: of the second derivatives of all terms, and an owned array.
         """
-        width = NODE * self._owned_nodes
-        mixed = np.array([values[:width] for values in along])
-        global_unknowns = list(unknowns.global_unknowns)
-        within = np.zeros((unknowns.padded, unknowns.padded))
-        rows = [self._row(unknowns, unknown) for unknown in self.global_unknowns]
-        within[np.ix_(rows, rows)] = self._ways @ mixed[:, self.dofs].T
-        for other in others:
-            more, square = self._transformed(unknowns, other, rows)
-            mixed += more
-            within += square
-        within = self._comm.allreduce(within, MPI.SUM)
-        whole = np.zeros((len(global_unknowns), width))
-        whole[rows] = mixed
-        count = len(global_unknowns)
-        return global_coupling(global_unknowns, self._first, whole, within[:count, :count])
-
-    def _row(self, unknowns: Unknowns, unknown: GlobalUnknown) -> int:
-        return NODE * (unknown.node - unknowns.nodes) + unknown.component
-
-    def _transformed(
-        self, unknowns: Unknowns, other: Coupling, rows: Sequence[int]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """H_FS W and this rank's share of the unknowns' own part, of a coupling's H.
-
-        By values: those of :func:`global_coupling`, which multiplies by scales.
-        """
-        start, width = NODE * self._first, NODE * self._owned_nodes
-        numbers_start = NODE * unknowns.nodes
-        places = (NODE * other.nodes[:, None] + np.arange(NODE)).ravel()
-        hessian = sp.coo_matrix(other.hessian)
-        row, column = places[hessian.row], places[hessian.col]
-        mine = (row >= start) & (row < start + width)
+        ways = self._ways * [[unknown.scale] for unknown in self.global_unknowns]
+        along = np.zeros((len(ways), unknowns.owned_size))
+        along[:, self.dofs] = ways
+        products = np.array([product(each) for each in along])
+        within = self._comm.allreduce((products[:, self.dofs] + ways) @ ways.T, MPI.SUM)
+        rows = free * products
+        rows[:, self.dofs] = -ways
+        own = [unknown.index for unknown in self.global_unknowns]
+        found = np.zeros((unknowns.owned_size, unknowns.padded))
+        found[:, own] = rows.T
         if unknowns.owns_globals:
-            mine |= row >= numbers_start
-        row, column, data = row[mine], column[mine], hessian.data[mine]
-        size = numbers_start + unknowns.padded
-        # the columns (and rows) of moving displacements lead to global unknowns
-        count = len(self.global_unknowns)
-        to_motion = sp.csr_matrix(
-            (
-                self._all_ways.ravel(),
-                (np.tile(self._all_dofs, count), np.repeat(np.arange(count), len(self._all_dofs))),
-            ),
-            shape=(size, count),
-        )
-        scales = np.ones(unknowns.padded)
-        scales[: len(unknowns.global_unknowns)] = [
-            unknown.scale for unknown in unknowns.global_unknowns
-        ]
-        whole = sp.csr_matrix((data, (row, column)), shape=(size, size))
-        right = (whole @ to_motion).toarray()  # H W by all this rank's rows
-        mixed = right[start : start + width].T.copy()
-        square = np.zeros((unknowns.padded, unknowns.padded))
-        square[np.ix_(rows, rows)] = to_motion.T @ right
-        # of moving displacements with other unknowns, which have them in the upper triangle
-        across = (to_motion.T @ whole)[:, numbers_start:].toarray() / scales
-        square[rows, :] += across
-        square[:, rows] += across.T
-        return mixed, square
+            square = unknowns.global_rows(found)
+            square[own] += unknowns.global_rows(rows.T).T
+            square[np.ix_(own, own)] += within
+        places = sp.csr_matrix(found)
+        columns = places.indices + unknowns.size - unknowns.padded
+        shape = (unknowns.owned_size, unknowns.size)
+        return sp.csr_matrix((places.data, columns, places.indptr), shape)

@@ -117,7 +117,6 @@ class Potential(Term):
             residual += ufl.derivative(rest, u, v)
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
         self.gradient = residual
-        self._u, self._blocks = u, [tangent]
         self._value, self.residual, self.tangent = map(_compiled, (value, residual, tangent))
         self.constraint: fem.Form | None = None
         self.coupling: tuple[fem.Form, ...] = ()
@@ -133,12 +132,10 @@ class Potential(Term):
             blocks = (across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r))
             self.constraint = _compiled(constraint)
             self.coupling = tuple(map(_compiled, blocks))
-            self._blocks.append(blocks[1])
         self._jacobian = AtPoints(ufl.det(deformation_gradient(u)), space.mesh, degree)
         self._globals = (
             _GlobalForms(u, rest, global_unknowns) if global_unknowns and rest is not None else None
         )
-        self._along: tuple[fem.Function, list[fem.Form]] | None = None
 
     # -- as a term -------------------------------------------------------------------------------
 
@@ -164,23 +161,6 @@ class Potential(Term):
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """Second derivatives that global unknowns take part in."""
         return () if self._globals is None else [self._globals.coupling()]
-
-    def stiffness_along(self, direction: fem.Function) -> list[np.ndarray]:
-        """Second derivatives by owned unknowns, field by field, and by motion along ``direction``.
-
-        Supports are not regarded.
-        """
-        if self._along is None:
-            field = fem.Function(self._u.function_space)
-            self._along = field, [_compiled(ufl.action(block, field)) for block in self._blocks]
-        field, forms = self._along
-        field.x.array[:] = direction.x.array
-        found = []
-        for form in forms:
-            dofmap = form.function_spaces[0].dofmap
-            owned = dofmap.index_map.size_local * dofmap.index_map_bs
-            found.append(_assembled(form)[:owned])
-        return found
 
     def smallest_jacobian(self) -> float:
         """Smallest det F over this rank's integration points."""

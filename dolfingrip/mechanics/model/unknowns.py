@@ -26,6 +26,7 @@ class GlobalUnknown:
 
     Attributes:
         place: of the unknown in a local array, once a model has it.
+        index: its place among the model's global unknowns.
         node, component: its row of the tangent matrix, as those of a displacement are numbered.
     """
 
@@ -36,7 +37,7 @@ class GlobalUnknown:
         self.constant = constant
         self.scale = scale
         self.multiplier = multiplier
-        self.place = self.node = self.component = -1
+        self.place = self.index = self.node = self.component = -1
 
     @property
     def value(self) -> float:
@@ -62,6 +63,7 @@ class Unknowns:
         global_unknowns: solved for, too.
 
     Attributes:
+        fields: as given.
         count: unknowns on all ranks, without what fills blocks up.
         size: length of a vector of them.
         padded: entries of the global unknowns, filled up.
@@ -70,7 +72,7 @@ class Unknowns:
     def __init__(
         self, fields: Sequence[fem.Function], global_unknowns: Sequence[GlobalUnknown] = ()
     ) -> None:
-        self._fields = fields
+        self.fields = fields
         self.global_unknowns = tuple(global_unknowns)
         space = fields[0].function_space
         self.comm = space.mesh.comm
@@ -85,15 +87,15 @@ class Unknowns:
         self._places = [slice(*pair) for pair in pairwise(ends)]
         self._local = int(ends[-1])
         for i, unknown in enumerate(self.global_unknowns):
-            unknown.place = self._local + i
+            unknown.place, unknown.index = self._local + i, i
             unknown.node, unknown.component = self.nodes + i // NODE, i % NODE
         self.owns_globals = self.comm.rank == self.comm.size - 1 and self.padded > 0
         self.owned_size = sum(self._owned) + (self.padded if self.owns_globals else 0)
 
     def create_vector(self) -> PETSc.Vec:
         """A PETSc vector of the unknowns; with ghosts for a displacement alone."""
-        if len(self._fields) == 1 and not self.padded:
-            dofmap = self._fields[0].function_space.dofmap
+        if len(self.fields) == 1 and not self.padded:
+            dofmap = self.fields[0].function_space.dofmap
             return la.create_petsc_vector(dofmap.index_map, dofmap.index_map_bs)
         return PETSc.Vec().createMPI((self.owned_size, self.size), bsize=1, comm=self.comm)
 
@@ -129,11 +131,11 @@ class Unknowns:
 
     def local(self) -> np.ndarray:
         """A copy of the values as a local array."""
-        return np.concatenate([*(field.x.array for field in self._fields), self._global_values()])
+        return np.concatenate([*(field.x.array for field in self.fields), self._global_values()])
 
     def set_local(self, local: np.ndarray) -> None:
         """Set fields and global unknowns to a local array."""
-        for field, values in zip(self._fields, self.parts(local), strict=True):
+        for field, values in zip(self.fields, self.parts(local), strict=True):
             field.x.array[:] = values
         self._set_global_values(local[self._local :])
 
@@ -149,7 +151,7 @@ class Unknowns:
 
     def set_owned(self, values: np.ndarray) -> None:
         """Set fields and global unknowns to a vector's values; ghosts are updated."""
-        for field, part in zip(self._fields, self.owned_parts(values), strict=True):
+        for field, part in zip(self.fields, self.owned_parts(values), strict=True):
             field.x.array[: len(part)] = part
             field.x.scatter_forward()
         if self.padded:
@@ -180,7 +182,6 @@ class Gradient:
         self.array = np.zeros(unknowns.owned_size)
         self.fields = unknowns.owned_parts(self.array)
         self._rows = unknowns.global_rows(self.array)
-        self._first = unknowns.nodes
 
     @property
     def at_nodes(self) -> np.ndarray:
@@ -190,5 +191,4 @@ class Gradient:
     def add(self, unknown: GlobalUnknown, slope: float) -> None:
         """Add dΠ/d(value of ``unknown``), the same on all ranks."""
         if len(self._rows):
-            place = NODE * (unknown.node - self._first) + unknown.component
-            self._rows[place] += unknown.scale * slope
+            self._rows[unknown.index] += unknown.scale * slope

@@ -13,7 +13,6 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.unknowns import NODE
 from dolfingrip.mechanics.newton import workspace
 from dolfingrip.mechanics.newton.tangent import Tangent
 
@@ -146,11 +145,9 @@ class Damping:
         masses = model.unknowns.create_vector()
         masses.set(0.0)
         masses.array[: len(diagonal)] = diagonal
-        if model.moving:  # its displacements follow its global unknowns at once, damped or not
-            masses.array[model.moving.dofs] = 0.0
+        masses.array[model.dependent_dofs] = 0.0  # they follow global unknowns at once
         volume = float(model.comm.allreduce(diagonal.sum(), MPI.SUM)) / 3
         rows = model.unknowns.global_rows(masses.array)
         for unknown in model.unknowns.global_unknowns if len(rows) else ():
-            place = NODE * (unknown.node - model.unknowns.nodes) + unknown.component
-            rows[place] = 0.0 if unknown.multiplier else volume
+            rows[unknown.index] = 0.0 if unknown.multiplier else volume
         return masses

@@ -11,9 +11,8 @@ from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.newton.symmetric import symmetric
-from dolfingrip.mechanics.newton.tangent import Tangent, block_graph
+from dolfingrip.mechanics.newton.tangent import Tangent, block_graph, with_places_of_leaders
 
 
 class MixedTangent(Tangent):
@@ -24,23 +23,26 @@ class MixedTangent(Tangent):
     """
 
     def __init__(self, model: Model) -> None:
-        assert model.p is not None
         self._model = model
-        self._fields = [_Place(field.function_space) for field in (model.u, model.p)]
+        self._fields = [_Place(field.function_space) for field in model.unknowns.fields]
         sizes = np.array(model.comm.allgather([field.size for field in self._fields]))
         starts = np.cumsum(sizes.ravel()).reshape(sizes.shape) - sizes  # global unknowns come last
         for field, start, size in zip(self._fields, starts.T, sizes.T, strict=True):
             field.settle(start, size, model.unknowns.size, model.unknowns.padded)
         displacement, pressure = self._fields
-        (_, across), (back, within) = (
-            map(_scalar_graph, row) for row in model.potential.tangent_forms()
+        self._beside = sp.csr_matrix((displacement.size, model.unknowns.size))
+        self._below = sp.csr_matrix((pressure.size, model.unknowns.size))
+        for forms in self._forms:
+            if len(forms) > 1:
+                (_, across), (back, within) = (map(_scalar_graph, row) for row in forms)
+                self._beside = self._beside + pressure.columns(across)
+                self._below = self._below + displacement.columns(back) + pressure.columns(within)
+        first = int(starts[model.comm.rank, 0])
+        self._below = with_places_of_leaders(
+            self._below,
+            self._gathered(first + model.dependent_dofs),
+            np.arange(model.unknowns.size - model.unknowns.padded, model.unknowns.size),
         )
-        self._beside = pressure.columns(across)
-        self._below = displacement.columns(back) + pressure.columns(within)
-        self._by_motion: sp.csr_matrix | None = None
-        if model.moving:  # every pressure: which ones a motion is felt by is not known at rest
-            ones = np.ones((len(model.moving.global_unknowns), pressure.size))
-            self._below = self._below + self._motion_columns(model.moving, ones)
         super().__init__(model)
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
@@ -66,41 +68,6 @@ class MixedTangent(Tangent):
         rows = self._fields[0].columns(scalars)
         return rows[: self._fields[0].size], rows[self._fields[0].size :]
 
-    # -- a moving support ------------------------------------------------------------------------
-
-    def _along_support(self, moving: MovingSupport) -> list[np.ndarray]:
-        along = moving.stiffness(self._model.potential)
-        pressures = np.array([pressure for _, pressure in along])
-        self._by_motion = self._motion_columns(moving, pressures)
-        return [displacement for displacement, _ in along]
-
-    def _motion_columns(self, moving: MovingSupport, values: np.ndarray) -> sp.csr_matrix:
-        """The pressure's rows with (k, owned pressures) ``values`` in the columns of k unknowns."""
-        unknowns = self._model.unknowns
-        first = unknowns.size - unknowns.padded
-        columns = [
-            first + 3 * (n.node - unknowns.nodes) + n.component for n in moving.global_unknowns
-        ]
-        scaled = values * np.array([unknown.scale for unknown in moving.global_unknowns])[:, None]
-        count = values.shape[1]
-        places = (np.tile(np.arange(count), len(columns)), np.repeat(columns, count))
-        return sp.csr_matrix((scaled.ravel(), places), (count, unknowns.size))
-
-    def _fill_up(self) -> None:
-        super()._fill_up()
-        if self._by_motion is None:
-            return
-        displacement, pressure = self._fields
-        rest = self.matrix.getLocalSize()[0] - displacement.size - pressure.size
-        nothing = [sp.csr_matrix((n, self._by_motion.shape[1])) for n in (displacement.size, rest)]
-        rows = sp.vstack([nothing[0], self._by_motion, nothing[1]], "csr")
-        self.matrix.setValuesCSR(
-            rows.indptr.astype(PETSc.IntType),
-            rows.indices.astype(PETSc.IntType),
-            rows.data,
-            addv=True,
-        )
-
     def _insert(
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
     ) -> None:
@@ -117,7 +84,7 @@ class MixedTangent(Tangent):
 
     def _assemble_forms(self, forms: Sequence[Sequence[fem.Form]]) -> None:
         blocks = [list(row) for row in forms]
-        fem_petsc.assemble_matrix_block(self.matrix, blocks, bcs=self._model.supports)
+        fem_petsc.assemble_matrix_block(self.matrix, blocks)
 
 
 class _Place:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
+from operator import add
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,7 +14,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.term import Coupling
 
 
@@ -32,68 +33,80 @@ class Tangent:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        (self._form, *_), *_ = model.potential.tangent_forms()
         index_map = model.u.function_space.dofmap.index_map
         self._nodes = model.unknowns.nodes
         self._global_blocks = model.unknowns.padded // 3
-        self._rows = index_map.size_local + (
-            self._global_blocks if model.unknowns.owns_globals else 0
-        )
+        own_blocks = self._global_blocks if model.unknowns.owns_globals else 0
+        self._rows = index_map.size_local + own_blocks
         self._first = index_map.local_range[0]
-        self._free = self._free_components()
+        self._free = model.unknowns.create_vector()
+        self._free.array[:] = model.free
+        self._held = self._free.duplicate()
+        self._held.array[:] = 1.0 - model.free
         self.patterns = 0
-        graph = self._with_globals(block_graph(self._form))
+        graphs = [block_graph(forms[0][0]) for forms in self._forms]
+        self._elements = self._with_globals(reduce(add, graphs))
         self._known: np.ndarray = np.empty(0, dtype=np.int64)
         if self._global_blocks:  # what they couple is known before the first step
-            self._note([*self._couplings(convex=False), *self._ties()])
-            graph = (graph + self._pattern(self._known)).tocsr()
-        self.graph = graph
+            self._note(self._couplings(convex=False))
+        self.graph = self._whole_graph()
         self.matrix = self._create(self.graph)
+
+    @property
+    def _forms(self) -> list[Sequence[Sequence[fem.Form]]]:
+        """What elements integrate, of all terms that have such forms."""
+        return [forms for term in self._model.all_terms if (forms := term.tangent_forms())]
 
     def assemble(self, *, convex: bool = False) -> None:
         """Assemble at the model's present state, pairs in contact ``convex`` or as they are."""
-        couplings, ties = self._couplings(convex=convex), self._ties()
-        self._make_room([*couplings, *ties])
+        couplings = self._couplings(convex=convex)
+        self._make_room(couplings)
         self.matrix.zeroEntries()
-        for coupling in couplings:  # before the forms, which end by setting the supports' diagonal
+        for coupling in couplings:
             self._add(coupling)
-        for tie in ties:
-            self._add(tie, held=True)
-        self._fill_up()
-        for term in self._model.all_terms:
-            if term.tangent_forms():
-                self._assemble_forms(term.tangent_forms())
+        for forms in self._forms:
+            self._assemble_forms(forms)
         self.matrix.assemble()
+        constraint = self._model.constraint_hessian(self._product)
+        self.matrix.diagonalScale(self._free, self._free)
+        self.matrix.setDiagonal(self._held, addv=True)  # 1 for what supports hold, and fillers
+        if constraint is not None:
+            self._add_rows(constraint)
+            self.matrix.assemble()
 
     def _assemble_forms(self, forms: Sequence[Sequence[fem.Form]]) -> None:
-        """Add what elements integrate; 1 on the supports' diagonal."""
-        fem_petsc.assemble_matrix(self.matrix, forms[0][0], bcs=self._model.supports)
+        """Add what elements integrate, supports not regarded."""
+        fem_petsc.assemble_matrix(self.matrix, forms[0][0])
 
     def _couplings(self, *, convex: bool) -> list[Coupling]:
-        """Those of all terms at the model's present state, and of a moving support."""
-        model = self._model
-        found = [
+        """Those of all terms at the model's present state."""
+        dofs = self._model.u.x.array
+        return [
             coupling
-            for term in model.all_terms
-            for coupling in term.couplings(model.u.x.array, convex=convex)
+            for term in self._model.all_terms
+            for coupling in term.couplings(dofs, convex=convex)
         ]
-        if model.moving:
-            along = self._along_support(model.moving)
-            found.append(model.moving.coupling(model.unknowns, along, found))
-        return found
 
-    def _along_support(self, moving: MovingSupport) -> list[np.ndarray]:
-        """Products of the potential's second derivatives and the modes of a moving support."""
-        return [along[0] for along in moving.stiffness(self._model.potential)]
+    def _product(self, values: np.ndarray) -> np.ndarray:
+        """Of the matrix and an owned array in the order of a vector."""
+        x, y = self._model.unknowns.create_vector(), self._model.unknowns.create_vector()
+        x.array[:] = values
+        self.matrix.mult(x, y)
+        return np.array(y.array_r)
 
-    def _ties(self) -> list[Coupling]:
-        """Couplings that supported rows take part in."""
-        return [self._model.moving.tie()] if self._model.moving else []
+    def _add_rows(self, rows: sp.csr_matrix) -> None:
+        """Add (owned, all) scalar ``rows``."""
+        self.matrix.setValuesCSR(
+            rows.indptr.astype(PETSc.IntType),
+            rows.indices.astype(PETSc.IntType),
+            rows.data,
+            addv=True,
+        )
 
     # -- pattern -------------------------------------------------------------------------------
 
     def _with_globals(self, graph: sp.csr_matrix) -> sp.csr_matrix:
-        """``graph`` with rows and columns for global unknowns, blocks coupled with themselves."""
+        """``graph`` with rows and columns for global unknowns, coupled with one another."""
         if not self._global_blocks:
             return graph
         graph = sp.csr_matrix(
@@ -102,8 +115,24 @@ class Tangent:
         )
         if not self._model.unknowns.owns_globals:
             return graph
-        own = sp.eye_array(self._global_blocks, self._nodes + self._global_blocks, k=self._nodes)
-        return sp.csr_matrix(sp.vstack([graph, own]))
+        own = np.zeros((self._global_blocks, self._nodes + self._global_blocks))
+        own[:, self._nodes :] = 1.0
+        return sp.csr_matrix(sp.vstack([graph, sp.csr_matrix(own)]))
+
+    def _whole_graph(self) -> sp.csr_matrix:
+        """Places of elements, of known couplings, and of dependent displacements' unknowns."""
+        graph = self._elements
+        if self._known.size:
+            graph = (graph + self._pattern(self._known)).tocsr()
+        return with_places_of_leaders(
+            graph,
+            self._gathered(self._first + self._model.dependent_dofs // 3),
+            self._model.unknowns.global_nodes(),
+        )
+
+    def _gathered(self, own: np.ndarray) -> np.ndarray:
+        """Those of all ranks."""
+        return np.unique(np.concatenate(self._model.comm.allgather(own)))
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
         """An assembled zero matrix with the places of ``graph`` (owned block rows)."""
@@ -163,30 +192,14 @@ class Tangent:
     def _make_room(self, couplings: Sequence[Coupling]) -> None:
         """Widen the pattern where ``couplings`` have pairs of nodes that it lacks."""
         if self._note(couplings):
-            self.matrix = self._create((self.graph + self._pattern(self._known)).tocsr())
+            self.matrix = self._create(self._whole_graph())
 
     # -- couplings -----------------------------------------------------------------------------
 
-    def _free_components(self) -> np.ndarray:
-        """(3n,) 1 for free components of all nodes on all ranks and global unknowns, else 0."""
-        free = np.ones(3 * (self._nodes + self._global_blocks))
-        for bc in self._model.supports:
-            dofs, owned = bc.dof_indices()
-            held = dofs[:owned].astype(np.int64) + 3 * self._first
-            free[np.concatenate(self._model.comm.allgather(held))] = 0.0
-        return free
-
-    def _add(self, coupling: Coupling, *, held: bool = False) -> None:
-        """Add the block rows that this rank owns.
-
-        Args:
-            coupling: zero in supported rows and columns, or made so.
-            held: add those, too.
-        """
+    def _add(self, coupling: Coupling) -> None:
+        """Add the block rows that this rank owns."""
         nodes, hessian = coupling
-        free = np.ones(3 * len(nodes)) if held else self._free.reshape(-1, 3)[nodes].ravel()
-        data = hessian.data * free[hessian.row] * free[hessian.col]
-        blocks = sp.coo_matrix((data, (hessian.row, hessian.col)), hessian.shape).tobsr((3, 3))
+        blocks = sp.coo_matrix(hessian).tobsr((3, 3))
         which = np.repeat(np.arange(len(nodes)), np.diff(blocks.indptr))
         row, column = nodes[which], nodes[blocks.indices]
         owned = (row >= self._first) & (row < self._first + self._rows)
@@ -195,23 +208,6 @@ class Tangent:
             shape=self.graph.shape,
         )
         self._insert(self.matrix, graph, blocks.data[graph.data - 1], add=True)
-
-    def _fill_up(self) -> None:
-        """Put 1 on the diagonal of the entries that fill up the global unknowns' blocks."""
-        unknowns = self._model.unknowns
-        spare = unknowns.padded - len(unknowns.global_unknowns)
-        if not spare:
-            return
-        rows = self._rows - self._global_blocks + np.arange(self._global_blocks)
-        blocks = np.zeros((self._global_blocks, 3, 3))
-        for place in range(unknowns.padded - spare, unknowns.padded):
-            blocks[place // 3, place % 3, place % 3] = 1.0
-        owned = rows if unknowns.owns_globals else rows[:0]
-        graph = sp.csr_matrix(
-            (np.ones(len(owned)), (owned, unknowns.global_nodes()[: len(owned)])),
-            shape=self.graph.shape,
-        )
-        self._insert(self.matrix, graph, blocks[: len(owned)], add=True)
 
     def _insert(
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
@@ -223,6 +219,18 @@ class Tangent:
             np.ascontiguousarray(blocks),
             addv=add,
         )
+
+
+def with_places_of_leaders(
+    graph: sp.csr_matrix, followers: np.ndarray, leaders: np.ndarray
+) -> sp.csr_matrix:
+    """``graph`` with places in the columns of ``leaders`` wherever a row has one of a follower."""
+    if not len(followers):
+        return graph
+    row, column = graph.nonzero()
+    touched = np.unique(row[np.isin(column, followers)])
+    more = (np.repeat(touched, len(leaders)), np.tile(leaders, len(touched)))
+    return (graph + sp.csr_matrix((np.ones(len(more[0])), more), graph.shape)).tocsr()
 
 
 def block_graph(form: fem.Form) -> sp.csr_matrix:

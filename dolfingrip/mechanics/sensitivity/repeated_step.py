@@ -125,7 +125,7 @@ class RepeatedStep:
             return self._model.state().history
 
     def placed(self, amount: float) -> np.ndarray:
-        """How the moving support's nodes have moved with the mesh, for each unit; 0 elsewhere.
+        """How dependent displacements have moved with the mesh, for each unit; 0 elsewhere.
 
         Call it after :meth:`residual` without a direction. The tangent leaves this motion out.
         """
@@ -133,10 +133,9 @@ class RepeatedStep:
         return unknowns.owned_part(unknowns.local() - self._here) / amount
 
     def _end_at(self, there: np.ndarray) -> None:
-        """Set the step's end, with the moving support where its global unknowns take it."""
+        """Set the step's end, dependent displacements included."""
         self._model.unknowns.set_local(there)
-        if self._model.moving is not None:
-            self._model.moving.place()
+        self._model.enforce_constraint()
         self._model.update_lagged()
 
 
