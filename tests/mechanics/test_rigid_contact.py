@@ -195,7 +195,13 @@ def test_no_step_leads_a_bodys_own_points_through(shape: SignedDistance) -> None
     areas = np.full(len(skin), 0.05)
     contact = RigidPoints(model.u, skin, areas, pose, shape, other, Smooth(WIDTH, 0.7))
     model = Model(
-        model.domain, model.u, model.potential, model.supports, {}, [contact], numbers=pose.free
+        model.domain,
+        model.u,
+        model.potential,
+        model.supports,
+        {},
+        [contact],
+        global_unknowns=pose.free,
     )
     dofs = model.u.x.array
     for _ in range(60):  # up until the nearest point is as near as asked
@@ -215,7 +221,7 @@ def test_no_step_leads_a_bodys_own_points_through(shape: SignedDistance) -> None
         model.unknowns.set_local(start)
     assert shortened > 3
     step = np.zeros_like(start)
-    step[pose.numbers[2].place] = -1.0  # type: ignore[union-attr]
+    step[pose.global_unknowns[2].place] = -1.0  # type: ignore[union-attr]
     allowed = contact.max_step(dofs, step)
     assert 0.9 * gaps.min() - 1e-12 < allowed < 1.2 * gaps.min()
 
