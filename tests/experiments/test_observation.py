@@ -42,6 +42,30 @@ def test_rigid_rotation_is_read_beyond_half_a_turn(finger: FingerModel) -> None:
         assert row["cavity_volume_mm3"] == pytest.approx(rest["cavity_volume_mm3"], rel=1e-12)
 
 
+def _curl(finger: FingerModel, degrees: float) -> None:
+    """Bend the finger along a circular arc, whose back keeps its length, by an angle of its tip."""
+    radius = finger.config.finger.length_mm / np.radians(degrees)
+
+    def moved(x: np.ndarray) -> np.ndarray:
+        turn, away = x[2] / radius, radius + x[0]
+        return np.array([away * np.cos(turn) - radius, x[1], away * np.sin(turn)]) - x
+
+    finger.model.u.interpolate(moved)
+
+
+@pytest.mark.parametrize("degrees", [185.8, 226.9, 270.0, -270.0, 350.0])
+def test_one_reading_tells_a_curl_beyond_half_a_turn(finger: FingerModel, degrees: float) -> None:
+    """The first reading after rest, with no other between. An arc's chord turns by half of it."""
+    observation = Observation(finger)
+    observation.read()
+    _curl(finger, degrees)
+    row = observation.read()
+    assert row["angle_deg"] == pytest.approx(degrees, abs=0.5)  # of the interpolated arc
+    assert row["chord_angle_deg"] == pytest.approx(degrees / 2, abs=0.5)
+    _curl(finger, 20.0)
+    assert observation.read()["angle_deg"] == pytest.approx(20.0, abs=0.1)
+
+
 def test_positive_angles_bend_towards_the_base_layer(finger: FingerModel) -> None:
     _turn(finger, 10.0)
     assert Observation(finger).read()["tip_x_mm"] < 0

@@ -14,13 +14,14 @@ from dolfingrip.mechanics.readings.plate import PlateForce, PlateGap
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.readings.tip import ChordAngle, FaceAngle, TipDisplacement
+from dolfingrip.mechanics.readings.turning import Turning
 
 
 class Observation:
     """Readings of a finger model, in the columns of the result table.
 
     ``angle_deg`` is the rotation of the tip face's area vector about y, positive towards the base
-    layer (−x), continuous beyond 180°; ``chord_angle_deg`` that of the line that the camera's
+    layer (−x), beyond 180°, too; ``chord_angle_deg`` that of the line that the camera's
     section names, from the clamp's centre to the tip's by default. Both and the tip's displacement
     count from the pose at which :meth:`tare` was called, the undeformed one before. Volume and
     force are the whole finger's.
@@ -34,11 +35,13 @@ class Observation:
         self._finger = finger
         model, plate = finger.model, finger.plate
         self._gap = ContactGap(finger)
+        turning = Turning(model)
         self._from_rest = [
-            FromRest(FaceAngle(model), 360.0),
+            FromRest(FaceAngle(model), lambda: float(turning.deg()[-1])),
             FromRest(TipDisplacement(model, "x")),
             FromRest(TipDisplacement(model, "z")),
-            FromRest(chord(finger), 360.0),
+            # a chord turns as the mean of the sections along it
+            FromRest(chord(finger), lambda: float(turning.deg().mean())),
         ]
         found: list[Reading] = [
             Time(model),
