@@ -14,6 +14,7 @@ from experiments import small
 from mpi4py import MPI
 
 from dolfingrip import config
+from dolfingrip.config import ConfigError
 from dolfingrip.experiments import Result, run
 from dolfingrip.experiments.recorder import COLUMNS
 from dolfingrip.experiments.rigs.finger import FingerModel
@@ -70,6 +71,13 @@ def test_an_elastic_finger_comes_back_the_way_it_went(bending: Result) -> None:
     assert angle[3] > angle[2] > angle[1] > 1.0
     np.testing.assert_allclose(angle[4:], angle[2::-1], atol=1e-7 * angle[3])
     np.testing.assert_allclose(bending.column("tip_x_mm")[-1], 0.0, atol=1e-7)
+
+
+def test_a_column_that_is_not_there_is_named_with_those_that_are(bending: Result) -> None:
+    with pytest.raises(ConfigError, match=r"^column angle: .* bending; allowed: .*angle_deg"):
+        bending.column("angle")
+    rows = [{"force_N": 1.0, "branch": "loading"}, {"branch": "loading"}]
+    np.testing.assert_array_equal(Result("coupon", UNLOADED, rows).column("force_N"), [1.0, np.nan])
 
 
 def test_record_tells_all_and_repeats_the_run(bending: Result, folder: Path) -> None:

@@ -144,7 +144,7 @@ class SetupFile:
         try:
             self._data = tomllib.loads(self.file.read_text(encoding="utf-8"))
         except FileNotFoundError:
-            if csv == self.file:
+            if csv == self.file or not csv.exists():
                 raise ConfigError(f"{csv}: no such file") from None
             raise ConfigError(
                 f"{self.file}: missing; allowed: a TOML file of the same stem beside {csv.name}, "

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.results.outcome import Outcome
 from dolfingrip.experiments.results.turning_point import TurningPoint
 from dolfingrip.mechanics.model.profile import Profile
@@ -56,7 +56,16 @@ class Result:
     second_runs: dict[str, Failure | None] = field(default_factory=dict)
 
     def column(self, name: str) -> np.ndarray:
-        """(rows,) values of a column as floats, NaN where it is empty."""
+        """(rows,) values of a column as floats, NaN where it is empty.
+
+        Raises:
+            ConfigError: one line with the columns there are, where no row has this one.
+        """
+        numbers = [key for key, values in self.columns().items() if not isinstance(values[0], str)]
+        if self.rows and name not in numbers:
+            raise ConfigError(
+                f"column {name}: not in a result of {self.kind}; allowed: {', '.join(numbers)}"
+            )
         return np.array([row.get(name, np.nan) for row in self.rows], dtype=float)
 
     def columns(self) -> dict[str, list[Any]]:

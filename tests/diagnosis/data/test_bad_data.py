@@ -101,6 +101,11 @@ def test_of_a_toml_that_is_not_there(tmp_path: Path) -> None:
                          "set-up")  # fmt: skip
 
 
+def test_of_a_csv_that_is_not_there(tmp_path: Path) -> None:
+    """It is what was asked for, and not the TOML, which is not there either."""
+    assert refused(tmp_path / "nothere.csv").endswith("nothere.csv: no such file")
+
+
 @pytest.mark.parametrize("key", ["gauge_length_mm", "area_mm2"])
 def test_a_coupon_needs_its_dimensions(tmp_path: Path, key: str) -> None:
     csv = "experiment,time_s,displacement_mm,force_N\ncoupon,0,0,0\ncoupon,1,1,2\n"
