@@ -36,7 +36,6 @@ from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.design.campaign.store import Store
 from dolfingrip.experiments.results import turning_point
-from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 from dolfingrip.meshes.morph import Morph
 
 OPTIMA = {limit: (xi1, xi2) for limit, (xi1, xi2, _) in PAPER.items()}
@@ -61,8 +60,8 @@ def layers(finger: Finger) -> list[tuple[float, float, float]]:
     """Slabs of the finger along x: from, to (mm), and the solid's area across them (mm²)."""
     floor, wall, depth = finger.base_layer_mm, finger.wall_mm, finger.depth_mm
     roof = floor + finger.channel_mm
-    bellows = bellows_intervals(finger)
-    gaps = finger.width_mm * sum(end - start for start, end in gap_intervals(finger))
+    bellows = finger.bellows_intervals()
+    gaps = finger.width_mm * sum(end - start for start, end in finger.gap_intervals())
     inside = sum(end - start - 2 * wall for start, end in bellows)
     chambers = finger.chamber_width_mm * inside
     joint = finger.channel_width * (bellows[-1][1] - bellows[0][0] - 2 * wall - inside)

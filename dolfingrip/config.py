@@ -13,13 +13,11 @@ from typing import Any, Self
 
 from dolfingrip.extensions.index import Extensions
 from dolfingrip.sections import tables
-from dolfingrip.sections.cast import Cast
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.films import Film
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.material import Material
 from dolfingrip.sections.numerics import Contact, Solver
-from dolfingrip.sections.pneunet import Pneunet
 from dolfingrip.sections.procedure import Branch, Coupon, Experiment, Protocol
 from dolfingrip.sections.setup import Setup
 from dolfingrip.sections.specimen import Cog, Finger, Mesh, Morph
@@ -28,7 +26,6 @@ from dolfingrip.sections.units import KPA
 __all__ = [
     "KPA",
     "Branch",
-    "Cast",
     "Cog",
     "Config",
     "ConfigError",
@@ -42,7 +39,6 @@ __all__ = [
     "Mesh",
     "Morph",
     "Plate",
-    "Pneunet",
     "Protocol",
     "Setup",
     "Solver",

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from dolfingrip.meshes.boxes import TOLERANCE_MM
-from dolfingrip.meshes.kinds import Dimensions, box_solid
 from dolfingrip.meshes.solid import Floats, MeshError
+from dolfingrip.sections.geometry.boxes import TOLERANCE_MM
+from dolfingrip.sections.geometry.geometry import Geometry
 
 
-def moved(points: Floats, dimensions: Dimensions, changed: Dimensions) -> Floats:
+def moved(points: Floats, dimensions: Geometry, changed: Geometry) -> Floats:
     """Points of a mesh of ``dimensions``, moved to those of ``changed``.
 
     Args:
@@ -29,7 +29,7 @@ def moved(points: Floats, dimensions: Dimensions, changed: Dimensions) -> Floats
         MeshError: the two fingers differ in the order of their planes.
     """
     found = points.copy()
-    solids = box_solid(dimensions), box_solid(changed)
+    solids = dimensions.solid(), changed.solid()
     for axis in range(3):
         before, after = (solid.planes(axis) for solid in solids)
         if len(before) != len(after):

@@ -14,7 +14,8 @@ from dolfingrip.meshes.grading import (
 )
 from dolfingrip.meshes.solid import MOST_ELEMENTS, MeshError, SolidMesh
 from dolfingrip.meshes.target import meet
-from dolfingrip.sections.specimen import Finger, Mesh
+from dolfingrip.sections.geometry.geometry import Geometry
+from dolfingrip.sections.specimen import Mesh
 
 _OPTIONS = {
     "Mesh.MeshSizeExtendFromBoundary": 0.0,  # the size field alone determines sizes
@@ -32,7 +33,7 @@ _COARSE = 0.25
 """Element size, as part of the finger's depth, of the mesh that shows concave edges."""
 
 
-def finger_mesh(finger: Finger, mesh: Mesh) -> SolidMesh:
+def finger_mesh(finger: Geometry, mesh: Mesh) -> SolidMesh:
     """Mesh a finger.
 
     Args:
@@ -86,7 +87,7 @@ def _limit(size: float, edge_size: float | None, bulk: float, at_edges: float) -
         )
 
 
-def _concave_curves(finger: Finger) -> list[int]:
+def _concave_curves(finger: Geometry) -> list[int]:
     set_sizes([], _COARSE * finger.depth_mm, _COARSE * finger.depth_mm)
     _generate()
     return concave_curves()

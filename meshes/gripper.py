@@ -2,8 +2,9 @@
 
 Seen from above, O is the centre, the thumb A stands at (−L, 0). B and C turn about (0, ±W), at a
 distance R: B stands at (R sin α, W + R cos α), C is its mirror image in y = 0. So α = 90° is the
-pinch, both opposite to the thumb, and α = 0 the claw, all from different sides. Each finger's base
-layer faces O, or its rotation centre; the fingers hang down, clamped at the height of their length.
+pinch, both opposite to the thumb, and α = 0 the claw, all from different sides. Each finger's
+contact face is turned to O, or its rotation centre; the fingers hang down, clamped at the height of
+their length.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ import numpy as np
 
 from dolfingrip.meshes.solid import Floats
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.gripper import Gripper
-from dolfingrip.sections.specimen import Finger
 
 
 class Stand(NamedTuple):
@@ -27,7 +28,7 @@ class Stand(NamedTuple):
     Attributes:
         name: thumb A, finger B or finger C.
         rotation: R, (3, 3): its x away from the food, its z down.
-        origin_mm: o, (3,): where the middle of the base layer's back is clamped.
+        origin_mm: o, (3,): where the middle of its contact face is clamped.
     """
 
     name: str
@@ -41,7 +42,7 @@ class Stand(NamedTuple):
 
 
 def stands(
-    gripper: Gripper, finger: Finger, extent_mm: Callable[[Floats], float] | None = None
+    gripper: Gripper, finger: Geometry, extent_mm: Callable[[Floats], float] | None = None
 ) -> list[Stand]:
     """Thumb A, fingers B and C.
 
@@ -87,7 +88,7 @@ def stands(
 
 
 def _refuse_touch(said: str, found: Sequence[Stand], extent_mm: Callable[[Floats], float]) -> None:
-    """Straight fingers must stand beside the food: the plane of each base layer misses it."""
+    """Straight fingers must stand beside the food: the plane of each contact face misses it."""
     for stand in found:
         room = float(stand.origin_mm[:2] @ stand.outward) - extent_mm(stand.outward)
         if room <= 0:
@@ -103,7 +104,7 @@ def _stand(name: str, place: Floats, outward: Floats, height_mm: float) -> Stand
     return Stand(name, rotation, np.append(place, height_mm))
 
 
-def _outline(stand: Stand, finger: Finger) -> Floats:
+def _outline(stand: Stand, finger: Geometry) -> Floats:
     """(4, 2) corners of a straight finger seen from above."""
     half = finger.width_mm / 2
     corners = np.array(

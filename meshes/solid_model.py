@@ -1,17 +1,17 @@
-"""The bellows finger as a solid of the OpenCASCADE kernel."""
+"""A solid of boxes in the OpenCASCADE kernel."""
 
 from __future__ import annotations
 
 import gmsh
 
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.boxes import TOLERANCE_MM, Box
-from dolfingrip.meshes.finger import boxes, refuse_slivers
+from dolfingrip.meshes.slivers import refuse_slivers
 from dolfingrip.meshes.solid import MeshError
-from dolfingrip.sections.specimen import Finger
+from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box
+from dolfingrip.sections.geometry.geometry import Geometry
 
 
-def build(finger: Finger, half: bool) -> None:
+def build(finger: Geometry, half: bool) -> None:
     """Add the finger to the current Gmsh model, with its physical groups.
 
     Args:
@@ -28,19 +28,19 @@ def build(finger: Finger, half: bool) -> None:
         y0 = 0.0 if half else y0
         return 3, gmsh.model.occ.addBox(x[0], y0, z[0], x[1] - x[0], y1 - y0, z[1] - z[0])
 
-    body, hollow, between = boxes(finger)
-    channel, *chambers = map(add, hollow)
+    boxes = finger.solid()
+    channel, *chambers = map(add, boxes.cavity)
     # one cavity before the cut: its coplanar faces are united, which would otherwise divide the
     # mesh
     cavity, _ = gmsh.model.occ.fuse([channel], chambers)
-    solid, _ = gmsh.model.occ.cut([add(body)], [*map(add, between), *cavity])
+    solid, _ = gmsh.model.occ.cut([add(boxes.body)], [*map(add, boxes.gaps), *cavity])
     gmsh.model.occ.synchronize()
     if len(solid) != 1:
         raise MeshError(f"finger: falls into {len(solid)} parts; allowed: one solid")
     _add_groups(solid[0][1], finger, half)
 
 
-def _add_groups(volume: int, finger: Finger, half: bool) -> None:
+def _add_groups(volume: int, finger: Geometry, half: bool) -> None:
     """Physical groups of the volume and its surfaces."""
     surfaces = [tag for _, tag in gmsh.model.getBoundary([(3, volume)], oriented=False)]
     named = {

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dolfingrip.meshes import groups
-from dolfingrip.meshes.boxes import THINNEST_MM, Box, BoxSolid
 from dolfingrip.meshes.cells import Ints
-from dolfingrip.meshes.kinds import Dimensions, box_solid, refuse_slivers
+from dolfingrip.meshes.slivers import refuse_slivers
 from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh, faces, second_order
+from dolfingrip.sections.geometry.boxes import THINNEST_MM, Box, BoxSolid
+from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.specimen import Mesh
 
 GROWTH: Final = 7.0
@@ -55,7 +56,7 @@ class Grid:
     cup_mm: float = 0.0
 
 
-def structured_mesh(dimensions: Dimensions, mesh: Mesh) -> SolidMesh:
+def structured_mesh(dimensions: Geometry, mesh: Mesh) -> SolidMesh:
     """Mesh a finger in hexahedra.
 
     Args:
@@ -73,10 +74,10 @@ def structured_mesh(dimensions: Dimensions, mesh: Mesh) -> SolidMesh:
     return second_order(solid) if mesh.order == 2 else solid
 
 
-def grid(dimensions: Dimensions, mesh: Mesh) -> Grid:
+def grid(dimensions: Geometry, mesh: Mesh) -> Grid:
     """The grid whose planes all faces of the finger lie in, refined towards concave edges."""
     size, edge = mesh.hexahedra_mm(dimensions)
-    boxes = box_solid(dimensions)
+    boxes = dimensions.solid()
     walls = [_unique(boxes.planes(axis)) for axis in range(3)]
     if mesh.half:
         walls[1] = walls[1][walls[1] > -THINNEST_MM]

@@ -22,6 +22,7 @@ from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.simulation.walls import WallCurves
+from dolfingrip.sections.geometry.index import TABLES
 
 MODULUS: Final = "modulus"
 """The nuisance that fits treat beside the effect's parameters, as it may be far off."""
@@ -60,7 +61,7 @@ def index_of(measurement: Measurement) -> pd.DataFrame:
     )
 
 
-DRAWN: Final = ("finger", "cast", "pneunet", "morph", "material", "film")
+DRAWN: Final = (*TABLES, "morph", "material", "film")
 """Sections of a set-up that tell how a specimen is drawn."""
 
 

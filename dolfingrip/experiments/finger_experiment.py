@@ -21,10 +21,8 @@ class FingerExperiment(Experiment):
     def setup(self, config: Config) -> dict[str, Any]:
         data: dict[str, Any] = {
             "rate_kPa_per_s": config.experiment.rate_kPa_per_s,
-            "finger": config.finger.model_dump(exclude_defaults=True),
+            **config.drawn(),
         }
-        if config.geometry_table != "finger":
-            data[config.geometry_table] = config.geometry.model_dump(exclude_none=True)
         if config.gravity.acceleration_m_s2:
             data["gravity"] = {"direction": list(config.gravity.direction)}
         return data

@@ -3,10 +3,9 @@
 from dolfingrip.parameter.bounds import bounds_of
 from dolfingrip.parameter.moduli import moduli, scaled
 from dolfingrip.parameter.parameter import Entry, Parameter
-from dolfingrip.parameter.search import SHAPES, check_assignment, every, find, named
+from dolfingrip.parameter.search import check_assignment, every, find, named
 
 __all__ = [
-    "SHAPES",
     "Entry",
     "Parameter",
     "bounds_of",

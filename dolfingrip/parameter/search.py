@@ -19,19 +19,17 @@ from dolfingrip.parameter.bounds import bare, bounds, of_entries, of_floats
 from dolfingrip.parameter.parameter import Entry, Parameter
 from dolfingrip.parameter.priors import priors_beside
 from dolfingrip.sections import errors, tables
+from dolfingrip.sections.geometry.geometry import Geometry
+from dolfingrip.sections.geometry.index import TABLES
 from dolfingrip.sections.units import unit
 
-SECTIONS: Final = ("material", "film", "finger", "cast", "pneunet", "morph", "plate", "gravity",
-                   "extensions")  # fmt: skip
+SECTIONS: Final = ("material", "film", *TABLES, "morph", "plate", "gravity", "extensions")
 """Those whose numbers are properties of a finger, its set-up or its instruments."""
 
 NUMERICAL: Final = ("plate.normal", "plate.contact_length_mm", "plate.barrier_mm",
                     "plate.stiffness_MPa", "gravity.direction")  # fmt: skip
 """Keys in these sections that are choices of the model, or have an effect of their own: gravity's
 direction has gravity_pitch."""
-
-SHAPES: Final = ("finger", "cast", "pneunet")
-"""Those with dimensions, one for each kind of geometry."""
 
 PRIORS: Final = {
     "material.mu_MPa": Prior(2.93, 0.6, "printed NinjaFlex; spread 20 %, engineering guess", True),
@@ -47,7 +45,7 @@ def every(config: Config) -> list[Parameter]:
     for section in SECTIONS:
         if section == "gravity" and not config.gravity.acceleration_m_s2:
             continue
-        if section in SHAPES and section != config.geometry_table:
+        if section in TABLES and section != config.geometry_table:
             continue
         if section == "extensions":
             for effect in config.extensions.active():
@@ -145,8 +143,8 @@ def _of_table(
         if isinstance(table, Material) and key == "mu_MPa" and table.law != "neo-hooke":
             continue  # another law has numbers of its own
         value = getattr(table, key)
-        if f"{path}.{key}" == "cast.cup_mm" and not value:
-            continue  # without a cup there is no face that could move
+        if isinstance(table, Geometry) and not table.movable(key):
+            continue
         if isinstance(table, Film) and key == "fibre_deg" and config.mesh.half:
             continue  # turned alone, a family is no mirror image any more
         if isinstance(table, Material) and key == "nu" and table.bulk_MPa is None:
@@ -186,7 +184,7 @@ def _scale(value: float, prior: Prior | None) -> float:
 def _entry(section: str, key: str, effect: Effect | type[Effect] | None) -> Entry:
     if effect is None:
         return {
-            **dict.fromkeys((*SHAPES, "morph"), Entry.SHAPE),
+            **dict.fromkeys((*TABLES, "morph"), Entry.SHAPE),
             "plate": Entry.POSE if key in ("gap_mm", "tilt_deg") else Entry.CONSTANT,
         }.get(section, Entry.CONSTANT)
     if effect.kind == "numerical":

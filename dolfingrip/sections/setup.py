@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
-from pydantic import model_validator
+from pydantic import create_model, model_validator
 
 from dolfingrip.sections.camera import Camera
-from dolfingrip.sections.cast import Cast
 from dolfingrip.sections.errors import checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.food import Food
+from dolfingrip.sections.geometry.geometry import Geometry, Integration
+from dolfingrip.sections.geometry.index import GEOMETRIES
 from dolfingrip.sections.gripper import Gripper
 from dolfingrip.sections.numerics import Contact, Solver
-from dolfingrip.sections.pneunet import Pneunet
 from dolfingrip.sections.procedure import Coupon, Experiment, Protocol
 from dolfingrip.sections.regions import Materials
 from dolfingrip.sections.section import Section, outside
 from dolfingrip.sections.specimen import Cog, Finger, Mesh, Morph
 
-KINDS: Final = {"cast": Cast, "pneunet": Pneunet}
-"""Tables of the kinds of geometry but the bellows, whose dimensions are in ``finger`` itself."""
+KINDS: Final = {name: kind for name, kind in GEOMETRIES.items() if kind.table() == name}
+"""Kinds of geometry with a table of their own; bellows have their dimensions in ``finger``."""
 
 
-class Setup(Section):
-    """All that a simulation of the simple model depends on: every section but the extensions."""
+class Sections(Section):
+    """The sections that every kind of geometry has, and their checks against one another."""
 
     finger: Finger = Finger()
     material: Materials = Materials()
@@ -42,8 +42,6 @@ class Setup(Section):
     coupon: Coupon = Coupon()
     gripper: Gripper = Gripper()
     food: Food = Food()
-    cast: Cast | None = None
-    pneunet: Pneunet | None = None
     film: Films = Films()
     camera: Camera = Camera()
 
@@ -58,12 +56,12 @@ class Setup(Section):
         return data
 
     @model_validator(mode="after")
-    def _one_kind(self) -> Setup:
+    def _one_kind(self) -> Self:
         kind = self.finger.kind
         for name in KINDS:
             if name != kind and getattr(self, name) is not None:
                 raise outside("finger.kind", kind, f'allowed: "{name}" with a table [{name}]')
-        if kind != "bellows":
+        if kind in KINDS:
             own = self.finger.model_dump(exclude_defaults=True, exclude={"kind"})
             for key, value in own.items():
                 raise outside(
@@ -71,14 +69,15 @@ class Setup(Section):
                     value,
                     f'of bellows; allowed: keys of [{kind}] with kind = "{kind}"',
                 )
-            if self.mesh.file is None and not self.hexahedra:
+            tetrahedra = KINDS[kind].tetrahedra
+            if self.mesh.file is None and not self.hexahedra and not tetrahedra:
                 raise outside(
                     "finger.kind", kind, 'made of hexahedra; allowed: with solver.element = "S2"'
                 )
         return self
 
     @model_validator(mode="after")
-    def _known_regions(self) -> Setup:
+    def _known_regions(self) -> Self:
         for name in self.material.own:
             self._check_region(f"material.{name}", name)
         layers: dict[str, str] = {}
@@ -114,8 +113,7 @@ class Setup(Section):
 
     def _thickness_mm(self, region: str) -> float | None:
         """Thickness of a region that is a film by its geometry, None of another."""
-        found = None if self.mesh.file else getattr(self.geometry, f"{region}_mm", None)
-        return None if found is None else float(found)
+        return None if self.mesh.file else self.geometry.thickness_mm(region)
 
     def film_thickness_mm(self, film: Film) -> float:
         """Thickness of a layer."""
@@ -124,7 +122,7 @@ class Setup(Section):
         return found
 
     @model_validator(mode="after")
-    def _facing(self) -> Setup:
+    def _facing(self) -> Self:
         length_mm = self.geometry.length_mm
         if self.plate.contact_length_mm > length_mm:
             raise outside(
@@ -158,13 +156,20 @@ class Setup(Section):
     @property
     def geometry_table(self) -> str:
         """Name of the table with the dimensions."""
-        return "finger" if self.finger.kind == "bellows" else self.finger.kind
+        return GEOMETRIES[self.finger.kind].table()
 
     @property
-    def geometry(self) -> Finger | Cast | Pneunet:
+    def geometry(self) -> Geometry:
         """The table with the dimensions of what is meshed, where no mesh file is given."""
         found = getattr(self, self.geometry_table)
-        assert isinstance(found, Finger | Cast | Pneunet)  # the validators see to it
+        assert isinstance(found, Geometry)  # the validators see to it
+        return found
+
+    def drawn(self) -> dict[str, dict[str, Any]]:
+        """The tables of dimensions, as in a measurement's TOML file."""
+        found = {"finger": self.finger.model_dump(exclude_defaults=True)}
+        if self.geometry_table != "finger":
+            found[self.geometry_table] = self.geometry.model_dump(exclude_none=True)
         return found
 
     @property
@@ -175,12 +180,11 @@ class Setup(Section):
         return self.solver.element == "S2"
 
     @property
-    def integration(self) -> Literal["reduced", "full", "selective"]:
+    def integration(self) -> Integration:
         """How hexahedra are integrated."""
         if self.solver.integration is not None:
             return self.solver.integration
-        made = self.finger.kind != "bellows" and self.mesh.file is None
-        return "selective" if made else "reduced"
+        return "reduced" if self.mesh.file is not None else self.geometry.integration
 
     @property
     def size_mm(self) -> float:
@@ -196,3 +200,14 @@ class Setup(Section):
         if self.gravity.acceleration_m_s2 and self.gravity.direction[1]:
             return "gravity.direction", list(self.gravity.direction)
         return None
+
+
+if TYPE_CHECKING:  # its further tables are known as it runs only
+    Setup = Sections
+else:
+    Setup = create_model(
+        "Setup",
+        __base__=Sections,
+        __doc__="All that the simple model depends on: every section but the extensions.",
+        **{name: (kind | None, None) for name, kind in KINDS.items()},
+    )

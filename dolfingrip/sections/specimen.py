@@ -3,129 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import ClassVar, Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, model_validator
 
-from dolfingrip.sections.section import Section, check_up_to, outside
+from dolfingrip.sections.geometry.bellows import Bellows
+from dolfingrip.sections.geometry.geometry import Geometry
+from dolfingrip.sections.geometry.index import NAMES
+from dolfingrip.sections.section import Section, check_up_to
+
+if TYPE_CHECKING:  # the names are known as it runs only
+    Kind = str
+else:
+    Kind = Literal[NAMES]
 
 
-class Geometry(Protocol):
-    """What the tables of all kinds of geometry tell."""
-
-    @property
-    def length_mm(self) -> float:
-        """Clamp to tip, along z."""
-        ...
-
-    @property
-    def thinnest_mm(self) -> float:
-        """Thickness that sizes at concave edges are taken from."""
-        ...
-
-
-class Finger(Section):
+class Finger(Bellows):
     """Bellows finger: a base layer at x = 0, clamped at z = 0, bellows towards +x."""
 
-    regions: ClassVar = ()
-
-    length_mm: float = Field(90.0, gt=0, le=1000, description="clamp to tip, along z")
-    width_mm: float = Field(20.0, gt=0, le=500, description="along y")
-    depth_mm: float = Field(16.0, gt=0, le=500, description="back of base layer to bellows' crown")
-    base_layer_mm: float = Field(3.5, gt=0, description="strain-limiting layer")
-    wall_mm: float = Field(1.6, gt=0, description="walls of bellows and channel")
-    bellows: int = Field(8, ge=1, le=60, description="number of bellows")
-    gap_mm: float = Field(2.0, gt=0, description="clear distance between neighbouring bellows")
-    channel_mm: float = Field(2.5, gt=0, description="height of the air channel")
-    channel_width_mm: float | None = Field(
-        None, gt=0, description="width of the air channel; default: as wide as the chambers"
-    )
-    base_block_mm: float = Field(12.0, gt=0, description="solid block at the clamp")
-    tip_mm: float = Field(6.0, gt=0, description="solid tip")
-    kind: Literal["bellows", "cast", "pneunet"] = Field(
+    kind: Kind = Field(
         "bellows", description="of geometry; another than bellows has a table of its own"
     )
-
-    @property
-    def pitch_mm(self) -> float:
-        """Distance from one bellows to the next."""
-        return (self.length_mm - self.base_block_mm - self.tip_mm) / self.bellows
-
-    @property
-    def bellows_mm(self) -> float:
-        """Outer length of one bellows along z."""
-        return self.pitch_mm - self.gap_mm
-
-    @property
-    def chamber_width_mm(self) -> float:
-        """Inner width of a bellows along y."""
-        return self.width_mm - 2 * self.wall_mm
-
-    @property
-    def channel_width(self) -> float:
-        """Width of the air channel (mm), the chambers' where none is given."""
-        return self.chamber_width_mm if self.channel_width_mm is None else self.channel_width_mm
-
-    @property
-    def thinnest_mm(self) -> float:
-        """Thickness that sizes at concave edges are taken from."""
-        return self.wall_mm
-
-    def count(self) -> tuple[str, int]:
-        """Key and value of the number that no mesh can be moved to another of."""
-        return "finger.bellows", self.bellows
-
-    @model_validator(mode="after")
-    def _possible(self) -> Finger:
-        if self.tip_mm >= self.length_mm:
-            raise outside(
-                "tip_mm",
-                self.tip_mm,
-                f"allowed: above 0 and below length_mm = {self.length_mm:g} mm",
-            )
-        if self.pitch_mm <= 0:
-            limit = self.length_mm - self.tip_mm
-            raise outside(
-                "base_block_mm",
-                self.base_block_mm,
-                f"leaves no room for bellows; allowed: above 0 and below {limit:g} mm",
-            )
-        if self.bellows_mm <= 0:
-            raise outside(
-                "gap_mm",
-                self.gap_mm,
-                f"leaves no bellows; allowed: above 0 and below the pitch, {self.pitch_mm:g} mm",
-            )
-        half = min(self.bellows_mm, self.width_mm, self.depth_mm) / 2
-        if self.wall_mm >= half:
-            raise outside(
-                "wall_mm",
-                self.wall_mm,
-                f"thicker than half a bellows; allowed: above 0 and below {half:g} mm",
-            )
-        room = self.depth_mm - self.base_layer_mm - 2 * self.wall_mm
-        if room <= 0:
-            limit = self.depth_mm - 2 * self.wall_mm
-            raise outside(
-                "base_layer_mm",
-                self.base_layer_mm,
-                "leaves no room for a bellows above the channel; "
-                f"allowed: above 0 and below {limit:g} mm",
-            )
-        highest = self.depth_mm - self.base_layer_mm - self.wall_mm
-        if self.channel_mm >= highest:
-            raise outside(
-                "channel_mm",
-                self.channel_mm,
-                f"cavity not closed; allowed: above 0 and below {highest:g} mm",
-            )
-        if self.channel_width > self.chamber_width_mm:
-            raise outside(
-                "channel_width_mm",
-                self.channel_width,
-                f"cavity not closed; allowed: above 0 and up to {self.chamber_width_mm:g} mm",
-            )
-        return self
 
 
 HEXAHEDRON_MM, TETRAHEDRON_MM = 7.0, 2.8

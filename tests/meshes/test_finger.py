@@ -7,7 +7,6 @@ import pytest
 from pydantic import ValidationError
 
 from dolfingrip.config import Finger, Mesh
-from dolfingrip.meshes.finger import bellows_intervals, gap_intervals
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import MeshError, SolidMesh
@@ -17,9 +16,9 @@ COARSE = Mesh(size_mm=10)
 
 def volumes(finger: Finger) -> tuple[float, float]:
     """Volume of the whole finger's solid and of its cavity, mm³."""
-    bellows = bellows_intervals(finger)
+    bellows = finger.bellows_intervals()
     roof = finger.base_layer_mm + finger.channel_mm
-    gaps = sum(end - start for start, end in gap_intervals(finger))
+    gaps = sum(end - start for start, end in finger.gap_intervals())
     chambers = sum(end - start - 2 * finger.wall_mm for start, end in bellows)
     ends = bellows[0][0] + finger.wall_mm, bellows[-1][1] - finger.wall_mm
     between = ends[1] - ends[0] - chambers
@@ -122,7 +121,7 @@ def test_place_of_the_groups() -> None:
 
 def test_bellows_lie_between_base_block_and_tip() -> None:
     finger = Finger()
-    bellows = bellows_intervals(finger)
+    bellows = finger.bellows_intervals()
     assert len(bellows) == finger.bellows
     assert bellows[0][0] >= finger.base_block_mm
     assert bellows[-1][1] <= finger.length_mm - finger.tip_mm

@@ -10,16 +10,17 @@ import pytest
 from mpi4py import MPI
 
 from dolfingrip import config
-from dolfingrip.config import Cast, ConfigError, Mesh, Pneunet
+from dolfingrip.config import ConfigError, Mesh
 from dolfingrip.experiments.rigs.undeformed import load_domain, solid
 from dolfingrip.meshes import files
 from dolfingrip.meshes.dimensions import moved
-from dolfingrip.meshes.kinds import box_solid
 from dolfingrip.meshes.measures import jacobians
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble, second_order
 from dolfingrip.meshes.structured import structured_mesh
 from dolfingrip.parameter import every
+from dolfingrip.sections.geometry.cast import Cast
+from dolfingrip.sections.geometry.pneunet import Pneunet
 
 SMALL = Mesh(size_mm=20, edge_size_mm=20)
 
@@ -103,7 +104,7 @@ def test_a_mesh_follows_every_dimension(kind: str) -> None:
         points = moved(mesh.points, base.geometry, changed)
         for axis in range(3):
             # planes of a half: y ≥ 0
-            planes = np.unique(box_solid(changed).planes(axis).round(9))
+            planes = np.unique(changed.solid().planes(axis).round(9))
             planes = planes[planes >= 0]
             assert np.isclose(points[:, axis][:, None], planes).any(axis=0).all(), parameter.key
         expected = check(structured_mesh(changed, SMALL))

@@ -10,7 +10,6 @@ import pytest
 
 from dolfingrip.config import Config
 from dolfingrip.meshes import files
-from dolfingrip.meshes.finger import gap_intervals
 from dolfingrip.meshes.measures import centroid, enclosed_volume, jacobians
 from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.solid import MeshError, SolidMesh
@@ -43,7 +42,7 @@ def closed_form(morph: Morph) -> tuple[float, float]:
     cavity += finger.bellows * box(roof, top, inner, chamber)
     gaps = sum(
         box(roof + finger.wall_mm, finger.depth_mm, width, end - start)
-        for start, end in gap_intervals(finger)
+        for start, end in finger.gap_intervals()
     )
     body = box(0, finger.depth_mm, width, finger.length_mm)
     return body - gaps - cavity, cavity

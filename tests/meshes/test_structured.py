@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Finger, Mesh
-from dolfingrip.meshes.finger import boxes, gap_intervals
 from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.measures import centroid
 from dolfingrip.meshes.quality import check
@@ -40,7 +39,7 @@ def test_grading_and_refinement() -> None:
     graded = grid(Finger(), Mesh(edge_size_mm=edge))
     x, y, z = graded.planes
     valley, floor, side = 7.6, 3.5, 8.4
-    gap, chamber = gap_intervals(Finger())[0], boxes(Finger())[1][1][2]
+    gap, chamber = Finger().gap_intervals()[0], Finger().solid().cavity[1][2]
     for plane, value, hollow in (
         (x, valley, 1),
         (x, floor, 1),

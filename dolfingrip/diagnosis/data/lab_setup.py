@@ -46,9 +46,10 @@ from dolfingrip.diagnosis.data.columns import (
     near,
 )
 from dolfingrip.parameter import named
+from dolfingrip.sections.geometry.index import TABLES
 
 SECTIONS: Final = (
-    "finger", "cast", "pneunet", "morph", "material", "film", "plate", "camera", "gravity",
+    *TABLES, "morph", "material", "film", "plate", "camera", "gravity",
     "coupon",
 )  # fmt: skip
 """Sections of the configuration that a laboratory can tell about its set-up."""

@@ -13,6 +13,7 @@ from dolfingrip.config import Config, from_dict
 from dolfingrip.design.campaign.answer import DesignFailure, Outcome
 from dolfingrip.design.campaign.plan import SCHEMA, Design, content_key, decisive, digest_of
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
+from dolfingrip.sections.geometry.index import TABLES
 
 FORMAT: Final = 1
 """Version of what a result holds and a key means; to be raised where the same configuration gives
@@ -29,7 +30,7 @@ COLUMNS: Final = ("time_s", "pressure_kPa", "displacement_mm", *READING_COLUMNS)
 
 _OF_COUPON: Final = ("material", "solver", "coupon", "protocol", "extensions")
 _OF_FINGER: Final = (
-    "finger", "cast", "pneunet", "material", "film", "mesh", "morph", "solver", "contact", "plate",
+    *TABLES, "material", "film", "mesh", "morph", "solver", "contact", "plate",
     "gravity", "camera", "protocol", "extensions",
 )  # fmt: skip
 

@@ -16,7 +16,7 @@ SHARE: Final = 0.3
 5.6 standard deviations on the reference finger (angle 0.3°, force 0.02 N)."""
 
 COARSER: Final = 2.0
-"""Elements at edges of other geometries than bellows, by the graded mesh's: the thick walls of a
+"""Elements at edges of geometries with thick walls, by the graded mesh's: the thick walls of a
 cast block, one element of 4 mm wide, do not bear 5 kPa."""
 
 
@@ -25,5 +25,5 @@ def ungraded(config: Config) -> tuple[str, ...]:
     if config.mesh.file is not None or not config.hexahedra:
         return ()
     size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
-    plain_mm = size_mm if config.geometry_table == "finger" else min(size_mm, COARSER * edge_mm)
+    plain_mm = size_mm if config.geometry.thin else min(size_mm, COARSER * edge_mm)
     return (f"mesh.edge_size_mm={plain_mm!r}",) if edge_mm < plain_mm else ()

@@ -19,9 +19,10 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.simulation.simulated import Simulated
-from dolfingrip.parameter import SHAPES, every, find, moduli
+from dolfingrip.parameter import every, find, moduli
+from dolfingrip.sections.geometry.index import TABLES
 
-WALLS: Final = tuple(f"{shape}.wall_mm" for shape in SHAPES)
+WALLS: Final = tuple(f"{table}.wall_mm" for table in TABLES)
 WALL: Final = "wall"
 """Name of the nuisance that these are."""
 BASE_LAYER: Final = "finger.base_layer_mm"

@@ -20,7 +20,8 @@ from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.parameter import SHAPES, every
+from dolfingrip.parameter import every
+from dolfingrip.sections.geometry.index import TABLES
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,9 +185,9 @@ def _has(experiment: str, config: Config, key: str) -> bool:
         return experiment != "coupon" or effect.has("strain_energy") or effect.has("reading")
     if section == "plate":
         return experiment == "blocked_force"
-    if section in SHAPES and config.mesh.file is not None:
+    if section in TABLES and config.mesh.file is not None:
         return False
-    of_body = section in (*SHAPES, "morph", "film", "gravity") or key.count(".") > 1
+    of_body = section in (*TABLES, "morph", "film", "gravity") or key.count(".") > 1
     if experiment == "coupon" and of_body:
         return False
     known = (parameter.key for parameter in every(config))

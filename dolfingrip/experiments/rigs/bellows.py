@@ -10,7 +10,6 @@ import numpy as np
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.readings.reading import Reading
-from dolfingrip.meshes.gaps import gaps_of
 
 
 class BellowsGaps:
@@ -22,7 +21,8 @@ class BellowsGaps:
 
     def __init__(self, finger: FingerModel) -> None:
         self._model = finger.model
-        gaps = gaps_of(finger.config.geometry)
+        geometry = finger.config.geometry
+        gaps = geometry.gaps()
         self._reach = 1.25 * gaps.width_mm
         self._pairs: list[tuple[str, ipctk.CollisionMesh, np.ndarray]] = []
         contact = finger.contact
@@ -30,7 +30,7 @@ class BellowsGaps:
         if self._surface is None:
             return
         floor = float(morph(finger.config).moved(np.array(gaps.floor_mm)))
-        floor += 1e-6 * gaps.depth_mm
+        floor += 1e-6 * geometry.depth_mm
         part = _parts(floor, gaps.intervals, self._surface.rest)
         for i, (one, other) in enumerate(pairwise(gaps.parts)):
             mesh, vertices = self._facing(part, i)

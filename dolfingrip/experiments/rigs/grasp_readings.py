@@ -59,7 +59,7 @@ class GraspReadings:
     def _nearest(self, point: np.ndarray) -> int:
         """The finger whose tip stands closest to a point of a tip at rest."""
         gripper = self._gripper
-        length = gripper.finger.config.finger.length_mm
+        length = gripper.finger.config.geometry.length_mm
         down = gripper.placement.origins_mm + length * gripper.placement.rotations[:, :, 2]
         return int(np.linalg.norm(down - point, axis=1).argmin())
 

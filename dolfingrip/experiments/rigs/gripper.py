@@ -165,7 +165,7 @@ def stands_of(config: Config, food: GraspedBody) -> list[Stand]:
     Raises:
         ConfigError: one line, where they cannot.
     """
-    return stands(config.gripper, config.adapted().finger, _extent(food))
+    return stands(config.gripper, config.adapted().geometry, _extent(food))
 
 
 def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bool) -> Domain:

@@ -42,7 +42,7 @@ def solid(config: Config) -> SolidMesh:
     else:
         from dolfingrip.meshes.generate import finger_mesh
 
-        mesh = finger_mesh(config.finger, config.mesh)
+        mesh = finger_mesh(config.geometry, config.mesh)
     mesh = morphed(mesh, morph(config))
     log.info(check(mesh).summary())
     return mesh

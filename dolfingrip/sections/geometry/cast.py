@@ -6,16 +6,16 @@ from typing import ClassVar
 
 from pydantic import Field, model_validator
 
-from dolfingrip.sections.section import Section, check_up_to, outside
+from dolfingrip.sections.geometry.boxes import THINNEST_MM, Box, BoxSolid
+from dolfingrip.sections.geometry.geometry import Geometry
+from dolfingrip.sections.section import check_up_to, outside
 
-THINNEST_MM = 0.01
-"""Least distance of two parallel faces."""
 
-
-class Cast(Section):
+class Cast(Geometry):
     """Cast block: the film's back at x = 0, clamped at z = 0, chambers open to the film."""
 
     regions: ClassVar = ("body", "film")
+    limiting: ClassVar = "film"
 
     chambers: int = Field(5, ge=1, le=60, description="number of chambers")
     chamber_height_mm: float = Field(8.0, ge=THINNEST_MM, le=500, description="from the film, on x")
@@ -67,6 +67,41 @@ class Cast(Section):
     def count(self) -> tuple[str, int]:
         """Key and value of the number that no mesh can be moved to another of."""
         return "cast.chambers", self.chambers
+
+    def movable(self, key: str) -> bool:
+        """Whether a mesh can follow a change of this dimension; without a cup it has no face."""
+        return key != "cup_mm" or self.cup_mm > 0
+
+    def solid(self) -> BoxSolid:
+        """The block, its chambers, the tunnel and the tube along the film, and the film."""
+        film, roof = self.film_mm, self.film_mm + self.chamber_height_mm
+        pitch = self.chamber_length_mm + self.spacing
+        first = self.cup_mm + self.wall_mm
+        starts = [first + i * pitch for i in range(self.chambers)]
+        ends = [start + self.chamber_length_mm for start in starts]
+        chamber = (-self.chamber_width_mm / 2, self.chamber_width_mm / 2)
+        tunnel = (-self.tunnel_width_mm / 2, self.tunnel_width_mm / 2)
+        across = (-self.width_mm / 2, self.width_mm / 2)
+        along = (0.0, self.length_mm)
+        cavity: list[Box] = [
+            (
+                (film, film + self.tunnel_height_mm),
+                tunnel,
+                (0.0 if self.tube else first, ends[-1]),
+            ),
+            *(((film, roof), chamber, z) for z in zip(starts, ends, strict=True)),
+        ]
+        return BoxSolid(
+            ((0.0, self.depth_mm), across, along),
+            cavity,
+            [],
+            rising=([film], [chamber[0], tunnel[0]], starts),
+            falling=([roof, film + self.tunnel_height_mm], [chamber[1], tunnel[1]], ends),
+            regions={"film": [((0.0, film), across, along)]},
+            rest="body",
+            cup_mm=self.cup_mm,
+            walls=([film, roof], [*chamber], [*starts, *ends]),
+        )
 
     @model_validator(mode="after")
     def _possible(self) -> Cast:

@@ -1,7 +1,4 @@
-"""Solids made of boxes: what all kinds of geometry but a mesh file are to the mesh generators.
-
-The back of the strain-limiting layer is the plane x = 0, the clamp z = 0, the symmetry plane y = 0.
-"""
+"""Solids made of boxes: what all kinds of geometry but a mesh file are to the mesh generators."""
 
 from __future__ import annotations
 
@@ -10,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dolfingrip.meshes.solid import Floats, MeshError
+Floats = NDArray[np.float64]
 
 TOLERANCE_MM: Final = 1e-5
 """Larger than the padding of OpenCASCADE's bounding boxes, smaller than any dimension."""
@@ -73,23 +71,3 @@ class BoxSolid:
         yield from self.gaps
         for found in self.regions.values():
             yield from found
-
-    def refuse_slivers(self, name: str) -> None:
-        """Refuse faces that are closer than can be told apart.
-
-        Args:
-            name: of the table with the dimensions.
-
-        Raises:
-            MeshError: one line that tells where they are.
-        """
-        for axis, letter in enumerate("xyz"):
-            planes = np.unique(self.planes(axis))
-            apart = np.diff(planes)
-            near = (apart > TOLERANCE_MM) & (apart < THINNEST_MM * (1 - 1e-9))
-            if near.any():
-                at = int(near.argmax())
-                raise MeshError(
-                    f"{name}: leaves {apart[at]:.3g} mm between two faces at {letter} = "
-                    f"{planes[at]:.4g} mm; allowed: at least {THINNEST_MM} mm"
-                )

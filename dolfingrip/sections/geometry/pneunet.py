@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import ClassVar
 
 from pydantic import Field, model_validator
 
-from dolfingrip.sections.cast import THINNEST_MM
-from dolfingrip.sections.section import Section, outside
+from dolfingrip.sections.geometry.boxes import THINNEST_MM, Box, BoxSolid, Interval
+from dolfingrip.sections.geometry.geometry import Gaps, Geometry
+from dolfingrip.sections.section import outside
 
 
-class Pneunet(Section):
+class Pneunet(Geometry):
     """Pneu-net: the base's back at x = 0, clamped at z = 0, chambers towards +x."""
 
     regions: ClassVar = ("body", "paper", "base")
+    limiting: ClassVar = "paper"
 
     chambers: int = Field(8, ge=1, le=60, description="number of chambers")
     chamber_length_mm: float = Field(6.0, ge=THINNEST_MM, le=500, description="inside, along z")
@@ -67,6 +70,55 @@ class Pneunet(Section):
     def count(self) -> tuple[str, int]:
         """Key and value of the number that no mesh can be moved to another of."""
         return "pneunet.chambers", self.chambers
+
+    @property
+    def valley_mm(self) -> float:
+        """Back of the base to the floor of the gaps between chambers."""
+        return self.floor_mm + self.tunnel_height_mm + self.roof_mm
+
+    def chamber_intervals(self) -> list[Interval]:
+        """Outer extent along z (mm) of each chamber with its walls."""
+        outer = self.chamber_length_mm + 2 * self.wall_mm
+        starts = (self.clamp_block_mm + i * self.pitch_mm for i in range(self.chambers))
+        return [(start, start + outer) for start in starts]
+
+    def gaps(self) -> Gaps:
+        """The gaps between neighbouring chambers."""
+        chambers = self.chamber_intervals()
+        found = [(before[1], after[0]) for before, after in pairwise(chambers)]
+        names = [f"chamber {i}" for i in range(1, len(chambers) + 1)]
+        return Gaps(found, names, self.valley_mm, self.gap_mm)
+
+    def solid(self) -> BoxSolid:
+        """The block, its chambers and tunnel, the gaps between chambers, base and paper."""
+        floor, depth, wall = self.floor_mm, self.depth_mm, self.wall_mm
+        roof, valley = floor + self.chamber_height_mm, self.valley_mm
+        outer = self.chamber_intervals()
+        inner = [(start + wall, end - wall) for start, end in outer]
+        gaps = [(before[1], after[0]) for before, after in pairwise(outer)]
+        across = (-self.width_mm / 2, self.width_mm / 2)
+        chamber = (-self.chamber_width_mm / 2, self.chamber_width_mm / 2)
+        tunnel = (-self.tunnel_width_mm / 2, self.tunnel_width_mm / 2)
+        along = (0.0, self.length_mm)
+        start = 0.0 if self.tube else inner[0][0]
+        cavity: list[Box] = [
+            ((floor, floor + self.tunnel_height_mm), tunnel, (start, inner[-1][1])),
+            *(((floor, roof), chamber, z) for z in inner),
+        ]
+        paper = (self.base_mm, self.base_mm + self.paper_mm)
+        hollow = [*inner, *gaps]
+        return BoxSolid(
+            ((0.0, depth), across, along),
+            cavity,
+            [((valley, depth), across, z) for z in gaps],
+            rising=([floor, valley], [chamber[0], tunnel[0]], [low for low, _ in hollow]),
+            falling=([valley], [chamber[1], tunnel[1]], [high for _, high in hollow]),
+            regions={
+                "base": [((0.0, floor), across, along)],
+                "paper": [(paper, across, along)],
+            },
+            rest="body",
+        )
 
     @model_validator(mode="after")
     def _possible(self) -> Pneunet:

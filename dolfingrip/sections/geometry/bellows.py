@@ -1,0 +1,199 @@
+"""The bellows finger: its dimensions, and the boxes that it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from pydantic import Field, model_validator
+
+from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid, Interval
+from dolfingrip.sections.geometry.geometry import Gaps, Geometry
+from dolfingrip.sections.section import outside
+
+
+class Bellows(Geometry):
+    """Bellows finger: a base layer at x = 0, clamped at z = 0, bellows towards +x."""
+
+    integration: ClassVar = "reduced"
+    tetrahedra: ClassVar = True
+    thin: ClassVar = True
+
+    length_mm: float = Field(90.0, gt=0, le=1000, description="clamp to tip, along z")
+    width_mm: float = Field(20.0, gt=0, le=500, description="along y")
+    depth_mm: float = Field(16.0, gt=0, le=500, description="back of base layer to bellows' crown")
+    base_layer_mm: float = Field(3.5, gt=0, description="strain-limiting layer")
+    wall_mm: float = Field(1.6, gt=0, description="walls of bellows and channel")
+    bellows: int = Field(8, ge=1, le=60, description="number of bellows")
+    gap_mm: float = Field(2.0, gt=0, description="clear distance between neighbouring bellows")
+    channel_mm: float = Field(2.5, gt=0, description="height of the air channel")
+    channel_width_mm: float | None = Field(
+        None, gt=0, description="width of the air channel; default: as wide as the chambers"
+    )
+    base_block_mm: float = Field(12.0, gt=0, description="solid block at the clamp")
+    tip_mm: float = Field(6.0, gt=0, description="solid tip")
+
+    @property
+    def pitch_mm(self) -> float:
+        """Distance from one bellows to the next."""
+        return (self.length_mm - self.base_block_mm - self.tip_mm) / self.bellows
+
+    @property
+    def bellows_mm(self) -> float:
+        """Outer length of one bellows along z."""
+        return self.pitch_mm - self.gap_mm
+
+    @property
+    def chamber_width_mm(self) -> float:
+        """Inner width of a bellows along y."""
+        return self.width_mm - 2 * self.wall_mm
+
+    @property
+    def channel_width(self) -> float:
+        """Width of the air channel (mm), the chambers' where none is given."""
+        return self.chamber_width_mm if self.channel_width_mm is None else self.channel_width_mm
+
+    @property
+    def thinnest_mm(self) -> float:
+        """Thickness that sizes at concave edges are taken from."""
+        return self.wall_mm
+
+    def count(self) -> tuple[str, int]:
+        """Key and value of the number that no mesh can be moved to another of."""
+        return "finger.bellows", self.bellows
+
+    @classmethod
+    def table(cls) -> str:
+        """Name of its table in the configuration, which the mesh's file has, too."""
+        return "finger"
+
+    def bellows_intervals(self) -> list[Interval]:
+        """Outer extent along z (mm) of each bellows, from clamp to tip.
+
+        The first bellows adjoins the base block; a gap follows each bellows.
+        """
+        starts = (self.base_block_mm + i * self.pitch_mm for i in range(self.bellows))
+        return [(start, start + self.bellows_mm) for start in starts]
+
+    def gap_intervals(self) -> list[Interval]:
+        """Extent along z (mm) of the clear spaces that bellows leave between base and tip."""
+        bellows = self.bellows_intervals()
+        ends = [self.base_block_mm, *(end for _, end in bellows)]
+        starts = [*(start for start, _ in bellows), self.length_mm - self.tip_mm]
+        pairs = zip(ends, starts, strict=True)
+        return [(end, start) for end, start in pairs if start - end > TOLERANCE_MM]
+
+    @property
+    def valley_mm(self) -> float:
+        """Back of the base layer to the floor of the gaps between bellows."""
+        return self.base_layer_mm + self.channel_mm + self.wall_mm
+
+    def solid(self) -> BoxSolid:
+        """The body, its channel and chambers, which overlap, and the gaps between bellows."""
+        floor, wall, depth = self.base_layer_mm, self.wall_mm, self.depth_mm
+        roof, valley = floor + self.channel_mm, self.valley_mm
+        bellows = self.bellows_intervals()
+        ends = (bellows[0][0] + wall, bellows[-1][1] - wall)
+        across = (-self.width_mm / 2, self.width_mm / 2)
+        chamber = (-self.chamber_width_mm / 2, self.chamber_width_mm / 2)
+        channel = (-self.channel_width / 2, self.channel_width / 2)
+        cavity: list[Box] = [
+            ((floor, roof), channel, ends),
+            *(
+                ((floor, depth - wall), chamber, (start + wall, end - wall))
+                for start, end in bellows
+            ),
+        ]
+        gaps: list[Box] = [((valley, depth), across, z) for z in self.gap_intervals()]
+        inner = [chamber[1], channel[1]]
+        # inside a cavity and in a gap between bellows, the solid's corners are concave at both ends
+        starts, stops = zip(*(box[2] for box in (*cavity, *gaps)), strict=True)
+        return BoxSolid(
+            ((0.0, depth), across, (0.0, self.length_mm)),
+            cavity,
+            gaps,
+            rising=([floor, valley], [-y for y in inner], starts),
+            falling=([valley], inner, stops),
+        )
+
+    def gaps(self) -> Gaps:
+        """The gaps between bellows, base block and tip."""
+        found = self.gap_intervals()
+        ends = [end for _, end in self.bellows_intervals()]
+        names = [_before(ends, start) for start, _ in found]
+        return Gaps(found, [*names, "tip"], self.valley_mm, self.gap_mm)
+
+    def distances_mm(self) -> Mapping[str, float]:
+        """Least distance of parallel faces by the key that sets it."""
+        beside = self.chamber_width_mm - self.channel_width
+        return {
+            "length_mm": self.length_mm,
+            "base_block_mm": self.base_block_mm,
+            "tip_mm": self.tip_mm,
+            "base_layer_mm": self.base_layer_mm,
+            "gap_mm": self.gap_mm,
+            "channel_width_mm": min(self.channel_width, beside or self.channel_width),
+            "channel_mm": min(
+                self.channel_mm,
+                self.depth_mm - self.base_layer_mm - self.channel_mm - self.wall_mm,
+            ),
+            "wall_mm": min(self.wall_mm, self.bellows_mm - 2 * self.wall_mm, self.chamber_width_mm),
+        }
+
+    @model_validator(mode="after")
+    def _possible(self) -> Bellows:
+        if self.tip_mm >= self.length_mm:
+            raise outside(
+                "tip_mm",
+                self.tip_mm,
+                f"allowed: above 0 and below length_mm = {self.length_mm:g} mm",
+            )
+        if self.pitch_mm <= 0:
+            limit = self.length_mm - self.tip_mm
+            raise outside(
+                "base_block_mm",
+                self.base_block_mm,
+                f"leaves no room for bellows; allowed: above 0 and below {limit:g} mm",
+            )
+        if self.bellows_mm <= 0:
+            raise outside(
+                "gap_mm",
+                self.gap_mm,
+                f"leaves no bellows; allowed: above 0 and below the pitch, {self.pitch_mm:g} mm",
+            )
+        half = min(self.bellows_mm, self.width_mm, self.depth_mm) / 2
+        if self.wall_mm >= half:
+            raise outside(
+                "wall_mm",
+                self.wall_mm,
+                f"thicker than half a bellows; allowed: above 0 and below {half:g} mm",
+            )
+        room = self.depth_mm - self.base_layer_mm - 2 * self.wall_mm
+        if room <= 0:
+            limit = self.depth_mm - 2 * self.wall_mm
+            raise outside(
+                "base_layer_mm",
+                self.base_layer_mm,
+                "leaves no room for a bellows above the channel; "
+                f"allowed: above 0 and below {limit:g} mm",
+            )
+        highest = self.depth_mm - self.base_layer_mm - self.wall_mm
+        if self.channel_mm >= highest:
+            raise outside(
+                "channel_mm",
+                self.channel_mm,
+                f"cavity not closed; allowed: above 0 and below {highest:g} mm",
+            )
+        if self.channel_width > self.chamber_width_mm:
+            raise outside(
+                "channel_width_mm",
+                self.channel_width,
+                f"cavity not closed; allowed: above 0 and up to {self.chamber_width_mm:g} mm",
+            )
+        return self
+
+
+def _before(bellows_ends: list[float], gap_start_mm: float) -> str:
+    """Name of the part that ends where a gap starts."""
+    ended = sum(end <= gap_start_mm + TOLERANCE_MM for end in bellows_ends)
+    return f"bellows {ended}" if ended else "base block"

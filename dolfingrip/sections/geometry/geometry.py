@@ -1,0 +1,103 @@
+"""What a kind of geometry tells the rest of the package: its outer size, walls, regions, solid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from dolfingrip.sections.geometry.boxes import BoxSolid, Interval
+from dolfingrip.sections.section import Section
+
+Integration = Literal["reduced", "full", "selective"]
+
+
+@dataclass(frozen=True, slots=True)
+class Gaps:
+    """Gaps along a finger.
+
+    Attributes:
+        intervals: extent along z (mm) of each gap, from clamp to tip.
+        parts: names of what the gaps part, one more than there are gaps.
+        floor_mm: height x of the gaps' floors.
+        width_mm: clear distance.
+    """
+
+    intervals: list[Interval] = field(default_factory=list)
+    parts: list[str] = field(default_factory=list)
+    floor_mm: float = 0.0
+    width_mm: float = 0.0
+
+
+class Geometry(Section):
+    """A table of dimensions, and the solid that they make.
+
+    The strain-limiting side is the plane x = 0, the contact face, which the plate and food meet.
+    The clamp is the plane z = 0, the tip lies at z = length_mm, the symmetry plane is y = 0.
+
+    Attributes:
+        regions: names of the solid's regions; none where it is one.
+        limiting: region that limits strain by a material or a film of its own; "" where the shape
+            alone does.
+        integration: of hexahedra, where the configuration names none.
+        tetrahedra: whether it can be meshed in tetrahedra, too, which know no regions.
+        thin: whether one element across a wall bears the pressure, so that no mesh is too coarse.
+        length_mm: clamp to tip, along z.
+        width_mm: outer width along y.
+        depth_mm: contact face to crown, along x.
+        wall_mm: thickness of the walls around the chambers.
+        thinnest_mm: thickness that sizes at concave edges are taken from.
+    """
+
+    regions: ClassVar[tuple[str, ...]] = ()
+    limiting: ClassVar[str] = ""
+    integration: ClassVar[Integration] = "selective"
+    tetrahedra: ClassVar[bool] = False
+    thin: ClassVar[bool] = False
+
+    if TYPE_CHECKING:  # each is a key of the table or a property
+
+        @property
+        def length_mm(self) -> float: ...
+
+        @property
+        def width_mm(self) -> float: ...
+
+        @property
+        def depth_mm(self) -> float: ...
+
+        @property
+        def wall_mm(self) -> float: ...
+
+        @property
+        def thinnest_mm(self) -> float: ...
+
+    @classmethod
+    def table(cls) -> str:
+        """Name of its table in the configuration, as of its file."""
+        return cls.__module__.rpartition(".")[2]
+
+    def solid(self) -> BoxSolid:
+        """The solid of these dimensions."""
+        raise NotImplementedError
+
+    def count(self) -> tuple[str, int]:
+        """Key and value of the number that no mesh can be moved to another of."""
+        raise NotImplementedError
+
+    def gaps(self) -> Gaps:
+        """The clear spaces between neighbouring parts; none of a solid block."""
+        return Gaps()
+
+    def distances_mm(self) -> Mapping[str, float]:
+        """Least distance of parallel faces by the key that sets it; empty: as the boxes tell."""
+        return {}
+
+    def thickness_mm(self, region: str) -> float | None:
+        """Thickness of a region that is a layer, its key REGION_mm; None of another."""
+        found = getattr(self, f"{region}_mm", None)
+        return None if found is None else float(found)
+
+    def movable(self, key: str) -> bool:
+        """Whether a mesh can follow a change of this dimension: whether there is such a face."""
+        return True
