@@ -18,6 +18,13 @@ def test_the_best_law_is_written_and_drawn(tmp_path: Path) -> None:
     asked = ["--law", "neo-hooke", "--law", "yeoh", "--law", "polynomial"]
     found = CliRunner().invoke(app, ["coupon", "--fit", str(FILE), *asked, "-o", str(tmp_path)])
     assert found.exit_code == 0, found.output
+    tables, _, _ = found.output.partition("\n- ")  # the remarks below
+    assert max(map(len, tables.splitlines())) <= 80
+    assert "…" not in tables
+    headings = "Law rms (MPa) (%) Correlation BIC equibiaxial) Balloon's maximum Parameter Value"
+    assert set(headings.split()) <= set(tables.split())
+    row = next(line.split() for line in tables.splitlines() if "C30_MPa" in line)
+    assert [float(cell) for cell in row[-2:]] == pytest.approx([3.852e-6, 1.5e-6], rel=0.05)
     said = " ".join(found.output.split())
     assert "73 readings; uniaxial: 1 specimen, to a stretch of 7.2" in said
     assert "Yeoh ←" in said

@@ -206,7 +206,7 @@ def _bar(
             rows += 1
             column = controls[row["experiment"]]
             # the stops after a change to volume control are not known before
-            show(rows, max(rows, total), f"{row[column]:g} {unit(column)}")
+            show(rows, max(rows, total), f"{row[column]:zg} {unit(column)}")
 
         yield advance
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from dolfingrip.cli.options import check_writable, console
 from dolfingrip.config import ConfigError
+from dolfingrip.report.table import of_columns
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -15,8 +17,8 @@ if TYPE_CHECKING:
     from dolfingrip.experiments.material_fit.coupons import Series
     from dolfingrip.experiments.material_fit.fit import Fit
 
-HEADINGS = ("rms\n(MPa)", "rms\n(%)", "corre-\nlation", "BIC",
-            "Stable to stretch\n(uni, planar, equi)", "Balloon's\nmaximum")  # fmt: skip
+TITLE = 14
+"""Characters to which a law's title is wrapped."""
 
 FREE = 100.0
 """Half width of an interval, by the value, from which on a value is called free."""
@@ -60,7 +62,9 @@ def fit_laws(
             show(i + 1, len(laws), law.title)
     best = _best(fits, data)
     screen.print(_told(data, readings), soft_wrap=True)
-    screen.print(_table(fits, best))
+    screen.print(_quality(fits, best))
+    screen.print()
+    screen.print(_values(fits, best))
     for line in _remarks(fits, best, data):
         screen.print(f"- {line}", soft_wrap=True)
     if not material_file.allowed(best):
@@ -101,42 +105,52 @@ def _told(data: Sequence[Series], readings: int) -> str:
     return f"{readings} readings; {'; '.join(parts)}"
 
 
-def _table(fits: Sequence[Fit], best: Fit) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+def _quality(fits: Sequence[Fit], best: Fit) -> Table:
+    """How well each law fits, up to which stretches it is stable, where a balloon of it gives way.
 
+    The laws' titles and the modes are wrapped, so that the table fits into 80 columns.
+    """
     from dolfingrip.experiments.material_fit.coupons import MODES
     from dolfingrip.experiments.material_fit.homogeneous import limit_points, stable_to
 
-    table = Table(title="Laws, values ± half of the 90 % interval", box=SIMPLE_HEAD, padding=(0, 1))
-    for heading in ("Law", "Values (MPa, –)"):
-        table.add_column(heading, overflow="fold")
-    for heading in HEADINGS:
-        table.add_column(heading, justify="right")
+    stable = f"Stable to stretch ({', '.join(MODES)})"
+    names = ("Law", "rms (MPa)", "rms (%)", "Correlation", "BIC", stable, "Balloon's maximum (–)")
+    columns: dict[str, list[str]] = {name: [] for name in names}
     for fit in fits:
-        values = "\n".join(
-            f"{key.rpartition('.')[2].replace('_MPa', '')} {_interval(value, half)}"
-            for key, value, half in zip(fit.law.keys, fit.values, fit.half_width, strict=True)
-        )
         limits = [f"{at:.3g}" for at, greatest in limit_points(fit.law, fit.values) if greatest]
-        stable = ", ".join(f"{stable_to(fit.law, mode, fit.values)[1]:.3g}" for mode in MODES)
-        table.add_row(
-            fit.law.title + (" ←" if fit is best else ""),
-            values,
+        row = (
+            "\n".join(textwrap.wrap(fit.law.title, TITLE)) + (" ←" if fit is best else ""),
             f"{fit.rms_MPa:.2g}",
             f"{100 * fit.relative_rms:.2g}",
-            f"{fit.correlation:.2f}",
-            f"{fit.criterion:.3g}",
-            stable,
+            f"{fit.correlation:z.2f}",
+            f"{fit.criterion:z.1f}",
+            ", ".join(f"{stable_to(fit.law, mode, fit.values)[1]:.3g}" for mode in MODES),
             ", ".join(limits) or "none",
         )
-    return table
+        for name, cell in zip(names, row, strict=True):
+            columns[name].append(cell)
+    return of_columns(columns, "Laws", left=("Law",))
 
 
-def _interval(value: float, half: float) -> str:
+def _values(fits: Sequence[Fit], best: Fit) -> Table:
+    """The values of each law's parameters with half of their interval."""
+    names = ("Law", "Parameter", "Value", "± half of the 90 % interval")
+    columns: dict[str, list[str]] = {name: [] for name in names}
+    for fit in fits:
+        of_law = zip(fit.law.keys, fit.values, fit.half_width, strict=True)
+        for i, (key, value, half) in enumerate(of_law):
+            title = fit.law.title + (" ←" if fit is best else "")
+            row = (title if i == 0 else "", key.rpartition(".")[2], *_interval(value, half))
+            for name, cell in zip(names, row, strict=True):
+                columns[name].append(cell)
+    return of_columns(columns, "Values", left=("Law", "Parameter"))
+
+
+def _interval(value: float, half: float) -> tuple[str, str]:
+    """A value, 0 where the data leave it free, and half of its interval."""
     if half > FREE * abs(value):
-        return f"{value if abs(value) > 1e-9 else 0:.2g}, free"
-    return f"{value:.4g} ± {half:.2g}"
+        return f"{value if abs(value) > 1e-9 else 0.0:z.2g}", "free"
+    return f"{value:z.4g}", f"{half:.2g}"
 
 
 def _remarks(fits: Sequence[Fit], best: Fit, data: Sequence[Series]) -> list[str]:

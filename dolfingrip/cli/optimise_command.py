@@ -73,8 +73,8 @@ def optimise(
     out.mkdir(parents=True, exist_ok=True)
     files.write_front(found, out)
     screen.print(
-        f"front: {len(found.front)} points, COG offset {found.front.cog_mm[0]:.2f} to "
-        f"{found.front.cog_mm[-1]:.2f} mm, force {found.front.force_N[0]:.2f} to "
+        f"front: {len(found.front)} points, COG offset {found.front.cog_mm[0]:z.2f} to "
+        f"{found.front.cog_mm[-1]:z.2f} mm, force {found.front.force_N[0]:.2f} to "
         f"{found.front.force_N[-1]:.2f} N",
         soft_wrap=True,
     )
@@ -181,13 +181,13 @@ def _table(designs: Sequence[dict[str, Any]]) -> Table:
     for one in designs:
         limit = one["cog_max_mm"]
         cells = [one["role"] if limit is None else f"{one['role']} ≤ {limit:g} mm"]
-        cells += [f"{value:.3f}" for value in one["inputs"].values()]
+        cells += [f"{value:z.3f}" for value in one["inputs"].values()]
         for name, value in one["surrogate"].items():
-            cells.append(f"{value:.3f}")
+            cells.append(f"{value:z.3f}")
             if "fem" in one:
-                cells.append("failed" if one["fem"] is None else f"{one['fem'][name]:.3f}")
+                cells.append("failed" if one["fem"] is None else f"{one['fem'][name]:z.3f}")
         if "fem" in one:
             gain = one["force_over_original"]
-            cells.append("–" if gain is None else f"{100 * gain:+.1f}")
+            cells.append("–" if gain is None else f"{100 * gain:+z.1f}")
         table.add_row(*cells)
     return table

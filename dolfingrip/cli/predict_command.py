@@ -76,7 +76,7 @@ def _table(found: object) -> str:
     assert isinstance(found, Prediction)
     lines = ["pressure_kPa,chord_angle_deg,low_deg,high_deg"]
     for pressure, (low, middle, high) in zip(found.pressure_kPa, found.angle_deg.T, strict=True):
-        lines.append(f"{pressure:g},{middle:.2f},{low:.2f},{high:.2f}")
+        lines.append(f"{pressure:g},{middle:z.2f},{low:z.2f},{high:z.2f}")
     low, middle, high = found.ballooning_kPa
     lines.append(
         f"# ballooning pressure {middle:.2f} kPa, 90 % interval {low:.2f} to {high:.2f} kPa"

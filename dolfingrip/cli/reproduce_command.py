@@ -92,13 +92,13 @@ def comparison(optimum: Path) -> Table:
         limit = one["cog_max_mm"]
         xi1, xi2 = one["inputs"].values()
         force = _force(forces, "chosen", limit, facts)
-        ours = "–" if math.isnan(force / original) else f"{100 * (force / original - 1):+.1f}"
+        ours = "–" if math.isnan(force / original) else f"{100 * (force / original - 1):+z.1f}"
         theirs = PAPER[limit]
         table.add_row(
             f"{limit:g}",
-            f"{xi1:.3f}",
+            f"{xi1:z.3f}",
             f"{theirs[0]:.3f}",
-            f"{xi2:.3f}",
+            f"{xi2:z.3f}",
             f"{theirs[1]:.3f}",
             ours,
             f"{theirs[2]:+.1f}",

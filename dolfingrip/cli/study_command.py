@@ -105,7 +105,7 @@ def _table(best: list[Combination], names: tuple[str, ...]) -> object:
     for heading in (*rates, *short, "force (N)"):
         table.add_column(heading, justify="right", no_wrap=True)
     for one in best:
-        chosen = [f"{m:.4f} ± {s:.4f}" for m, s in zip(one.mean, one.sd, strict=True)]
+        chosen = [f"{m:z.4f} ± {s:.4f}" for m, s in zip(one.mean, one.sd, strict=True)]
         table.add_row(
             str(one.population),
             str(one.generations),

@@ -55,11 +55,11 @@ class Grasp(Experiment):
     table: ClassVar = (
         Column("pressure_kPa", "Pressure (kPa)", "g"),
         Column("time_s", "Time (s)", ".2f"),
-        Column("angle_A_deg", "Thumb (°)", ".1f"),
-        Column("angle_B_deg", "Finger (°)", ".1f"),
-        Column("normal_A_N", "Thumb (N)", ".3f"),
-        Column("normal_B_N", "Finger (N)", ".3f"),
-        Column("table_N", "Table (N)", ".3f"),
+        Column("angle_A_deg", "Thumb angle (°)", ".1f"),
+        Column("angle_B_deg", "Finger angle (°)", ".1f"),
+        Column("normal_A_N", "Thumb force (N)", ".3f"),
+        Column("normal_B_N", "Finger force (N)", ".3f"),
+        Column("table_N", "Table force (N)", ".3f"),
         Column("object_z_mm", "Food z (mm)", ".2f"),
         Column("slip_mm", "Slip (mm)", ".2f"),
     )

@@ -72,7 +72,7 @@ def _additions(ax: Axes, additions: list[dict[str, Any]], share: float) -> None:
     ax.barh(names, [100 * each["share"] for each in rows], color=ORANGE, height=0.6)
     ax.axvline(100 * share, color=INK, lw=1.0, ls="--", label="the rig as it is")
     for place, each in enumerate(rows):
-        ax.text(100 * each["share"] + 1, place, f"{100 * each['gain_per_minute']:+.2f} % a minute",
+        ax.text(100 * each["share"] + 1, place, f"{100 * each['gain_per_minute']:+z.2f} % a minute",
                 va="center", fontsize=7, color=GREY)  # fmt: skip
     ax.set(xlabel="Effects that are named (%)", xlim=(0, 100))
     ax.tick_params(axis="y", labelsize=7)

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.cells import cell_len
+from rich.console import JustifyMethod
 from rich.table import Table
 
 from dolfingrip.experiments.description import Column
 from dolfingrip.report.columns import Columns, branches, numbers, required
+
+BRANCH = "Branch"
+"""Heading of the column that tells loading from unloading."""
 
 Key = tuple[float, str, int]
 
@@ -44,26 +51,44 @@ def tabulate(*results: tuple[Sequence[Column], Columns], title: str | None = Non
             headings.append(column.heading)
             for key, value in zip(keys, values, strict=True):
                 if np.isfinite(value):
-                    rows[key][column.heading] = _format(float(value), column.form)
+                    rows[key][column.heading] = f"{float(value):z{column.form}}"
     if not headings:
         raise ValueError("results: no column to tabulate")
     with_branch = len({branch for _, branch, _ in rows}) > 1
     lead = results[0][0][0]
-    table = Table(title=title)
-    table.add_column(lead.heading, justify="right")
+    columns = {lead.heading: [f"{value:z{lead.form}}" for value, _, _ in rows]}
     if with_branch:
-        table.add_column("Branch")
+        columns[BRANCH] = [branch for _, branch, _ in rows]
     for heading in headings:
-        table.add_column(heading, justify="right")
-    for (value, branch, _), cells in rows.items():
-        first_cells = [_format(value, lead.form), *([branch] if with_branch else [])]
-        table.add_row(*first_cells, *(cells.get(heading, "–") for heading in headings))
+        columns[heading] = [cells.get(heading, "–") for cells in rows.values()]
+    return of_columns(columns, title, left=(BRANCH,))
+
+
+def of_columns(
+    columns: Mapping[str, Sequence[str]], title: str | None, left: Collection[str] = ()
+) -> Table:
+    """A table that is as narrow as its longest words and its cells allow.
+
+    Rich shortens columns that do not fit into the terminal by breaking their words. A heading is
+    therefore wrapped at its spaces to the width of its column.
+
+    Args:
+        columns: cells of equal number by heading.
+        title: set above the table.
+        left: headings of the columns that are aligned on the left.
+    """
+    # two spaces between columns, none at the edges
+    table = Table(title=title, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table.show_edge = False
+    for heading, cells in columns.items():
+        lines = [*heading.split(), *(line for cell in cells for line in cell.splitlines())]
+        width = max(map(cell_len, lines))
+        wrapped = "\n".join(textwrap.wrap(heading, width))
+        justify: JustifyMethod = "left" if heading in left else "right"
+        table.add_column(wrapped, justify=justify, no_wrap=True)
+    for row in zip(*columns.values(), strict=True):
+        table.add_row(*row)
     return table
-
-
-def _format(value: float, form: str) -> str:
-    text = format(value, form)
-    return text.lstrip("-") if float(text) == 0 else text  # no "-0.00"
 
 
 def _keys(result: Columns, first: str) -> list[Key]:

@@ -182,7 +182,7 @@ def judge(moments: Sequence[Moment], *, complete: bool, ring: Ring = NOWHERE) ->
     early = "" if complete else EARLY
     if not up:
         said = "stayed on the table; " + (
-            f"the fingers bore {100 * (1 - last.table_part):.0f} % of its weight at the end"
+            f"the fingers bore {100 * (1 - last.table_part):z.0f} % of its weight at the end"
             if last.fingers_N.any()
             else "no finger touched it at the end"
         )
@@ -212,7 +212,7 @@ def _borne(moments: Sequence[Moment], up_s: float, early: str) -> Outcome:
     lift = [moment for moment in moments if moment.lifting]
     sunk = [m for m in lift if before.centre_mm[2] - m.centre_mm[2] > HELD_MM]
     if sunk:
-        said = f"sank by {fallen:.1f} mm against the fingers, and is held"
+        said = f"sank by {fallen:z.1f} mm against the fingers, and is held"
         return Outcome(Kind.SLIPPED, sunk[0].time_s, said + early)
     said = f"lifted by {last.rise_mm:.0f} mm; it moved by {abs(fallen):.2g} mm against the fingers"
     return Outcome(Kind.PICKED_UP, up_s, said + early)

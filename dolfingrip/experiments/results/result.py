@@ -27,7 +27,7 @@ class PlatePose:
     normal: tuple[float, float, float]
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, repr=False)
 class Result:
     """What an experiment yielded.
 
@@ -67,6 +67,13 @@ class Result:
                 f"column {name}: not in a result of {self.kind}; allowed: {', '.join(numbers)}"
             )
         return np.array([row.get(name, np.nan) for row in self.rows], dtype=float)
+
+    def __repr__(self) -> str:
+        """One line without the readings themselves: how many there are, and how the run ended."""
+        ending = "complete" if self.failure is None else self.failure.sentence()
+        if self.outcome is not None:
+            ending += f"; {self.outcome.kind}: {self.outcome.sentence}"
+        return f"<Result of {self.kind}: {len(self.rows)} readings, {ending}>"
 
     def columns(self) -> dict[str, list[Any]]:
         """The table by column."""

@@ -48,7 +48,7 @@ class Failure:
     def sentence(self) -> str:
         """One sentence with the last good pressure (or other controls), and the advice."""
         reached = ", ".join(
-            f"{value:g} {name.rpartition('_')[2]}"
+            f"{value:zg} {name.rpartition('_')[2]}"
             for name, value in self.last_good.items()
             if name != "time_s"
         )
