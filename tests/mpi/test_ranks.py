@@ -1,16 +1,16 @@
 """The same answer on any number of ranks, and no rank left waiting.
 
-Run as ``mpirun -n 2 python -m pytest tests/mpi`` (also with 3, or without mpirun). The reference
-is the same model solved by each rank alone on MPI.COMM_SELF: nothing is stored.
+Run as ``mpirun -n 2 python -m pytest tests/mpi`` (also with 3, or without mpirun). The reference is
+what one rank found (:mod:`mpi.stored`).
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from experiments import small
+from mpi import stored
 from mpi4py import MPI
 
 from dolfingrip import config
@@ -43,22 +43,18 @@ FREE = small.short(
 )  # fmt: skip
 
 
-def _compare(alone: Result, together: Result) -> None:
-    assert alone.failure is None
-    assert together.failure is None
-    assert len(alone.rows) == len(together.rows)
-    for name in READINGS:
-        expected, found = alone.column(name), together.column(name)
-        scale = np.nanmax(np.abs(expected), initial=0.0)
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8 * scale, err_msg=name)
+def _compare(case: str, result: Result) -> None:
+    assert result.failure is None
+    found = {name: result.column(name) for name in READINGS}
+    stored.compare(case, found, rtol=1e-8, by_scale=True)
 
 
 def test_blocked_finger_with_bellows_in_contact() -> None:
-    alone = run("blocked_force", BLOCKED, comm=MPI.COMM_SELF)
-    gap = alone.column("contact_gap_mm")
+    result = run("blocked_force", BLOCKED, comm=WORLD)
+    gap = result.column("contact_gap_mm")
     assert gap[0] > BLOCKED.contact.barrier_mm > gap[-1]  # or there would be no contact to test
-    assert alone.column("force_N")[-1] > 0.1
-    _compare(alone, run("blocked_force", BLOCKED, comm=WORLD))
+    assert result.column("force_N")[-1] > 0.1
+    _compare("blocked", result)
 
 
 @pytest.mark.parametrize("acceleration", [0.0, 9.81])
@@ -67,27 +63,24 @@ def test_gradient_of_the_blocked_force(acceleration: float) -> None:
     tilted = config.from_dict(
         {**BLOCKED.model_dump(mode="json"), "plate": {"tilt_deg": 10.0}, "gravity": weight}
     )
-    found: list[dict[str, float]] = [{}, {}]
-    for comm, slopes in zip((MPI.COMM_SELF, WORLD), found, strict=True):
-        run("blocked_force", tilted, comm=comm, visit=gradients.at_highest(slopes))
-    alone, together = found
-    assert set(alone) == set(gradients.XI)
-    for name in gradients.XI:
-        assert abs(alone[name]) > 0.1
-        assert together[name] == pytest.approx(alone[name], rel=1e-7)
+    found: dict[str, float] = {}
+    run("blocked_force", tilted, comm=WORLD, visit=gradients.at_highest(found))
+    assert set(found) == set(gradients.XI)
+    assert all(abs(slope) > 0.1 for slope in found.values())
+    stored.compare(f"gradient at {acceleration} m/s²", found, rtol=1e-7)
 
 
 def test_free_finger_without_contact(shared: Path) -> None:
-    alone = run("bending", FREE, comm=MPI.COMM_SELF)
-    together = run("bending", FREE, out=shared, comm=WORLD)
-    _compare(alone, together)
-    assert together.facts["ranks"] == WORLD.size
-    assert together.facts["mesh"] == alone.facts["mesh"]
+    result = run("bending", FREE, out=shared, comm=WORLD)
+    _compare("free", result)
+    assert result.facts["ranks"] == WORLD.size
+    mesh = {key: value for key, value in result.facts["mesh"].items() if isinstance(value, int)}
+    stored.compare("free, mesh", mesh, rtol=0)
     if WORLD.rank == 0:
         steps = list_steps(shared / "fields.pvd")
-        assert len(steps) == len(together.rows)
-        assert len(read_mesh(read_grid(steps[-1])).cells) == alone.facts["mesh"]["elements"]
-        assert len((shared / "result.csv").read_text().splitlines()) == 1 + len(together.rows)
+        assert len(steps) == len(result.rows)
+        assert len(read_mesh(read_grid(steps[-1])).cells) == mesh["elements"]
+        assert len((shared / "result.csv").read_text().splitlines()) == 1 + len(result.rows)
 
 
 def test_whole_finger_of_linear_elements_with_a_tilted_plate() -> None:
@@ -95,7 +88,7 @@ def test_whole_finger_of_linear_elements_with_a_tilted_plate() -> None:
         *STRICT, "mesh.half=false", "solver.element=P1", "plate.tilt_deg=10",
         "experiment.max_pressure_kPa=30", "experiment.step_kPa=30",
     )  # fmt: skip
-    _compare(run("blocked_force", settings, comm=MPI.COMM_SELF), run("blocked_force", settings))
+    _compare("linear elements, tilted plate", run("blocked_force", settings, comm=WORLD))
 
 
 def test_stiffness_at_the_tip_of_a_hanging_finger() -> None:
@@ -103,10 +96,11 @@ def test_stiffness_at_the_tip_of_a_hanging_finger() -> None:
         *STRICT, "gravity.acceleration_m_s2=9.81", "gravity.direction=[0.6, 0.8, 0]",
         "mesh.half=false", "experiment.step_kPa=50",
     )  # fmt: skip
-    alone, together = (run("push", settings, comm=comm) for comm in (MPI.COMM_SELF, WORLD))
-    _compare(alone, together)
-    for name in ("stiffness_x_N_per_mm", "stiffness_y_N_per_mm"):
-        np.testing.assert_allclose(together.column(name), alone.column(name), rtol=1e-7)
+    result = run("push", settings, comm=WORLD)
+    _compare("hanging", result)
+    names = ("stiffness_x_N_per_mm", "stiffness_y_N_per_mm")
+    stiffness = {name: result.column(name) for name in names}
+    stored.compare("hanging, stiffness", stiffness, rtol=1e-7)
 
 
 def test_mixed_element_with_contact_led_by_volume() -> None:
@@ -115,28 +109,26 @@ def test_mixed_element_with_contact_led_by_volume() -> None:
         "experiment.control=volume", "experiment.max_volume_ratio=1.5",
         "experiment.step_volume_ratio=0.25",
     )  # fmt: skip
-    alone = run("blocked_force", settings, comm=MPI.COMM_SELF)
-    assert alone.column("contact_gap_mm")[-1] < settings.contact.barrier_mm
-    assert alone.column("pressure_kPa")[-1] > 10
-    _compare(alone, run("blocked_force", settings, comm=WORLD))
+    result = run("blocked_force", settings, comm=WORLD)
+    assert result.column("contact_gap_mm")[-1] < settings.contact.barrier_mm
+    assert result.column("pressure_kPa")[-1] > 10
+    _compare("mixed, led by volume", result)
 
 
 @pytest.mark.parametrize("element", ["P2", "P2-P1"])
 def test_a_damped_solve(element: str) -> None:
-    """Damped and searched, the finger is the same as plain solves find it."""
-    found = []
-    for comm, damped in ((MPI.COMM_SELF, False), (WORLD, True)):
-        settings = config.from_dict(
-            {**FREE.model_dump(mode="json"), "solver": {"element": element, "rtol": 1e-12}}
-        )
-        finger = build(settings, load_domain(settings, comm), plate=False)
-        newton = Newton(finger.model, settings.solver)
-        for pressure_kPa in (10.0, 20.0):
-            finger.model.prescribe({"pressure_kPa": pressure_kPa})
-            assert newton.solve(damped=damped).converged
-        observation = Observation(finger).read()
-        found.append([observation[name] for name in ("angle_deg", "cavity_volume_mm3")])
-    np.testing.assert_allclose(found[1], found[0], rtol=1e-7)
+    """Damped and searched, the finger is the same as plain solves find it: those are stored."""
+    settings = config.from_dict(
+        {**FREE.model_dump(mode="json"), "solver": {"element": element, "rtol": 1e-12}}
+    )
+    finger = build(settings, load_domain(settings, WORLD), plate=False)
+    newton = Newton(finger.model, settings.solver)
+    for pressure_kPa in (10.0, 20.0):
+        finger.model.prescribe({"pressure_kPa": pressure_kPa})
+        assert newton.solve(damped=not stored.WRITES).converged
+    observation = Observation(finger).read()
+    found = {name: observation[name] for name in ("angle_deg", "cavity_volume_mm3")}
+    stored.compare(f"solved without damping, {element}", found, rtol=1e-7)
 
 
 def test_ranks_without_skin_take_part() -> None:
@@ -146,7 +138,7 @@ def test_ranks_without_skin_take_part() -> None:
         "finger.base_block_mm=2", "finger.length_mm=20", "plate.contact_length_mm=1",
         "experiment.max_pressure_kPa=5", "experiment.step_kPa=5",
     )  # fmt: skip
-    _compare(run("blocked_force", settings, comm=MPI.COMM_SELF), run("blocked_force", settings))
+    _compare("ranks without skin", run("blocked_force", settings, comm=WORLD))
 
 
 @pytest.mark.parametrize(
