@@ -18,10 +18,9 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs.material import pressure_field
 from dolfingrip.forms import mixed_neo_hookean, neo_hookean
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.element import displacement_element
+from dolfingrip.mechanics.model.element import displacement_element, pressure_field
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.newton.newton import Newton

@@ -44,6 +44,7 @@ class Site:
         u: displacement (mm).
         mu, lmbda: the base material's moduli (MPa).
         history: internal variables; the time and step as constants.
+        p: pressure field of a mixed element (MPa), None of another.
         plate: where one faces the finger.
         held: regions whose displacement is held at 0, by axis; an effect may take some out
             and put a term of its own in their place.
@@ -62,6 +63,7 @@ class Site:
     mu: fem.Constant
     lmbda: fem.Constant
     history: History
+    p: fem.Function | None = None
     plate: RigidPlate | None = None
     held: dict[int, list[str]] = field(default_factory=dict)
     parameters: dict[str, fem.Constant] = field(default_factory=dict)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dolfinx import fem
+from experiments import small
 from mpi4py import MPI
 
 from dolfingrip import config
@@ -19,6 +20,7 @@ from dolfingrip.experiments.rigs.perturbation import constant_values
 from dolfingrip.experiments.rigs.rest import go_to_rest
 from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.mechanics.model.dead_weight import DeadWeight
+from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.parameter import every
@@ -124,25 +126,49 @@ def test_a_block_with_a_layer_of_film_hangs() -> None:
     assert sags[0] == pytest.approx(sags[1], rel=0.01)
 
 
-def test_parts_of_a_gripper_weigh_what_their_materials_do() -> None:
-    """By volume and density of each part; a layer of film has no weight."""
-    settings = config.load(
-        None,
-        [*PAPER, "film.sheet.model=layer", "film.sheet.Et_N_per_mm=1.0",
-         "material.base.density_kg_m3=2000"],
-    )  # fmt: skip
-    made = build_gripper(settings, MPI.COMM_SELF)
+HEAVY_BASE = ("material.base.density_kg_m3=2000", "film.sheet.Et_N_per_mm=1.0")
+filmed = pytest.mark.parametrize(
+    "film",
+    [
+        ("film.sheet.model=layer",),
+        ("film.sheet.model=membrane",),
+        ("film.sheet.model=membrane", "film.sheet.region=base"),
+    ],
+    ids=["layer", "membrane", "membrane on a heavy region"],
+)
+"""A layer has no weight; a membrane takes none from the region that it lies on."""
+
+
+def weight_N(domain: Domain) -> float:
+    """Of the meshed part, by volume and density of each part that has weight."""
+    return sum(
+        9.81e-9 * density * fem.assemble_scalar(fem.form(1.0 * domain.volume(part)))
+        for part, density in (("base", 2000), ("rest", 1190))
+    )
+
+
+@filmed
+def test_parts_of_a_gripper_weigh_what_their_materials_do(film: tuple[str, ...]) -> None:
+    """By volume and density of each part."""
+    made = build_gripper(config.load(None, [*PAPER, *HEAVY_BASE, *film]), MPI.COMM_SELF)
     (weight,) = (term for term in made.model.terms if isinstance(term, DeadWeight))
     owned = made.model.u.x.array.shape[0]
     # a rise by 1 mm in the world; fingers hang, so the reference points down
     frames = made.placement.frames(made.model.u.function_space.tabulate_dof_coordinates())
     rise = to_reference(frames, np.tile([0.0, 0.0, 1.0], (owned // 3, 1)))
-    volumes = {
-        part: fem.assemble_scalar(fem.form(1.0 * made.model.domain.volume(part)))
-        for part in ("base", "rest")
-    }
-    expected = 9.81e-9 * (2000 * volumes["base"] + 1190 * volumes["rest"])
+    expected = weight_N(made.model.domain)
     assert weight.value(rise.ravel()) == pytest.approx(expected, rel=1e-6)
+
+
+@filmed
+def test_a_clamp_bears_the_weight_of_all_parts(film: tuple[str, ...]) -> None:
+    hung = ("gravity.acceleration_m_s2=9.81", "gravity.direction=[0,0,1]")
+    settings = config.load(None, [*PAPER, *HEAVY_BASE, *film, *hung])
+    finger = build(settings, load_domain(settings, MPI.COMM_SELF), plate=False)
+    assert go_to_rest(finger, Newton(finger.model, settings.solver)) is None
+    domain = finger.model.domain
+    borne = small.clamp_force_N(finger)[2]
+    assert borne == pytest.approx(-domain.copies * weight_N(domain), rel=1e-6)
 
 
 def test_a_region_of_the_same_material_is_none() -> None:

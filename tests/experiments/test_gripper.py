@@ -12,13 +12,15 @@ from mechanics import taylor
 from mpi4py import MPI
 from scipy.spatial import KDTree
 
-from dolfingrip.config import ConfigError
+from dolfingrip.config import ConfigError, Solver
 from dolfingrip.experiments import run
 from dolfingrip.experiments.results.outcome import Kind
 from dolfingrip.experiments.results.result import Result
 from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.grasp_energy import EnergyBook
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
 from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
+from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.tangent import Tangent
 
 SEED = 41
@@ -174,9 +176,12 @@ def test_half_a_gripper_has_half_the_energy_of_the_whole() -> None:
     )
     image, factors = _image(half, whole)
     rng = np.random.default_rng(SEED)
+    books = [EnergyBook(made) for made in (half, whole)]
     for time_s in (0.05, 0.1, 0.15):
         moved = 0.01 * _free(half, rng.uniform(-1, 1, half.model.unknowns.owned().shape))
         half.model.unknowns.set_owned(half.model.unknowns.owned() + moved)
+        for axis, way_mm in ((0, 0.03), (2, 0.05)):  # food slides on the table and on fingers
+            half.pose.constants[axis].value += way_mm
         nodes = half.model.u.x.array.reshape(-1, 3)[image] * factors
         whole.model.u.x.array[:] = nodes.ravel()
         for one, other in zip(half.pose.constants, whole.pose.constants, strict=True):
@@ -193,6 +198,14 @@ def test_half_a_gripper_has_half_the_energy_of_the_whole() -> None:
         for name in ("normal_N", "on_object_N", "angles_deg"):
             one, other = (getattr(each, name)() for each in reads)
             np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-10, err_msg=name)
+        taken_mJ = books[1].friction_mJ
+        for book in books:
+            book.book()
+        for name in ("friction_mJ", "pressure_mJ", "table_mJ", "error_mJ"):
+            one, other = (getattr(book, name) for book in books)
+            print(name, one, other)
+            assert one == pytest.approx(other, rel=1e-7, abs=1e-10), name
+        assert books[1].friction_mJ > taken_mJ or time_s == 0.05
         for made in (half, whole):
             made.model.update_lagged()
             made.model.accept_step()
@@ -203,7 +216,10 @@ FILM = ("film.sheet.face=back", "film.sheet.Et_N_per_mm=50")
 
 @pytest.mark.parametrize("half", ["true", "false"])
 def test_each_finger_has_its_film(half: str) -> None:
-    """A gripper whose fingers are stretched by 1 % stores three times what one finger does."""
+    """A gripper whose fingers are stretched by 1 % stores three times what one finger does.
+
+    The one finger hangs, too: its axis z points down.
+    """
 
     def stored_mJ(made: FingerModel) -> float:
         model = made.model
@@ -211,9 +227,10 @@ def test_each_finger_has_its_film(half: str) -> None:
         return model.domain.copies * sum(term.value(model.u.x.array) for term in model.all_terms)
 
     gripper = build_gripper(small.short(*FOOD, *EVEN, *FILM, f"gripper.half={half}"), MPI.COMM_SELF)
-    whole = "mesh.half=false"
+    alone = ("mesh.half=false", "gravity.acceleration_m_s2=9.81", "gravity.direction=[0,0,1]")
     one, without = (
-        stored_mJ(small.model(small.short(*EVEN, *film, whole), plate=False)) for film in (FILM, ())
+        stored_mJ(small.model(small.short(*EVEN, *film, *alone), plate=False))
+        for film in (FILM, ())
     )
     assert one > 1.01 * without
     assert stored_mJ(gripper.finger) == pytest.approx(3 * one, rel=1e-9)
@@ -260,6 +277,26 @@ def test_half_a_gripper_grasps_as_the_whole_does(light: tuple[Result, Path]) -> 
     for name in ("angle_A_deg", "angle_B_deg", "normal_A_N", "normal_C_N", "table_N"):
         one, other = whole.column(name), half.column(name)
         np.testing.assert_allclose(other, one, atol=0.03 * np.abs(one).max(), err_msg=name)
+
+
+def test_momentum_of_food_in_free_fall_is_balanced() -> None:
+    """Steps whose velocity changes by g h: without the last velocity, g h n would be booked."""
+    made = build_gripper(small.short(*FOOD, *EVEN, "gripper.half=true"), MPI.COMM_SELF)
+    model = made.model
+    made.pose.constants[2].value += 6.0
+    made.motion.accept()
+    reads = GraspReadings(made, 1.0)
+    newton = Newton(model, Solver(rtol=1e-9))
+    weight_N = float(np.linalg.norm(made.motion.weight_N))
+    for n in range(1, 4):
+        before = model.state()
+        model.prescribe({"time_s": 0.005 * n})
+        assert newton.solve().converged
+        reads.converged(before)
+        model.accept_step()
+    fallen_mm = 1e3 * 9.81 * 0.005**2 * 6  # implicit Euler's n (n + 1)/2 steps of g h²
+    assert reads.moments[-1].rise_mm == pytest.approx(-fallen_mm, abs=1e-6)
+    assert reads.read()["momentum_error_N"] < 1e-6 * weight_N
 
 
 def test_what_is_not_symmetric_has_no_half() -> None:

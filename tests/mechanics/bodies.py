@@ -17,7 +17,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.config import KPA
-from dolfingrip.forms import cavity_pressure, gravity, neo_hookean
+from dolfingrip.forms import cavity_pressure, neo_hookean
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.domain import Domain
@@ -193,7 +193,7 @@ def body(
         [lambda strain: neo_hookean.energy(strain, *moduli)],
         [
             cavity_pressure.energy(u, solid.mesh, pressure) * cavity,
-            gravity.energy(u, force) * dx,
+            -ufl.inner(force, u) * dx,
         ],
         carried=carried,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import ufl
@@ -12,37 +12,32 @@ from petsc4py import PETSc
 
 from dolfingrip.config import KPA, Config
 from dolfingrip.experiments.rigs.base_material import BaseMaterial
+from dolfingrip.experiments.rigs.element import element_name
 from dolfingrip.experiments.rigs.films import sheets
-from dolfingrip.experiments.rigs.fixture import (
-    facing_plate,
-    fixed_regions,
-    moving_clamp,
-    normal_of,
-    rigid_plate,
-    self_contact,
-    supply,
-)
-from dolfingrip.experiments.rigs.material import (
-    element_name,
-    pressure_field,
-    weight_energy,
-    weights_of,
-)
-from dolfingrip.experiments.rigs.regions import splits, strain_energies
+from dolfingrip.experiments.rigs.fixture import moving_clamp, normal_of, supply, surround
+from dolfingrip.experiments.rigs.strain_energy import strain_energies
+from dolfingrip.experiments.rigs.weight import dead_weight
 from dolfingrip.extensions.site import Site
 from dolfingrip.extensions.supply import Supply
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.element import displacement_element, integration_degree
+from dolfingrip.mechanics.model.element import (
+    displacement_element,
+    integration_degree,
+    pressure_field,
+)
 from dolfingrip.mechanics.model.history import History
 from dolfingrip.mechanics.model.model import Control, Model
-from dolfingrip.mechanics.model.parts import ReducedIntegration, StrainEnergy
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.supports import at_rest
+from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.newton.volume_control import volume_controlled
+
+Loads = Callable[[Site], Sequence[ufl.Form]]
+"""Energies (mJ of the meshed part) that an experiment adds."""
 
 
 @dataclass(slots=True)
@@ -51,30 +46,46 @@ class FingerModel:
 
     Attributes:
         config: as built, extensions of geometry and set-up applied.
+        site: its fields, constants and contacts.
         model: what is solved.
-        plate: the force sensor's.
-        cavity: the cavity's pressure, which is the regulator's where no extension stands between.
-        enclosed: UFL form of the meshed cavity's volume (mm³).
         by_pressure: the model under pressure control; ``model`` itself, unless the control is the
             volume.
         rest: state that readings count from, at first the undeformed one.
-        contact: of the skin with itself, where there is any.
-        supply: what stands between regulator and cavity, where anything does.
-        parameters: constants of the potential by name, that sensitivities are taken to.
-        geometric: to be called whenever the mesh has moved.
     """
 
     config: Config
+    site: Site
     model: Model
-    plate: RigidPlate | None
-    cavity: Control
-    enclosed: ufl.Form
     by_pressure: Model
     rest: State
-    contact: BarrierContact | None = None
-    supply: Supply | None = None
-    parameters: dict[str, fem.Constant] = field(default_factory=dict)
-    geometric: Sequence[Callable[[], None]] = ()
+
+    @property
+    def plate(self) -> RigidPlate | None:
+        """The force sensor's."""
+        return self.site.plate
+
+    @property
+    def contact(self) -> BarrierContact | None:
+        """Of the skin with itself, where there is any."""
+        return self.site.contact
+
+    @property
+    def parameters(self) -> dict[str, fem.Constant]:
+        """Constants of the potential by name, that sensitivities are taken to."""
+        return self.site.parameters
+
+    @property
+    def cavity(self) -> Control:
+        """The cavity's pressure, which is the regulator's where no extension stands between."""
+        return Control(self.site.pressure, KPA)
+
+    @property
+    def enclosed(self) -> ufl.Form:
+        """Volume of the meshed cavity (mm³), integrated exactly."""
+        site = self.site
+        degree = 3 * site.u.function_space.ufl_element().degree
+        exactly = site.domain.surface("cavity", quadrature_degree=degree)
+        return cavity_pressure.volume_density(site.u, site.domain.mesh) * exactly
 
     def take_over(self, config: Config, rest: np.ndarray) -> None:
         """Put the plate and set the supply's stages as ``config``, adapted, asks for.
@@ -85,16 +96,50 @@ class FingerModel:
         """
         if self.plate is not None:
             self.plate.turn(normal_of(config.plate), config.plate.gap_mm, rest)
-        if self.supply is not None:
-            self.supply.stages = config.extensions.active("outlet_kPa")
+        regulator = self.by_pressure.controls["pressure_kPa"]
+        if isinstance(regulator, Supply):
+            regulator.stages = config.extensions.active("outlet_kPa")
+
+
+def total_potential(
+    config: Config, site: Site, base: BaseMaterial, loads: Loads
+) -> tuple[Potential, Sequence[Term]]:
+    """The finger's total potential.
+
+        Π = ∫ ψ dX + ∫ ψ_film dA − p V + Π_effects + Π_loads
+            − ∫ ρ g · u dX + Π_plate + Π_contact + Π_friction
+
+    The first line is written in UFL and is one term, of which residual and tangent are derived; the
+    terms of the second line bring their own derivatives.
+
+    Args:
+        config: materials, films, effects and how elements are integrated.
+        site: with plate and contact, where there are any; effects may add friction to them.
+        base: material of what has none of its own.
+        loads: further energies, which an experiment adds.
+    """
+    u, mesh, space = site.u, site.domain.mesh, site.u.function_space
+    solid = strain_energies(config, site, base)
+    cavity = site.domain.surface("cavity", quadrature_degree=2 * space.ufl_element().degree)
+    pressing = cavity_pressure.energy(u, mesh, site.pressure) * cavity
+    effects = config.extensions.terms(site)
+    written = Potential(
+        u,
+        solid,
+        [pressing, *effects, *loads(site)],
+        carried=config.solver.mixed_integration_point,
+        p=site.p,
+        global_unknowns=list(site.unknowns.values()),
+        domain=site.domain,
+        sheets=sheets(config, mesh, site.parameters),
+        degree=integration_degree(space, full=config.integration != "reduced"),
+    )
+    own = (dead_weight(site), site.plate, site.contact, *site.further)
+    return written, [term for term in own if term is not None]
 
 
 def build(
-    config: Config,
-    domain: Domain,
-    *,
-    plate: bool,
-    loads: Callable[[Site], Sequence[ufl.Form]] = lambda site: (),
+    config: Config, domain: Domain, *, plate: bool, loads: Loads = lambda site: ()
 ) -> FingerModel:
     """Model of the finger on ``domain``.
 
@@ -108,122 +153,39 @@ def build(
         ConfigError: the configuration asks for what this experiment has not.
     """
     config = config.adapted()
-    if plate:
-        domain = facing_plate(config, domain)
-    base = BaseMaterial.on(domain.mesh, config.material)
-    site, p = _site(config, domain, base, plate)
-    potential = _potential(config, site, base, p, loads)
-    global_unknowns = list(site.unknowns.values())
-    sensor, contact = site.plate, site.contact
-    if sensor is not None:
-        sensor.unknown = next((n for n in global_unknowns if n.constant is sensor.offset), None)
-    regulator = Control(site.pressure, KPA)
-    stages = supply(config, regulator)
-    supports = at_rest(site.u.function_space, domain, site.held)
-    model = Model(
-        domain,
-        site.u,
-        potential,
-        supports,
-        {"pressure_kPa": stages or regulator},
-        [term for term in (sensor, contact, *site.further) if term is not None],
-        [site.history] if stages is None else [site.history, stages],
-        p=p,
-        constraint=moving_clamp(site, supports),
-    )
-    enclosed = _enclosed(site)
-    by_volume = config.experiment.control == "volume"
-    solved = volume_controlled(model, regulator, enclosed) if by_volume else model
-    return FingerModel(
-        config,
-        solved,
-        sensor,
-        regulator,
-        enclosed,
-        model,
-        solved.state(),
-        contact,
-        stages,
-        site.parameters,
-        site.geometric,
-    )
-
-
-def _potential(
-    config: Config,
-    site: Site,
-    base: BaseMaterial,
-    p: fem.Function | None,
-    loads: Callable[[Site], Sequence[ufl.Form]],
-) -> Potential:
-    """Strain energies, loads and what effects add, of the whole solid and its sheets."""
-    density = _density(config, base, p, site)
-    densities = strain_energies(config, site.domain, density, p, site.parameters)
-    terms = [*_loads(site), *config.extensions.terms(site), *loads(site)]
-    return Potential(
-        site.u,
-        densities,
-        terms,
-        carried=config.solver.mixed_integration_point,
-        p=p,
-        global_unknowns=list(site.unknowns.values()),
-        domain=site.domain,
-        sheets=sheets(config, site.domain.mesh, site.parameters),
-        degree=_degree(config, site.u.function_space),
-    )
-
-
-def _density(
-    config: Config, base: BaseMaterial, p: fem.Function | None, site: Site
-) -> list[StrainEnergy | ReducedIntegration]:
-    """Strain energy of what has no material of its own, extensions included."""
-    if splits(config, p):
-        shape = config.extensions.strain_energy(base.of_shape, site)
-        return [shape, ReducedIntegration(base.of_volume)]
-    return [config.extensions.strain_energy(lambda strain: base.energy(strain, p), site)]
-
-
-def _site(
-    config: Config, domain: Domain, base: BaseMaterial, plate: bool
-) -> tuple[Site, fem.Function | None]:
-    """The fields, constants and contacts of a model, and the pressure of a mixed element."""
-    mesh = domain.mesh
-    element = element_name(config, domain)
-    space = fem.functionspace(mesh, displacement_element(element))
-    u = fem.Function(space, name="displacement_mm")
-    pressure = fem.Constant(mesh, PETSc.ScalarType(0.0))
-    p = pressure_field(element, mesh)
+    mesh, element = domain.mesh, element_name(config, domain)
+    u = fem.Function(fem.functionspace(mesh, displacement_element(element)), name="displacement_mm")
+    degree = integration_degree(u.function_space, full=config.integration != "reduced")
+    base = BaseMaterial.on(mesh, config.material)
     site = Site(
         config,
         domain,
         u,
         base.mu,
         base.lmbda,
-        plate=rigid_plate(config, domain, u) if plate else None,
-        contact=self_contact(config, domain, u) if config.contact.self_contact else None,
-        history=History(u, _degree(config, space)),
-        held=fixed_regions(domain),
-        parameters={**base.constants, **weights_of(config, domain)},
-        pressure=pressure,
+        History(u, degree),
+        pressure_field(element, mesh),
+        parameters=dict(base.constants),
+        pressure=fem.Constant(mesh, PETSc.ScalarType(0.0)),
     )
-    return site, p
-
-
-def _degree(config: Config, space: fem.FunctionSpace) -> int:
-    """Degree of the quadrature of strain energies."""
-    return integration_degree(space, full=config.integration != "reduced")
-
-
-def _loads(site: Site) -> list[ufl.Form]:
-    """Energies (mJ of the meshed part) of the cavity's pressure and of the weight."""
-    degree = site.u.function_space.ufl_element().degree
-    cavity = site.domain.surface("cavity", quadrature_degree=2 * degree)
-    pressing = cavity_pressure.energy(site.u, site.domain.mesh, site.pressure) * cavity
-    return [pressing, *weight_energy(site.config, site.domain, site.u, site.parameters)]
-
-
-def _enclosed(site: Site) -> ufl.Form:
-    """Volume (mm³) of the meshed cavity, integrated exactly."""
-    degree = site.u.function_space.ufl_element().degree
-    exactly = site.domain.surface("cavity", quadrature_degree=3 * degree)
-    return cavity_pressure.volume_density(site.u, site.domain.mesh) * exactly
+    surround(site, plate=plate)
+    potential, terms = total_potential(config, site, base, loads)
+    regulator = Control(site.pressure, KPA)
+    stages = supply(config, regulator)
+    supports = at_rest(u.function_space, site.domain, site.held)
+    model = Model(
+        site.domain,
+        u,
+        potential,
+        supports,
+        {"pressure_kPa": stages or regulator},
+        terms,
+        [site.history] if stages is None else [site.history, stages],
+        p=site.p,
+        constraint=moving_clamp(site, supports),
+    )
+    made = FingerModel(config, site, model, model, model.state())
+    if config.experiment.control == "volume":
+        made.model = volume_controlled(model, regulator, made.enclosed)
+        made.rest = made.model.state()
+    return made

@@ -13,28 +13,14 @@ from dolfingrip.extensions.supply import Supply
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.contact.surface import Surface
-from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Control
 from dolfingrip.mechanics.model.moving_support import MovingSupport
 
+SKIN = ("skin", "tip")
+"""Regions of a finger that may touch something."""
 
-def facing_plate(config: Config, domain: Domain) -> Domain:
-    """``domain`` with the region "facing plate", which the plate may touch.
-
-    Raises:
-        ConfigError: no element of the mesh is near enough to the tip.
-    """
-    ends = domain.mesh.geometry.x[:, 2].max(initial=-np.inf)
-    length = domain.mesh.comm.allreduce(ends, MPI.MAX)
-    # a facet that straddles the plate's end does not face it
-    start = length - config.plate.contact_length_mm - 1e-6 * length
-    facing = domain.with_region("facing plate", ("skin", "tip"), lambda x: x[2] >= start)
-    if not domain.mesh.comm.allreduce(len(facing.facets("facing plate"))):
-        raise ConfigError(
-            f"plate.contact_length_mm = {config.plate.contact_length_mm}: no element of the "
-            "mesh is that near to its tip; allowed: longer than the elements there"
-        )
-    return facing
+FACING = "facing plate"
+"""Region of a finger that the plate may touch."""
 
 
 def normal_of(plate: Plate) -> np.ndarray:
@@ -44,26 +30,45 @@ def normal_of(plate: Plate) -> np.ndarray:
     return np.asarray(turn @ np.asarray(plate.normal, dtype=float))
 
 
-def rigid_plate(config: Config, domain: Domain, u: fem.Function) -> RigidPlate:
-    """The force sensor's plate, with which the region "facing plate" is in contact."""
-    plate = config.plate
-    return RigidPlate(
-        u,
-        domain,
-        "facing plate",
-        normal_of(plate),
-        gap_mm=plate.gap_mm,
-        width_mm=plate.barrier_mm,
-        stiffness_MPa=plate.stiffness_MPa,
-    )
+def surround(site: Site, *, plate: bool) -> None:
+    """Put onto the site what the skin may touch, and the regions that are held.
 
+    Args:
+        site: of a finger.
+        plate: whether the force sensor's plate faces the finger. It may touch the site's new region
+            "facing plate".
 
-def self_contact(config: Config, domain: Domain, u: fem.Function) -> BarrierContact:
-    """Contact of the skin with itself."""
-    surface = Surface(
-        u.function_space, domain, domain.facets("skin", "tip"), config.contact.spacing_mm
-    )
-    return BarrierContact(surface, config.contact.barrier_mm, config.contact.stiffness_MPa)
+    Raises:
+        ConfigError: no element of the mesh is near enough to the tip.
+    """
+    given, contact = site.config.plate, site.config.contact
+    if plate:
+        normal, mesh = normal_of(given), site.domain.mesh
+        length = mesh.comm.allreduce(mesh.geometry.x[:, 2].max(initial=-np.inf), MPI.MAX)
+        # a facet that straddles the plate's end does not face it
+        start = length - given.contact_length_mm - 1e-6 * length
+        site.domain = site.domain.with_region(FACING, SKIN, lambda x: x[2] >= start)
+        if not mesh.comm.allreduce(len(site.domain.regions[FACING])):
+            raise ConfigError(
+                f"plate.contact_length_mm = {given.contact_length_mm}: no element of the "
+                "mesh is that near to its tip; allowed: longer than the elements there"
+            )
+        site.plate = RigidPlate(
+            site.u,
+            site.domain,
+            FACING,
+            normal,
+            gap_mm=given.gap_mm,
+            width_mm=given.barrier_mm,
+            stiffness_MPa=given.stiffness_MPa,
+        )
+    if contact.self_contact:
+        skin = site.domain.facets(*SKIN)
+        surface = Surface(site.u.function_space, site.domain, skin, contact.spacing_mm)
+        site.contact = BarrierContact(surface, contact.barrier_mm, contact.stiffness_MPa)
+    # across the clamp, in the plane of symmetry, too
+    across = ["clamp", "symmetry"] if site.domain.half else ["clamp"]
+    site.held |= {0: ["clamp"], 1: across, 2: ["clamp"]}
 
 
 def supply(config: Config, cavity: Control) -> Supply | None:
@@ -78,14 +83,6 @@ def supply(config: Config, cavity: Control) -> Supply | None:
             f'extensions.{stages[0].name()}: allowed: with experiment.control = "pressure" only'
         )
     return Supply(cavity, stages) if stages else None
-
-
-def fixed_regions(domain: Domain) -> dict[int, list[str]]:
-    """Regions without displacement along each axis: the clamp; across it the symmetry plane."""
-    held = {0: ["clamp"], 1: ["clamp"], 2: ["clamp"]}
-    if domain.half:
-        held[1].append("symmetry")
-    return held
 
 
 def moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport | None:

@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
-from petsc4py import PETSc
 from scipy.optimize import brentq
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
+from dolfingrip.experiments.rigs.fixture import SKIN
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
-from dolfingrip.experiments.rigs.material import density, weighed
 from dolfingrip.experiments.rigs.symmetry import SIDEWAYS, halved
 from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
 from dolfingrip.mechanics.contact.density import Smooth
@@ -22,7 +21,7 @@ from dolfingrip.mechanics.contact.distance import Plane
 from dolfingrip.mechanics.contact.friction import Friction
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.rigid_points import RigidPoints
-from dolfingrip.mechanics.model.dead_weight import DeadWeight
+from dolfingrip.mechanics.contact.tangential import Touching
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.placement import Placement
@@ -30,13 +29,14 @@ from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidMotion
 from dolfingrip.meshes.gripper import Stand, stands
 
-GRAVITY_M_S2 = 9.81
+GRAVITY = {"acceleration_m_s2": 9.81, "direction": (0.0, 0.0, -1.0)}
+"""Of the world, in which fingers hang."""
+
+UPWARDS = Plane((0.0, 0.0, 1.0))
+"""The table."""
 
 RESTRAINT_MM = 1.0
 """See :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`."""
-
-SKIN = ("skin", "tip")
-"""Regions of a finger that may touch food."""
 
 ONE_FINGER = "skin of finger B"
 """Region of a half gripper that may touch its own mirror image."""
@@ -53,9 +53,7 @@ class GripperModel:
         model: what is solved.
         finger: the model of all fingers without food, of which ``model`` has the terms.
         stands: where the fingers stand.
-        grasped: the food.
-        pose: of the food.
-        motion: its weight and inertia.
+        motion: weight and inertia of the food.
         contact: of the fingers with the food.
         finger_friction: friction there.
         table: contact of the food with the table.
@@ -65,13 +63,16 @@ class GripperModel:
     model: Model
     finger: FingerModel
     stands: Sequence[Stand]
-    grasped: GraspedBody
-    pose: Pose
     motion: RigidMotion
     contact: RigidContact
     finger_friction: Friction
     table: RigidPoints
     table_friction: Friction
+
+    @property
+    def pose(self) -> Pose:
+        """Of the food."""
+        return self.motion.pose
 
     @property
     def placement(self) -> Placement:
@@ -84,73 +85,62 @@ class GripperModel:
 def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     """The model that a configuration asks for.
 
+        Π = Π_fingers + Π_motion + Π_contact + Π_finger_friction + Π_table + Π_table_friction
+            + Π_mirror
+
+    Π_fingers is that of all fingers with their weight (:func:`~.finger.total_potential`), Π_motion
+    the food's weight and inertia; the food touches fingers and table; in half a gripper a finger
+    may touch its own mirror image.
+
     Raises:
         ConfigError: on every rank, one line.
     """
-    food = grasped(config.food)
+    food, gripper = grasped(config.food), config.gripper
     found = stands_of(config, food)
     domain = _fingers(config, comm, found, half=halved(config, food))
-    finger = build(config, domain, plate=False)
-    u, gripper = finger.model.u, config.gripper
+    finger = build(config.changed(gravity=GRAVITY), domain, plate=False)
+    fingers, u = finger.model, finger.model.u
+    gravity = np.multiply(GRAVITY["acceleration_m_s2"], GRAVITY["direction"])
+
+    def friction(touched: Touching, coefficient: float, title: str) -> Friction:
+        return Friction(touched, u, finger.site.fixed(coefficient), title=title)
+
     body = replace(food.body, held=SIDEWAYS) if domain.half else food.body
-    pose = body.pose(domain.mesh)
-    height = fem.Constant(domain.mesh, PETSc.ScalarType(0.0))
-    up = np.array([[0, 0, 1, 0, 0, 0.0]]).T
-    table_pose = Pose([height], up, np.zeros(6))
-    barrier = Smooth(gripper.barrier_mm, gripper.stiffness_MPa)
+    pose, height = body.pose(domain.mesh), finger.site.fixed(0.0)
+    standing = Pose([height], np.array([[0, 0, 1, 0, 0, 0.0]]).T, np.zeros(6))
+    barrier, skin = Smooth(gripper.barrier_mm, gripper.stiffness_MPa), food.surface
+    areas, copies = skin.point_areas_mm2(), domain.copies
+    motion = RigidMotion(body, pose, gravity, comm, copies, restraint_mm=RESTRAINT_MM)
     contact = RigidContact(u, domain, SKIN, food.shape, pose, barrier)
-    skin = food.surface
-    table = RigidPoints(
-        u, skin.points, skin.point_areas_mm2(), pose, Plane((0.0, 0.0, 1.0)), table_pose, barrier,
-        copies=domain.copies,
-    )  # fmt: skip
-    gravity = np.array([0.0, 0.0, -GRAVITY_M_S2])
-    _stand(
-        pose,
-        lambda: float(table.load_N(u.x.array)[2]),
-        -float(gravity[2]) * body.mass_kg,
-        gripper.barrier_mm,
-    )
-    motion = RigidMotion(body, pose, gravity, comm, domain.copies, restraint_mm=RESTRAINT_MM)
-    finger_friction, table_friction = (
-        Friction(touch, u, fem.Constant(domain.mesh, PETSc.ScalarType(coefficient)), title=title)
-        for touch, coefficient, title in (
-            (contact, config.food.friction, "friction on fingers"),
-            (table, config.food.table_friction, "friction on the table"),
-        )
-    )
-    weights = [(part, density(config, *part) * gravity) for part in weighed(config, domain)]
-    further = [
-        DeadWeight(u, domain, weights),
-        motion,
-        contact,
-        finger_friction,
-        table,
-        table_friction,
-    ]
-    if domain.half:
-        further.append(_mirror_image(config, domain, u))
-    fingers = finger.model
+    table = RigidPoints(u, skin.points, areas, pose, UPWARDS, standing, barrier, copies)
+    _stand(motion, table, u.x.array)
+    finger_friction = friction(contact, config.food.friction, "friction on fingers")
+    table_friction = friction(table, config.food.table_friction, "friction on the table")
+    mirror = [_mirror_image(config, domain, u)] if domain.half else []
     model = replace(
         fingers,
-        terms=[*fingers.terms, *further],
+        terms=[
+            *fingers.terms, motion, contact, finger_friction, table, table_friction, *mirror
+        ],
         global_unknowns=[*fingers.global_unknowns, *pose.free],
         controls={**fingers.controls, "table_z_mm": Control(height)},
-    )
+    )  # fmt: skip
     return GripperModel(
-        model, finger, found, food, pose, motion, contact, finger_friction, table, table_friction
+        model, finger, found, motion, contact, finger_friction, table, table_friction
     )
 
 
-def _stand(pose: Pose, load_N: Callable[[], float], weight_N: float, width_mm: float) -> None:
+def _stand(motion: RigidMotion, table: RigidPoints, dofs: np.ndarray) -> None:
     """Put the food where the table's barrier bears its weight."""
-    lowest = float(pose.constants[2].value)
+    height, width_mm = motion.pose.constants[2], table.density.width_mm
+    lowest = float(height.value)
 
     def excess_N(height_mm: float) -> float:
-        pose.constants[2].value = lowest + height_mm
-        return load_N() - weight_N
+        height.value = lowest + height_mm
+        return float(table.load_N(dofs)[2] + motion.weight_N[2])
 
     brentq(excess_N, 1e-6 * width_mm, width_mm, xtol=1e-9 * width_mm)
+    motion.accept()  # it starts there, at rest
 
 
 def _extent(food: GraspedBody) -> Callable[[np.ndarray], float]:

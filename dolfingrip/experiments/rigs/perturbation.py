@@ -9,10 +9,9 @@ import numpy as np
 from dolfinx import fem
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.rigs import base_material
+from dolfingrip.experiments.rigs import base_material, weight
 from dolfingrip.experiments.rigs.films import film_value
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.material import weight, weight_name
 from dolfingrip.experiments.rigs.regions import REST
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.model.model import Model
@@ -146,7 +145,7 @@ def perturbations(
         if parameter.entry is not Entry.SHAPE:
             return None
         moving = velocity(parameter, config, finger.model.domain.mesh.geometry.x)
-        return Movement(finger.model, moving, finger.geometric)
+        return Movement(finger.model, moving, finger.site.geometric)
 
     return of_constants(parameters, config, finger.model, finger.parameters, movement, set_up)
 
@@ -179,7 +178,7 @@ def constant_values(config: Config, names: Iterable[str]) -> dict[str, np.ndarra
     base = base_material.values(material)
     for region in material.own:
         base |= base_material.values(material.of(region), f"material.{region}")
-    base |= {weight_name(part): weight(config, part) for part in (REST, *material.own)}
+    base |= {weight.name_of(part): weight.value_of(config, part) for part in (REST, *material.own)}
     found: dict[str, np.ndarray] = {}
     for name in names:
         if name in base:

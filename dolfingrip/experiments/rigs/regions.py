@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from dolfinx import fem
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.rigs.base_material import BaseMaterial
-from dolfingrip.experiments.rigs.films import layer_energy
-from dolfingrip.mechanics.model.domain import Domain
-from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainEnergy
 from dolfingrip.meshes import sheets
 from dolfingrip.meshes.solid import MeshError, SolidMesh
 
@@ -69,56 +64,3 @@ def _region(mesh: SolidMesh, region: str, key: str) -> np.ndarray:
         allowed = ", ".join(mesh.regions) or "none in this mesh"
         raise MeshError(f'{key} = "{region}": no such region; allowed: {allowed}')
     return mesh.regions[region]
-
-
-def strain_energies(
-    config: Config,
-    domain: Domain,
-    base: list[StrainEnergy | ReducedIntegration],
-    p: fem.Function | None,
-    known: dict[str, fem.Constant],
-) -> list[StrainEnergy | ReducedIntegration] | ByPart:
-    """Strain energies of all parts.
-
-    Args:
-        config: materials and films.
-        domain: with a part for each region of its own.
-        base: of what has no material of its own, extensions included.
-        p: pressure field of a mixed element (MPa).
-        known: constants by name, which the regions' are added to.
-    """
-    if not domain.parts:
-        return base
-    layers = {film.region: (name, film) for name, film in config.film.layers.items()}
-    found: dict[tuple[str, ...], list[StrainEnergy | ReducedIntegration]] = {}
-    for region in domain.parts:
-        if region == REST:
-            found[region,] = base
-        elif region in layers:
-            name, film = layers[region]
-            found[region,] = [
-                ReducedIntegration(layer_energy(config, name, film, domain.mesh, known))
-            ]
-        else:
-            found[region,] = _own(region, config, domain, p, known)
-    return found
-
-
-def splits(config: Config, p: fem.Function | None) -> bool:
-    """Whether the energy of a change of volume is integrated apart, with fewer points."""
-    return config.integration == "selective" and p is None and config.hexahedra
-
-
-def _own(
-    region: str,
-    config: Config,
-    domain: Domain,
-    p: fem.Function | None,
-    known: dict[str, fem.Constant],
-) -> list[StrainEnergy | ReducedIntegration]:
-    """Strain energy of a region with a material of its own."""
-    own = BaseMaterial.on(domain.mesh, config.material.of(region), f"material.{region}")
-    known |= own.constants
-    if splits(config, p):
-        return [own.of_shape, ReducedIntegration(own.of_volume)]
-    return [lambda strain: own.energy(strain, p)]

@@ -1,8 +1,8 @@
-"""Dead weight of placed copies of a solid."""
+"""Dead weight of a solid, or of placed copies of one."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -18,12 +18,15 @@ from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
 
 class DeadWeight(Term):
-    """Π = −∫ ρ g · x dX over a solid whose copies are turned: g is fixed in the world.
+    """Π = −∫ ρ g · u dX, where g is fixed in the world however copies of a solid are turned.
+
+    It is linear in u: the weight that each node bears is assembled once.
 
     Args:
         u: displacement (mm).
         domain: reference configuration.
-        weights_N_mm3: the names of parts, none for the whole, and (3,) ρ g of them in the world.
+        weights_N_mm3: by the names of parts, none for the whole, the constants (3,) ρ g of them in
+            the world.
     """
 
     name: ClassVar[str] = "weight"
@@ -32,35 +35,64 @@ class DeadWeight(Term):
         self,
         u: fem.Function,
         domain: Domain,
-        weights_N_mm3: Sequence[tuple[tuple[str, ...], np.ndarray]],
+        weights_N_mm3: Mapping[tuple[str, ...], fem.Constant],
     ) -> None:
-        space = u.function_space
-        owned = space.dofmap.index_map.size_local
-        loads = np.zeros((owned, NODE))
-        for parts, weight in weights_N_mm3:
-            loads += np.outer(_volumes(space, domain, parts), weight)
-        if domain.placement is not None:
-            points = space.tabulate_dof_coordinates()[:owned]
-            loads = to_reference(domain.placement.frames(points), loads)
-        self._loads_N = loads
-        self._comm = space.mesh.comm
-        self._owned = NODE * owned
+        self._space = space = u.function_space
+        self._weights = list(weights_N_mm3.values())
+        self._parts = [
+            domain.volume(*names, quadrature_degree=space.ufl_element().degree)
+            for names in weights_N_mm3
+        ]
+        test = ufl.TestFunction(space)
+        self._volume = [self._compiled(test[0] * part) for part in self._parts]
+        self._rate: tuple[fem.Function, list[fem.Form]] | None = None
+        self._nodes = space.dofmap.index_map.size_local
+        points = space.tabulate_dof_coordinates()[: self._nodes]
+        placement = domain.placement
+        self._frames = None if placement is None else placement.frames(points)
+        self._volumes_mm3 = self._assembled(self._volume)
+
+    @staticmethod
+    def _compiled(form: ufl.Form) -> fem.Form:
+        return fem.form(form, jit_options=jit.options())
+
+    def _assembled(self, forms: list[fem.Form]) -> list[np.ndarray]:
+        """First components at the owned nodes, part by part."""
+        found = []
+        for form in forms:
+            vector = fem.assemble_vector(form)
+            vector.scatter_reverse(la.InsertMode.add)
+            found.append(np.array(vector.array[: NODE * self._nodes : NODE]))
+        return found
+
+    def _loads_N(self, volumes_mm3: list[np.ndarray]) -> np.ndarray:
+        """(n, 3) weight that each owned node bears, for volumes ∫ N dX that it has of each part."""
+        pairs = zip(volumes_mm3, self._weights, strict=True)
+        loads = sum(np.outer(volumes, weight.value) for volumes, weight in pairs)
+        return to_reference(self._frames, np.asarray(loads))
+
+    # -- as a term -------------------------------------------------------------------------------
 
     def value(self, dofs: np.ndarray) -> float:
-        """Potential (mJ), 0 where nothing is displaced."""
-        local = -float(self._loads_N.ravel() @ dofs[: self._owned])
-        return float(self._comm.allreduce(local, MPI.SUM))
+        """Potential (mJ) of the meshed part, 0 where nothing is displaced."""
+        loads = self._loads_N(self._volumes_mm3).ravel()
+        local = -float(loads @ dofs[: len(loads)])
+        return float(self._space.mesh.comm.allreduce(local, MPI.SUM))
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add minus the weight (N)."""
-        gradient.at_nodes[:] -= self._loads_N
+        gradient.at_nodes[:] -= self._loads_N(self._volumes_mm3)
 
+    def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
+        """Add minus the change of the weight with the volume, ∫ N div v dX of each part."""
+        if self._rate is None:
+            moving, test = fem.Function(self._space), ufl.TestFunction(self._space)
+            growth = test[0] * ufl.div(moving)
+            self._rate = moving, [self._compiled(growth * part) for part in self._parts]
+        moving, forms = self._rate
+        moving.x.array[:] = velocity
+        rate.at_nodes[:] -= self._loads_N(self._assembled(forms))
 
-def _volumes(space: fem.FunctionSpace, domain: Domain, parts: Sequence[str]) -> np.ndarray:
-    """Volume (mm³) that each owned node bears, ∫ N dX over the named parts."""
-    degree = space.ufl_element().degree
-    test = ufl.TestFunction(space)
-    measure = domain.volume(*parts, quadrature_degree=degree)
-    vector = fem.assemble_vector(fem.form(test[0] * measure, jit_options=jit.options()))
-    vector.scatter_reverse(la.InsertMode.add)
-    return np.asarray(vector.array[: NODE * space.dofmap.index_map.size_local : NODE])
+    def move_reference(self, change: np.ndarray | None) -> None:
+        """Take the volumes of the mesh where it now is."""
+        self._volumes_mm3 = self._assembled(self._volume)

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import basix
 import basix.ufl
+import dolfinx
 import numpy as np
 from dolfinx import fem
 
@@ -54,6 +55,13 @@ def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
     if name == "S2":
         return _serendipity(shape)
     return basix.ufl.element("Lagrange", CELL[name], int(name[1]), shape=shape)
+
+
+def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None:
+    """Pressure (MPa) of a mixed element, None of another."""
+    if element != "P2-P1":
+        return None
+    return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
 
 
 def integration_degree(space: fem.FunctionSpace, *, full: bool = False) -> int:
