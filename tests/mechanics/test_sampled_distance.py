@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mechanics import taylor
 
-from dolfingrip.mechanics.contact.distance import BentCapsule, Ellipsoid, SignedDistance, Sphere
+from dolfingrip.mechanics.contact.distance import BentCapsule, Capsule, SignedDistance
 from dolfingrip.mechanics.contact.sampled_distance import BEZIER, SampledDistance, _weights
 
 SEED = 5
@@ -64,11 +64,9 @@ def test_a_bent_capsule_is_one() -> None:
     np.testing.assert_allclose(BENT.at(points).value, apart, atol=1e-5)
 
 
-@pytest.mark.parametrize(
-    "exact", [Sphere(1.3), Ellipsoid((1.6, 1.2, 1.1))], ids=["sphere", "ellipsoid"]
-)
-def test_samples_converge(exact: SignedDistance) -> None:
+def test_samples_converge() -> None:
     """The spline's values are of fourth order, its Hessian of second (de Boor, 1978, ch. V)."""
+    exact = Capsule(1.3, 0.0)  # a sphere
     points = outside(exact, 0.4)
     errors = []
     for spacing in (0.2, 0.1):

@@ -9,23 +9,20 @@ from scipy.spatial.transform import Rotation
 
 from dolfingrip.mechanics.contact.distance import (
     Capsule,
-    Ellipsoid,
     Plane,
     RoundedBox,
     SignedDistance,
-    Sphere,
 )
 from dolfingrip.mechanics.model.rotation import rotation
 
 SEED = 17
 SHAPES: list[SignedDistance] = [
     Plane((0.6, 0.0, 0.8)),
-    Sphere(3.0),
+    Capsule(3.0, 0.0),
     Capsule(2.0, 4.0),
-    Ellipsoid((5.0, 3.0, 2.0)),
     RoundedBox((4.0, 3.0, 2.0), 0.5),
 ]
-NAMES = [type(shape).__name__ for shape in SHAPES]
+NAMES = ["plane", "sphere", "capsule", "box"]
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-3, 0.999, 1.001, 2.5, 6.0])
@@ -96,8 +93,7 @@ def _jumps(shape: SignedDistance, points: np.ndarray, near: float) -> np.ndarray
 def test_closed_forms() -> None:
     """Points on the axes, and at the corner of a box."""
     points = np.array([[7.0, 0, 0], [0, 7.0, 0], [0, 0, 7.0]])
-    expected = {"Sphere": [4, 4, 4], "Capsule": [5, 5, 1], "Ellipsoid": [2, 4, 5]}
-    expected["RoundedBox"] = [3, 4, 5]
+    expected = {"sphere": [4, 4, 4], "capsule": [5, 5, 1], "box": [3, 4, 5]}
     for name, shape in zip(NAMES, SHAPES, strict=True):
         if name in expected:
             np.testing.assert_allclose(shape.at(points).value, expected[name], atol=1e-12)

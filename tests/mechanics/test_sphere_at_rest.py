@@ -9,7 +9,7 @@ from mechanics import blocks
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.density import TwoStage
-from dolfingrip.mechanics.contact.distance import Sphere
+from dolfingrip.mechanics.contact.distance import Capsule
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.rigid_body import COORDINATES, RigidMotion, ball
@@ -78,7 +78,7 @@ def test_the_sphere_sinks_in_as_hertz_says() -> None:
     )
     pose = sphere.pose(model.domain.mesh)
     barrier = TwoStage(width, 2 * REDUCED / np.pi * SPOT / RADIUS)  # the pressure under the pole
-    contact = RigidContact(model.u, model.domain, ["above"], Sphere(RADIUS), pose, barrier)
+    contact = RigidContact(model.u, model.domain, ["above"], Capsule(RADIUS, 0.0), pose, barrier)
     motion = RigidMotion(sphere, pose, np.array([0, 0, -gravity]), model.comm, copies=4)
     model = Model(
         model.domain, model.u, model.potential, model.supports, {}, [motion, contact],

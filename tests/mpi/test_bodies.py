@@ -10,7 +10,7 @@ from mpi4py import MPI
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.contact.barrier import BarrierContact
 from dolfingrip.mechanics.contact.density import TwoStage
-from dolfingrip.mechanics.contact.distance import Ellipsoid
+from dolfingrip.mechanics.contact.distance import Capsule
 from dolfingrip.mechanics.contact.rigid import RigidContact
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.model.model import Model
@@ -19,7 +19,7 @@ from dolfingrip.mechanics.newton.newton import Newton
 
 
 def _dropped(comm: MPI.Comm) -> dict[str, float]:
-    """A heavy ellipsoid on two slabs, one upon the other, after some steps in time."""
+    """A heavy capsule on two slabs, one upon the other, after some steps in time."""
     held = {axis: ["below"] for axis in range(3)}
     soft, stiff = blocks.NeoHooke(1.0, 0.3), blocks.NeoHooke(3.0, 0.3)
     lower, upper = (blocks.block((4, 4, 2), (2.0, 2.0, 1.0), (0.0, 0.0, z)) for z in (0.0, 1.1))
@@ -31,10 +31,10 @@ def _dropped(comm: MPI.Comm) -> dict[str, float]:
     domain = model.domain
     surface = Surface(model.u.function_space, domain, domain.facets(*domain.regions))
     inertia = 0.01 * np.diag([1.0, 2.0, 2.5])
-    body = RigidBody("stone", 0.01, inertia, (0.9, 1.1, 2.1 + 1.0 + 0.16))
+    body = RigidBody("stone", 0.01, inertia, (0.9, 1.1, 2.1 + 1.8 + 0.16))
     pose = body.pose(domain.mesh)
     contact = RigidContact(
-        model.u, domain, ["upper/above"], Ellipsoid((2.0, 1.5, 1.0)), pose, TwoStage(0.2, 0.5)
+        model.u, domain, ["upper/above"], Capsule(1.0, 0.8), pose, TwoStage(0.2, 0.5)
     )
     motion = RigidMotion(body, pose, np.array([0.0, 0.0, -9.81]), comm)
     terms = [motion, contact, BarrierContact(surface, 0.1, 2.0)]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign.threshold import Threshold, least
+from dolfingrip.design.campaign.threshold import least
 from dolfingrip.design.campaign.trials import Trial, Trials
 
 LARGEST_FRICTION: Final = 2.0
@@ -20,12 +20,10 @@ class FrictionFound:
         low: least coefficient on the grid that picks up at that pressure.
         high: the largest that does not at the next lower one; between the two the least pressure
             that picks up is the measured one.
-        tolerance: of both ends.
     """
 
     low: float
     high: float
-    tolerance: float
 
     @property
     def friction(self) -> float:
@@ -57,33 +55,7 @@ def friction(
     at_lower = _least_friction(
         trials, pickup_kPa - resolution_kPa, below, tolerance, round(at_pressure / tolerance)
     )
-    return FrictionFound(at_pressure, max(at_lower - tolerance, at_pressure), tolerance)
-
-
-def narrowed(
-    known: FrictionFound, trials: Trials, pickup_kPa: float, resolution_kPa: float
-) -> FrictionFound:
-    """What the pick-up pressure of another object leaves of an interval of friction.
-
-    Objects whose weights differ by a part of what a step of pressure lifts tell μ more closely than
-    the step does. Only grasps within the interval are made.
-
-    Args:
-        known: from other objects.
-        trials: grasps of this one.
-        pickup_kPa: its least pressure that picks up.
-        resolution_kPa: the step in which it was found.
-    """
-    low, high = round(known.low / known.tolerance), round(known.high / known.tolerance)
-    at_pressure = _least(trials, pickup_kPa, known.tolerance, low, low, high)
-    lowest = high if at_pressure.succeeds is None else at_pressure.succeeds
-    at_lower = _least(trials, pickup_kPa - resolution_kPa, known.tolerance, high, low, high)
-    highest = low if at_lower.fails is None else at_lower.fails
-    return replace(
-        known,
-        low=lowest * known.tolerance,
-        high=max(lowest, highest) * known.tolerance,
-    )
+    return FrictionFound(at_pressure, max(at_lower - tolerance, at_pressure))
 
 
 def _least_friction(
@@ -99,20 +71,13 @@ def _least_friction(
         low: place that no answer is below, as of a higher pressure.
     """
     start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
-    highest = round(LARGEST_FRICTION / tolerance)
-    found = _least(trials, pressure_kPa, tolerance, round(start / tolerance), low, highest)
+    found = least(
+        lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
+        round(start / tolerance), low, round(LARGEST_FRICTION / tolerance),
+    )  # fmt: skip
     if found.succeeds is None:
         raise ConfigError(
             f"--pickup-pressure {pressure_kPa:g}: no friction up to {LARGEST_FRICTION:g} picks the "
             "food up there; allowed: a higher pressure, or another pose"
         )
     return found.succeeds * tolerance
-
-
-def _least(
-    trials: Trials, pressure_kPa: float, tolerance: float, start: int, low: int, high: int
-) -> Threshold:
-    """Places of friction, in units of ``tolerance``; see :func:`~.threshold.least`."""
-    return least(
-        lambda place: trials.at(pressure_kPa, place * tolerance).picked_up, start, low, high
-    )

@@ -17,9 +17,6 @@ from dolfingrip.forms import membrane, saint_venant
 from dolfingrip.mechanics.model.parts import StrainEnergy
 from dolfingrip.mechanics.model.sheet import Sheet
 
-KEYS = ("Et_N_per_mm", "nu", "fibre_Et_N_per_mm", "fibre_deg", "compression")
-"""Of a film that are constants of its energy."""
-
 BACK = ufl.as_vector([-1, 0, 0])
 """Normal of a layer, which lies in a plane x = const."""
 

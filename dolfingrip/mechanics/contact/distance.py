@@ -7,9 +7,6 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-ROOT_STEPS = 60
-"""Newton's steps to the point of an ellipsoid that is nearest; about ten are taken."""
-
 
 class Distances(NamedTuple):
     """Signed distances (mm) of points, positive outside, and their derivatives by the points.
@@ -72,26 +69,6 @@ class Plane:
         normal = np.asarray(self.normal)
         count = len(points)
         return Distances(points @ normal, np.tile(normal, (count, 1)), np.zeros((count, 3, 3)))
-
-
-@dataclass(frozen=True, slots=True)
-class Sphere:
-    """φ = |y| − r.
-
-    Attributes:
-        radius_mm: r.
-    """
-
-    radius_mm: float
-
-    @property
-    def bounds(self) -> Bounds:
-        """Convex."""
-        return Bounds(radius_mm=self.radius_mm)
-
-    def at(self, points: np.ndarray) -> Distances:
-        """See :class:`SignedDistance`."""
-        return _from_core(points, np.ones_like(points), self.radius_mm)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,56 +173,6 @@ class RoundedBox:
         core = np.asarray(self.half_mm) - self.radius_mm
         apart = points - np.clip(points, -core, core)
         return _from_core(apart, (np.abs(points) > core).astype(float), self.radius_mm)
-
-
-@dataclass(frozen=True, slots=True)
-class Ellipsoid:
-    """The distance from x²/a² + y²/b² + z²/c² = 1, to the tolerance of Newton's method.
-
-    The nearest point of the surface is p_i = s_i² y_i/(t + s_i²), t the largest root of
-    Σ (s_i y_i/(t + s_i²))² = 1 (Eberly, Distance from a Point to an Ellipse, an Ellipsoid, or a
-    Hyperellipsoid, 2013). With W, the surface's curvature at p, the Hessian is W (1 + φ W)⁻¹.
-    Deep inside, past the centres of curvature, the distance has kinks.
-
-    Attributes:
-        half_mm: half axes s along x, y and z.
-    """
-
-    half_mm: tuple[float, float, float]
-
-    @property
-    def bounds(self) -> Bounds:
-        """Convex."""
-        return Bounds(radius_mm=max(self.half_mm))
-
-    def at(self, points: np.ndarray) -> Distances:
-        """See :class:`SignedDistance`."""
-        squares = np.asarray(self.half_mm) ** 2
-        nearest = squares * points / (self._root(points)[:, None] + squares)
-        slope = nearest / squares
-        steepness = np.linalg.norm(slope, axis=1)
-        normal = slope / steepness[:, None]
-        value = np.einsum("ni,ni->n", points - nearest, normal)
-        across = np.eye(3) - normal[:, :, None] * normal[:, None, :]
-        curved = across @ (np.diag(1 / squares) / steepness[:, None, None]) @ across
-        hessian = np.linalg.solve(np.eye(3) + value[:, None, None] * curved, curved)
-        return Distances(value, normal, hessian)
-
-    def _root(self, points: np.ndarray) -> np.ndarray:
-        """(n,) largest roots t (mm²)."""
-        half = np.asarray(self.half_mm)
-        squares = half**2
-        # from here on the sum, which is convex, falls to 1: Newton's method cannot pass the root
-        t = (half * np.abs(points) - squares).max(axis=1)
-        for _ in range(ROOT_STEPS):
-            ratio = half * points / (t[:, None] + squares)
-            excess = (ratio**2).sum(axis=1) - 1
-            slope = -2 * (ratio**2 / (t[:, None] + squares)).sum(axis=1)
-            step = -excess / slope
-            t = t + step
-            if (np.abs(step) <= 1e-15 * squares.max()).all():
-                break
-        return t
 
 
 def _from_core(apart: np.ndarray, felt: np.ndarray, radius_mm: float) -> Distances:
