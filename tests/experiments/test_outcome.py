@@ -39,6 +39,22 @@ def test_classes(then: list[Moment], kind: Kind, at: float, said: str) -> None:
     assert said in found.sentence
 
 
+@pytest.mark.parametrize(("part", "kind"), [(0.008, Kind.PICKED_UP), (0.03, Kind.NOT_LIFTED)])
+def test_fingers_bear_an_object_of_which_the_table_bears_a_hundredth(
+    part: float, kind: Kind
+) -> None:
+    """A thirtieth of its weight on the table is too much, in all and in any moment."""
+    found = judge([*START, moment(1.5, 19.8, 2, part, 9), moment(2, 19.8, 2, part, 20)],
+                  complete=True)  # fmt: skip
+    assert found is not None
+    assert found.kind is kind
+    lost = [*START, moment(1.5, 19, 2, part, 9), moment(1.6, 0, 0, 1.0)]
+    assert decided(lost) is (kind is Kind.PICKED_UP)
+    set_down = judge([*START, moment(1.5, 19, 2, 0, 9), moment(2, 12, 2, part, 0)], complete=True)
+    assert set_down is not None
+    assert (set_down.kind is Kind.DROPPED) is (kind is Kind.NOT_LIFTED)
+
+
 def test_a_run_that_ended_early_has_no_class_unless_it_is_clear() -> None:
     assert judge(START, complete=False) is None
     assert judge([], complete=False) is None

@@ -28,6 +28,14 @@ def force_N(pressure_kPa: np.ndarray) -> np.ndarray:
     return 0.0119 * pressure_kPa + 0.008 * np.maximum(pressure_kPa - 150, 0)
 
 
+def tip_mm(pressure_kPa: np.ndarray) -> np.ndarray:
+    """How far its tip moves, likewise."""
+    return 0.2 * pressure_kPa - 3e-4 * pressure_kPa**2
+
+
+SIMULATED = {"angle_deg": angle_deg, "force_N": force_N, "tip_z_mm": tip_mm}
+
+
 def pulled_N(travel_mm: np.ndarray) -> np.ndarray:
     """Tensile force of an incompressible neo-Hookean bar of 33 mm and 9 mm², μ = 2.93 MPa."""
     stretch = 1 + travel_mm / 33
@@ -44,7 +52,7 @@ def found(columns: dict[str, np.ndarray], pressure: np.ndarray, wrong: float) ->
     for name, values in columns.items():
         table[name] = values
     measurement = Measurement(table, [test])
-    simulated = {"angle_deg": wrong * angle_deg(pressure), "force_N": wrong * force_N(pressure)}
+    simulated = {name: wrong * truth(pressure) for name, truth in SIMULATED.items()}
     listed = measurement.listed()
     y0 = np.array([simulated[c][r] for r, c in zip(listed["row"], listed["column"], strict=True)])
     return suspicions(measurement, y0)
@@ -59,10 +67,15 @@ def found(columns: dict[str, np.ndarray], pressure: np.ndarray, wrong: float) ->
         ("force_N", 1 / 101.97, "grams"),
         ("force_N", -1.0, "sign"),
         ("force_N", 9.81, "in kg"),
+        ("force_N", 1 / 1000, "in mN"),
+        ("force_N", 1 / 9.81, "multiplied by g"),
+        ("angle_deg", math.pi / 180, "degrees turned twice"),
+        ("tip_z_mm", 10.0, "a length in cm"),
+        ("tip_z_mm", 1000.0, "a length in m"),
     ],
 )
 def test_a_column_in_another_unit(wrong: float, column: str, factor: float, meaning: str) -> None:
-    true = {"angle_deg": angle_deg(PRESSURE), "force_N": force_N(PRESSURE)}
+    true = {name: truth(PRESSURE) for name, truth in SIMULATED.items()}
     true[column] = true[column] / factor
     (said,) = found(true, PRESSURE, wrong)
     assert said.column == column
@@ -94,18 +107,20 @@ def test_a_poor_simulation_is_no_slip(wrong: float) -> None:
 
 
 @pytest.mark.parametrize("wrong", [0.8, 1.25])
-def test_travel_in_another_unit(wrong: float) -> None:
-    """Where a force in mN would do as well, both are said."""
+@pytest.mark.parametrize(("factor", "unit"), [(1000, "m"), (10, "cm")])
+def test_travel_in_another_unit(wrong: float, factor: float, unit: str) -> None:
+    """Where a force in mN, or one multiplied by g, would do as well, both are said."""
     test = SpecimenTest(0, Path("lab.csv"), "coupon", "A", LabSetup())
     travel_mm = np.linspace(0, 16, 9)
     table = pd.DataFrame(np.nan, index=range(9), columns=list(MEASURED))
     table = table.astype({"experiment": object, "specimen": object, "branch": object})
     table[["experiment", "specimen", "branch"]] = ["coupon", "A", "loading"]
-    table["test"], table["displacement_mm"] = 0, travel_mm / 1000
+    table["test"], table["displacement_mm"] = 0, travel_mm / factor
     table["force_N"] = pulled_N(travel_mm)
-    said = suspicions(Measurement(table, [test]), wrong * pulled_N(travel_mm / 1000))
+    said = suspicions(Measurement(table, [test]), wrong * pulled_N(travel_mm / factor))
     assert {each.column for each in said} == {"displacement_mm", "force_N"}
-    assert any("a displacement in m? (factor 1000)" in each.sentence() for each in said)
+    told = f"a displacement in {unit}? (factor {factor:g})"
+    assert any(told in each.sentence() for each in said)
 
 
 @pytest.mark.parametrize(
