@@ -40,7 +40,7 @@ def numbers(table: Columns, name: str) -> npt.NDArray[np.float64] | None:
 
 
 def required(table: Columns, name: str) -> npt.NDArray[np.float64]:
-    """Like :func:`numbers`, for a column that must be there.
+    """One column as floats, as :func:`numbers` reads it; it must be there.
 
     Raises:
         ValueError: One line naming the missing column.
@@ -54,7 +54,7 @@ def required(table: Columns, name: str) -> npt.NDArray[np.float64]:
 def branches(table: Columns) -> npt.NDArray[np.str_]:
     """The branch of each row (``loading``, ``unloading``, ``hold``), shape (rows,).
 
-    Where the column is absent every row is ``loading``: nothing distinguishes them.
+    Every row counts as ``loading`` if the table has no such column.
     """
     if "branch" not in table:
         return np.array(["loading"] * len(list(table["pressure_kPa"])), dtype=np.str_)
@@ -77,7 +77,7 @@ def read_csv(path: Path) -> dict[str, list[str]]:
 
 
 def select_rows(table: Columns, column: str, wanted: str) -> Columns:
-    """The rows whose ``column`` is ``wanted``; all of them where there is no such column."""
+    """The rows whose ``column`` is ``wanted``; all rows if the table has no such column."""
     if column not in table:
         return table
     keep = [i for i, entry in enumerate(table[column]) if entry == wanted]

@@ -19,7 +19,7 @@ from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figu
 SIZE_IN = (6.0, 4.0)
 
 _LINES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "v"))
-"""Colour and marker of each curve of a plot."""
+"""Colour and marker of a plot's first, second and further curves."""
 
 _STYLES: dict[str, dict[str, Any]] = {
     "loading": {"linestyle": "-"},
@@ -61,8 +61,8 @@ def plot(
         path: PNG to write (6 in × 4 in).
         turning_point: pressure (kPa), force (N) and the slopes (N/kPa) of the lines that meet
             there.
-        measured: measurements of the first curve, drawn as points; with a column ``experiment``
-            only its rows of this one.
+        measured: measurements of the first curve, drawn as points. If it has a column
+            ``experiment``, only the rows of this experiment are drawn.
 
     Raises:
         ValueError: One line naming a column that is missing.
@@ -82,15 +82,15 @@ def plot(
 
 @contextmanager
 def _axes(path: Path, label: str, over: str) -> Iterator[Axes]:
-    """Axes over ``over``; saved on leaving, with limits that include the origin."""
+    """Axes whose abscissa is labelled ``over``; saved on leaving, with limits around the origin."""
     with figure_theme():
-        # A Figure rather than pyplot's: nothing is left open, no backend is chosen.
+        # A Figure of its own, not pyplot's: pyplot would keep it open and choose a backend.
         figure = Figure(figsize=SIZE_IN, layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
         axes.set(xlabel=over, ylabel=label)
         yield axes
-        # From the origin on, but for readings truly below it (more than a fit's or sensor's noise).
+        # The axes begin at the origin, unless readings lie below it by more than noise.
         if axes.dataLim.x0 >= -0.01 * axes.dataLim.width:
             axes.set_xlim(left=0.0)
         if axes.dataLim.y0 >= -0.01 * axes.dataLim.height:
@@ -109,7 +109,7 @@ def _draw(
     marker: str,
     over: str,
 ) -> None:
-    """One column, a line for each branch; lines of branches join where the branch turns."""
+    """Draw one column, a line for each branch; the lines join where the load turns."""
     along, values = required(result, over), required(result, name)
     branch = branches(result)
     present = list(dict.fromkeys(branch))
@@ -131,7 +131,7 @@ def _draw(
 
 
 def _runs(mask: Any) -> list[slice]:
-    """Stretches of consecutive True."""
+    """Slices of consecutive True values."""
     steps = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
     return [slice(int(a), int(b)) for a, b in zip(steps[::2], steps[1::2], strict=True)]
 
@@ -153,7 +153,7 @@ def _draw_measured(axes: Axes, measured: Columns, experiment: Experiment) -> Non
 
 
 def _draw_turning_point(axes: Axes, turn: TurningPoint, lowest: float, highest: float) -> None:
-    """Both fitted lines, each a little beyond the other's reach, and the pressure they meet at."""
+    """Draw both fitted lines, each a little beyond where they meet, and the pressure there."""
     overlap = 0.12 * (highest - lowest)
     slopes = (
         ("before", turn.slope_before_N_per_kPa, lowest, min(turn.pressure_kPa + overlap, highest)),

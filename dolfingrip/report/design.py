@@ -25,13 +25,13 @@ LABELS = {
     "force_N": "Blocked force (N)",
     "angle_deg": "Tip angle (°)",
 }
-"""How a quantity is written on an axis; others by their name, which carries the unit."""
+"""Axis labels of some quantities; the others are labelled by their names, which carry units."""
 
 
 def plot_learning_curve(
     epoch: npt.NDArray[np.int_], training: Numbers, test: Numbers, path: Path, *, goal: float
 ) -> None:
-    """Mean squared error of the normalised outputs against epochs, shapes (samples,); a goal."""
+    """Plot the mean squared errors of the normalised outputs against epochs, shapes (samples,)."""
     with _figure(path, 1) as (axes,):
         axes.semilogy(epoch, training, color=BLUE, label=f"training, last {training[-1]:.1e}")
         axes.semilogy(epoch, test, color=ORANGE, ls="--", label=f"test, last {test[-1]:.1e}")
@@ -48,12 +48,12 @@ def plot_fit(
     test: npt.NDArray[np.bool_],
     path: Path,
 ) -> None:
-    """Predicted against computed outputs, a panel each.
+    """Plot predicted against computed outputs, one panel for each output.
 
     Args:
-        names: of the outputs.
+        names: names of the outputs.
         computed, predicted: shape (designs, outputs).
-        test: shape (designs,), whether held out.
+        test: shape (designs,), whether a design was held out of the training.
     """
     with _figure(path, len(names)) as panels:
         for column, (name, axes) in enumerate(zip(names, panels, strict=True)):
@@ -84,14 +84,14 @@ class Points:
 
 @dataclass(frozen=True)
 class FrontPicture:
-    """What the picture of a Pareto front shows; what is empty is left out.
+    """What the picture of a Pareto front shows; empty parts are left out.
 
     Attributes:
-        front: of the surrogate.
+        front: Pareto front of the surrogate.
         cloud: the designs of experiments.
         failed: number of failed designs, for the legend.
-        chosen: design by COG limit (mm).
-        original: the undeformed finger as it was, by finite elements or else the surrogate.
+        chosen: the chosen design for each COG limit (mm).
+        original: the unmorphed finger, computed by finite elements or else by the surrogate.
         resolved: designs computed again by finite elements.
     """
 
@@ -104,7 +104,7 @@ class FrontPicture:
 
 
 def plot_front(picture: FrontPicture, path: Path) -> None:
-    """The front with the designs it was learnt from (the paper's Fig. 7d)."""
+    """Plot the front with the designs it was learnt from (the paper's Fig. 7d)."""
     with _figure(path, 1) as (axes,):
         if picture.cloud is not None:
             count = len(picture.cloud.cog_mm)
@@ -152,7 +152,7 @@ def plot_front(picture: FrontPicture, path: Path) -> None:
             )
         _draw_chosen(axes, picture.chosen)
         axes.set(xlabel=LABELS["cog_offset_mm"], ylabel=LABELS["force_N"])
-        # above: the limits' labels and the cloud leave no corner free for sure
+        # the legend stands above: labels of the limits or the cloud may fill any corner
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
 
 
@@ -170,7 +170,7 @@ def _draw_chosen(axes: Axes, chosen: Mapping[float, tuple[float, float]]) -> Non
             zorder=5,
             label="chosen: largest force in a limit" if number == 0 else None,
         )
-        # along its line, where labels of limits close to one another still do not meet
+        # the label runs along its line, so that labels of close limits do not overlap
         axes.annotate(
             f"≤ {limit:g} mm",
             (limit, 1.0),
@@ -199,11 +199,11 @@ class Scatter:
 
 
 def plot_scatter(names: Sequence[str], scatter: Mapping[int, Scatter], path: Path) -> None:
-    """Standard deviation of the chosen design's inputs against generations (the paper's Fig. 8).
+    """Plot standard deviations of the chosen inputs against generations (the paper's Fig. 8).
 
     Args:
-        names: of the inputs; a panel each.
-        scatter: by population.
+        names: names of the inputs; each has a panel.
+        scatter: standard deviations by population.
     """
     styles = [(BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (INK, "v"), (GREY, "x")]
     with _figure(path, len(names)) as panels:
@@ -228,9 +228,9 @@ def plot_scatter(names: Sequence[str], scatter: Mapping[int, Scatter], path: Pat
 
 @contextmanager
 def _figure(path: Path, panels: int) -> Iterator[list[Axes]]:
-    """Axes side by side; saved on leaving."""
+    """Panels side by side in one figure, which is saved on leaving."""
     with figure_theme():
-        # A Figure rather than pyplot's: nothing is left open, no backend is chosen.
+        # A Figure of its own, not pyplot's: pyplot would keep it open and choose a backend.
         figure = Figure(figsize=(6.0 if panels == 1 else 4.0 * panels, 4.0), layout="constrained")
         FigureCanvasAgg(figure)
         figure.get_layout_engine().set(wspace=0.06)  # type: ignore[union-attr, call-arg]

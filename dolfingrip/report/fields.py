@@ -16,7 +16,7 @@ from dolfingrip.meshes.cells import from_vtk
 from dolfingrip.report.columns import Columns, branches, read_csv, required
 
 TOLERANCE_KPA = 1e-3
-"""Pressures closer than this are the same: steps land exactly, files are rounded."""
+"""Pressures closer than this are the same: files round what the solver reaches exactly."""
 
 CELL_TYPES: Final = [({10, 24, 71}, (4, 10)), ({12, 25, 72}, (8, 20, 27))]
 """VTK's types of tetrahedra and of hexahedra, and the nodes of those of order 1 and 2.
@@ -25,7 +25,7 @@ Linear, quadratic, and Lagrange, which is what dolfinx writes, whatever the degr
 """
 
 FACE_MIDDLES: Final = (24, 25, 22, 21, 23, 20)
-"""Middles of a Lagrange hexahedron's faces, in the order of ``HEXAHEDRON.faces``."""
+"""Nodes in the middles of a Lagrange hexahedron's faces, in the order of ``HEXAHEDRON.faces``."""
 
 GHOST = 1
 """VTK's flag of a cell or point that another piece owns."""
@@ -39,8 +39,8 @@ class FieldMesh:
         points: reference positions in mm, shape (nodes, 3).
         cells: node numbers of tetrahedra, shape (cells, 4) or (cells, 10), or of hexahedra, shape
             (cells, 8), (cells, 20) or (cells, 27), in the order of
-            :class:`~dolfingrip.meshes.solid.SolidMesh`; the last has the middles of the faces, in
-            the order of the element's faces, and of the element besides.
+            :class:`~dolfingrip.meshes.solid.SolidMesh`. 27 nodes include the faces' middles, in
+            the order of the element's faces, and then the middle of the element.
         source: row of each node in the file's point arrays, shape (nodes,).
     """
 
@@ -52,7 +52,7 @@ class FieldMesh:
 def list_steps(collection: Path) -> list[Path]:
     """Files of a ``.pvd`` collection, one per step, in the order written.
 
-    The entries are taken as they stand rather than by time value, so that two steps at the
+    The entries are taken in their order and not by their times, so that two steps at the
     same time stay two steps.
 
     Raises:
@@ -78,7 +78,7 @@ def find_steps(
     Args:
         result: columns with ``pressure_kPa`` and, where pressure also falls, ``branch``.
         pressures_kPa: Pressures wanted, each one a row of the result.
-        branch: which of several rows at one pressure is meant; the first such row is taken.
+        branch: branch of the row; the first such row at a pressure is taken.
 
     Raises:
         ValueError: One line naming a pressure asked for that is not in the results, and those that
@@ -100,7 +100,7 @@ def find_steps(
 
 
 def load_result(collection: Path, result: Columns | Path | None) -> Columns:
-    """The result that belongs to a collection: given, read, or ``result.csv`` beside it."""
+    """The result of a collection: the one given, or ``result.csv`` in the collection's folder."""
     if result is None:
         result = collection.parent / "result.csv"
     if not isinstance(result, Path):
@@ -172,7 +172,7 @@ def _merge(grid: Any) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     keys = np.round(points / (1e-7 * extent) + 0.2360679775).astype(np.int64)
     order: npt.NDArray[np.int64] = np.arange(len(points))
     if "vtkGhostType" in grid.point_data:
-        # Owners first: values of ghosts are stale where nobody updated them before writing.
+        # Owned points come first: values of ghosts are stale unless they were updated.
         order = np.argsort(np.asarray(grid.point_data["vtkGhostType"]) & GHOST, kind="stable")
     _, first, inverse = np.unique(keys[order], axis=0, return_index=True, return_inverse=True)
     merged = np.empty(len(points), dtype=np.int64)

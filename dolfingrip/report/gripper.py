@@ -25,15 +25,15 @@ from dolfingrip.report.skin import Floats, Ints, Skin, extract_skin
 from dolfingrip.report.theme import BLUE, GREEN, INK, PALE, scene_theme
 
 FOOD = "#E0B060"
-"""Of sausages and potatoes alike."""
+"""Colour of the food, sausage or potato."""
 
 COLOURS = (GREEN, BLUE, BLUE)
-"""Of thumb A, fingers B and C."""
+"""Colours of thumb A, finger B and finger C."""
 
 HEIGHT_PX, ELEVATION_DEG, AZIMUTH_DEG = 720, 14.0, 35.0
 
 FRAME_MS = 250
-"""Time that each picture of the animation is shown."""
+"""Time for which the animation shows each picture."""
 
 MARGIN = 1.04
 
@@ -46,9 +46,9 @@ class Moment:
     """One row of a result.
 
     Attributes:
-        skin: (n, 3) positions of the fingers' skin, the gripper at rest.
-        food: (m, 3) of the food's.
-        table_mm: height of the table, the gripper at rest.
+        skin: (n, 3) positions of the fingers' skin, seen from the gripper.
+        food: (m, 3) positions of the food's surface, seen from the gripper.
+        table_mm: height of the table, seen from the gripper.
     """
 
     skin: Floats
@@ -57,12 +57,12 @@ class Moment:
 
 
 def draw(out: Path, config: Config, result: Columns) -> list[Path]:
-    """Write ``grasp.png``, the stages side by side, ``grasp.gif`` and ``grasp.mp4``, all rows.
+    """Write ``grasp.png`` with the stages side by side; ``grasp.gif`` and ``.mp4`` with all rows.
 
     Args:
         out: folder of a run, with its ``fields.pvd``.
-        config: of the run, as it was computed.
-        result: its columns.
+        config: configuration of the run.
+        result: columns of the run's result.
     """
     body = grasped(config.food)
     skin, moments = _moments(out / "fields.pvd", config, result, body)
@@ -83,7 +83,7 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
 
 
 def write_film(path: Path, images: Sequence[Image]) -> None:
-    """An MP4 in H.264 of pictures of one size, each shown for :data:`FRAME_MS`."""
+    """Write an MP4 in H.264 of pictures of one size, each shown for :data:`FRAME_MS`."""
     import av
 
     height, width = (2 * (length // 2) for length in images[0].shape[:2])  # even, as H.264 needs
@@ -103,7 +103,7 @@ def _halved(image: Image) -> tuple[int, int]:
 def _moments(
     fields: Path, config: Config, result: Columns, body: GraspedBody
 ) -> tuple[Skin, list[Moment]]:
-    """The fingers' skin, and where everything is at each row."""
+    """The fingers' skin, and the positions of all bodies at each row."""
     files = list_steps(fields)
     grids = [read_grid(file) for file in files]
     mesh = read_mesh(grids[0])
@@ -151,7 +151,7 @@ def _completed(skin: Skin) -> Skin:
 
 
 def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Image]:
-    """One picture a moment, all with one camera; the table stands still."""
+    """One picture for each moment, from one camera; the table stands still."""
     right, up, towards = View(AZIMUTH_DEG, ELEVATION_DEG, up=1.0).axes
     lift = [np.array([0.0, 0.0, -moment.table_mm]) for moment in moments]
     table = _table(moments)
@@ -200,7 +200,7 @@ def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Im
 
 
 def _surface(skin: Skin, finger: int) -> tuple[Any, np.ndarray]:
-    """The mesh of one finger, and its points among all."""
+    """The mesh of one finger, and the numbers of its points in the skin."""
     mine = skin.triangles[skin.side[skin.triangles[:, 0]] == finger]
     nodes, triangles = np.unique(mine, return_inverse=True)
     triangles = triangles.reshape(-1, 3)
@@ -208,7 +208,7 @@ def _surface(skin: Skin, finger: int) -> tuple[Any, np.ndarray]:
 
 
 def _table(moments: Sequence[Moment]) -> Any:
-    """A slab below the food, as wide as that and the fingers stand."""
+    """A slab below the food, as wide as the food and the fingers together."""
     every = np.concatenate([moments[0].skin, moments[0].food])
     low, high = every.min(axis=0) - 8, every.max(axis=0) + 8
     return pv.Box((low[0], high[0], low[1], high[1], -4.0, 0.0))

@@ -21,7 +21,7 @@ SCALE_BAR_MM = 20.0
 
 
 def trim(picture: Image, margin_px: int) -> Image:
-    """Cut empty columns off both sides, leaving a margin; the height stays."""
+    """Cut empty columns off both sides and leave a margin; the height stays."""
     filled = np.flatnonzero((picture < 250).any(axis=(0, 2)))
     if filled.size == 0:
         return picture
@@ -49,7 +49,7 @@ def save_pictures(
         out: file to write.
         px_per_mm: scale of the pictures; the scale bar holds for lengths in the plane of the
             picture.
-        view: their camera, for the axes' directions.
+        view: camera of the pictures, which the directions of the axes follow from.
         colour_map, range_, scale_label: the colour scale, with the unit in its label.
         open_ended: whether values above the range occur (the scale then ends in an arrow).
     """
@@ -106,7 +106,7 @@ def _draw_scale(figure: Figure, in_per_mm: float, view: View) -> None:
     x, y = 0.52, 0.49
     for i, name in enumerate("xyz"):
         dx, dy = 0.32 * float(right[i]), 0.32 * float(up[i])
-        if np.hypot(dx, dy) < 0.05:  # points at the reader
+        if np.hypot(dx, dy) < 0.05:  # the axis points at the reader
             continue
         strip.annotate(
             "",

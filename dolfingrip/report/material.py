@@ -17,7 +17,7 @@ from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figu
 
 SIZE_IN = (9.6, 3.8)
 BEYOND = 3.0
-"""Predictions are cut off at so many times the largest stress that is measured or fitted best."""
+"""Curves are cut off at so many times the largest stress that is measured or fitted best."""
 
 _STYLES = [(colour, dash) for dash in ("--", ":") for colour in (ORANGE, GREEN, PURPLE, GREY)]
 
@@ -26,9 +26,9 @@ def plot(data: Sequence[Series], fits: Sequence[Fit], best: Fit, file: Path) -> 
     """Draw nominal stress against stretch: readings, all laws, the best with its 90 % interval.
 
     Args:
-        data: readings.
-        fits: laws, the best among them.
-        best: the one that is drawn with its interval.
+        data: readings of the coupons.
+        fits: the fitted laws, the best one among them.
+        best: the law that is drawn with its interval.
         file: PNG to write.
     """
     farthest = max(float(series.stretch.max()) for series in data)

@@ -1,4 +1,4 @@
-"""Picture of a plan: strength of each effect and from which one on it is named; additions."""
+"""Picture of a plan: each effect's strength, the strength from which it is named, additions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure
 FAINTEST = 0.3
 """Strengths (σ) below which a bar ends."""
 START = FAINTEST / 3
-"""Where bars begin, outside the picture."""
+"""Strength (σ) at which bars begin, outside the picture."""
 ROW = 0.19
 """Height of an effect's line, in inches."""
 
@@ -26,7 +26,7 @@ def draw(plan: Mapping[str, Any], file: Path) -> Path:
     Args:
         plan: ``effects`` with effect, strength_sigma, named_from_sigma, share, class_share;
             ``additions`` with name, share, minutes, gain_per_minute; ``share``.
-        file: PNG.
+        file: PNG to write.
     """
     effects, additions = plan["effects"], plan["additions"]
     lines = max(len(effects), 2 * len(additions) + 4)

@@ -28,7 +28,7 @@ from dolfingrip.report.fields import (
     read_point_data,
 )
 from dolfingrip.report.layout import save_pictures, trim
-from dolfingrip.report.scene import Image, Plate, View, draw_poses
+from dolfingrip.report.scene import Image, Plate, View, draw_shapes
 from dolfingrip.report.skin import Floats, extract_skin
 from dolfingrip.report.theme import DPI, colour_map
 
@@ -44,12 +44,12 @@ LABELS = {
 SIDE, CUT = View(), View(azimuth_deg=0.0, elevation_deg=0.0)
 
 STRIP_MARGIN_PX = DPI // 12
-"""White left beside each pose of a strip."""
+"""White to the left and right of each picture of a strip."""
 
 
 @dataclass(frozen=True)
 class Pictures:
-    """Poses of one finger, drawn with one camera, one scale and one range of colours.
+    """Deformed shapes of one finger, drawn with one camera, one scale and one range of colours.
 
     Attributes:
         images: one for each pressure, each of shape (height, width, 3).
@@ -85,7 +85,7 @@ class Pictures:
         ]
 
     def save_strip(self, file: Path) -> Path:
-        """Write all poses side by side into one PNG."""
+        """Write all pictures side by side into one PNG."""
         return self._save([trim(i, STRIP_MARGIN_PX) for i in self.images], self.labels, file)
 
     def _save(self, images: Sequence[Image], labels: Sequence[str], file: Path) -> Path:
@@ -123,8 +123,8 @@ def draw(
         shown: ``whole``: a half finger y ≥ 0 is completed by its mirror image. ``half``: it is
             drawn as it is, cut open towards the reader. ``section``: the cut y = 0 through the
             cavity alone, seen from the side; fields of a whole finger are refused.
-        result: columns of the result, or its CSV file; ``result.csv`` beside ``fields`` where None.
-        branch: ``loading`` or ``unloading``, where both have the pressure.
+        result: columns of the result, or its CSV file; None: ``result.csv`` in the same folder.
+        branch: ``loading`` or ``unloading``, which may both have the pressure.
         plate: force sensor to draw.
         height_in: height of the finger's frame in inches, at 300 dots per inch.
 
@@ -145,7 +145,7 @@ def draw(
     skin = extract_skin(mesh, mirror=shown == "whole", cut=shown == "section")
     range_, open_ended = _range([value[skin.node] for value in values], colour_by)
     view = CUT if shown == "section" else SIDE
-    images, px_per_mm = draw_poses(
+    images, px_per_mm = draw_shapes(
         skin,
         displacements,
         values,
@@ -162,7 +162,7 @@ def draw(
 def _read(
     fields: Path, files: Sequence[Path], colour_by: Quantity
 ) -> tuple[FieldMesh, list[Floats], list[Floats]]:
-    """The mesh, and nodal displacements and colour values of each step asked for."""
+    """The mesh, and the nodal displacements and colour values of each step asked for."""
     mesh: FieldMesh | None = None
     displacements, values = [], []
     for file in files:
@@ -183,7 +183,7 @@ def _read(
 
 
 def _range(values: Sequence[Floats], colour_by: Quantity) -> tuple[tuple[float, float], bool]:
-    """Ends of the colour scale, the same for all poses, and whether values exceed it."""
+    """Ends of the colour scale of all pictures, and whether values exceed it."""
     every = np.concatenate(values)
     low = 0.0 if colour_by == "displacement" else 1.0
     highest = float(every.max())

@@ -1,4 +1,4 @@
-"""Pictures of the poses of one finger: same light, same camera, same colour range.
+"""Pictures of the deformed shapes of one finger, with one light, one camera, one colour range.
 
 Only shapes are drawn here; all lettering is set afterwards around the picture
 (:mod:`dolfingrip.report.layout`), where it can neither cover the finger nor be clipped.
@@ -41,8 +41,8 @@ class Plate:
     Attributes:
         point_mm: any point of its face.
         normal: of its face, towards the finger; any length but zero.
-        contact_length_mm: length of finger facing it, from the tip; it is drawn twice as long,
-            about the tip.
+        contact_length_mm: length of the finger that faces it, from the tip; it is drawn twice as
+            long, half of it beyond the tip.
     """
 
     point_mm: Sequence[float]
@@ -74,7 +74,7 @@ class View:
         return np.array([right, np.cross(towards, right), towards])
 
 
-def draw_poses(
+def draw_shapes(
     skin: Skin,
     displacements: Sequence[Floats],
     values: Sequence[Floats],
@@ -85,25 +85,25 @@ def draw_poses(
     height_px: int,
     plate: Plate | None = None,
 ) -> tuple[list[Image], float]:
-    """Draw the finger in several poses with one camera.
+    """Draw several deformed shapes of the finger with one camera.
 
     Args:
         skin: surface of the finger.
-        displacements: nodal displacements in mm of each pose, each of shape (nodes, 3).
-        values: nodal values to colour by, each of shape (nodes,).
+        displacements: nodal displacements in mm of each shape, each an array (nodes, 3).
+        values: nodal values to colour each shape by, arrays (nodes,).
         range_: values at the ends of the colour map.
         colour_map: Matplotlib's object.
-        view: direction of the camera; what it frames is the union of all poses.
+        view: direction of the camera; it frames the union of all shapes.
         height_px: height of the pictures; the width follows from the content.
         plate: force sensor to draw.
 
     Returns:
         Pictures of shape (height, width, 3), and how many pixels a millimetre takes.
     """
-    poses = [skin.move(displacement) for displacement in displacements]
+    shapes = [skin.move(displacement) for displacement in displacements]
     fixtures = [(_clamp(skin), 1.0)] + ([(_slab(skin, plate), 0.45)] if plate else [])
     right, up, towards = view.axes
-    seen = np.concatenate([*poses, *(np.asarray(block.points) for block, _ in fixtures)])
+    seen = np.concatenate([*shapes, *(np.asarray(block.points) for block, _ in fixtures)])
     low, high = (f([seen @ right, seen @ up], axis=1) for f in (np.min, np.max))
     width_mm, height_mm = high - low + 2 * MARGIN_MM
     per_mm = height_px / height_mm
@@ -124,11 +124,11 @@ def draw_poses(
         _aim(plotter, focus, view, far=3 * float(np.ptp(seen, axis=0).max()), height_mm=height_mm)
 
         pictures = []
-        for moved, value in zip(poses, values, strict=True):
+        for moved, value in zip(shapes, values, strict=True):
             surface.points = moved[source]
             surface["value"] = value[skin.node][source]
             surface.point_data["Normals"] = _normals(surface)
-            # Lines drawn in the surface itself would flicker; this little in front does not show.
+            # Lines drawn in the surface would flicker, so they are drawn a little in front of it.
             edges.points = creases.points = moved + LIFT_MM * towards
             plotter.render()
             pictures.append(np.array(plotter.screenshot(return_img=True))[..., :3])
@@ -177,9 +177,9 @@ def _aim(plotter: pv.Plotter, focus: Floats, view: View, *, far: float, height_m
 
 @contextmanager
 def no_display() -> Iterator[None]:
-    """Have VTK make its window by EGL at once where there is no X server.
+    """Make VTK open its window by EGL at once if there is no X server.
 
-    It would get there by itself, but only after a warning on the console about the missing one.
+    VTK finds EGL by itself, but it first prints a warning about the missing server.
     """
     name = "VTK_DEFAULT_OPENGL_WINDOW"
     if os.environ.get("DISPLAY") or name in os.environ or not _has_egl():
@@ -193,7 +193,7 @@ def no_display() -> Iterator[None]:
 
 
 def _has_egl() -> bool:
-    """Whether the library is there; without it VTK chooses its own window."""
+    """Whether the EGL library is installed; VTK chooses its own window without it."""
     try:
         ctypes.CDLL("libEGL.so.1")
     except OSError:
@@ -204,7 +204,7 @@ def _has_egl() -> bool:
 def _shaded(skin: Skin) -> tuple[Any, Ints]:
     """The surface with its points doubled along creases, and the skin's point behind each.
 
-    Split in the reference pose, so that a crease stays sharp and a smooth wall stays smooth.
+    The undeformed shape decides where it is split: a crease stays sharp, a smooth wall smooth.
     """
     surface = pv.PolyData(skin.points, faces=np.insert(skin.triangles, 0, 3, axis=1).ravel())
     surface["source"] = np.arange(len(skin.points))
@@ -241,13 +241,13 @@ def _clamp(skin: Skin) -> Any:
 
 
 def _slab(skin: Skin, plate: Plate) -> Any:
-    """A slab 3 mm thick behind the plate's face, about the point nearest to the tip."""
+    """A slab 3 mm thick behind the plate's face, around the point nearest to the tip."""
     normal = np.asarray(plate.normal, dtype=np.float64)
     normal /= np.linalg.norm(normal)
     low, high = skin.points.min(axis=0), skin.points.max(axis=0)
     tip = np.array([low[0], (low[1] + high[1]) / 2, high[2]])
     centre = tip - ((tip - np.asarray(plate.point_mm)) @ normal) * normal
-    # The plate is tilted about y alone, so y stays one of its edges.
+    # The plate is tilted about y alone, so one of its edges stays parallel to y.
     across = np.array([0.0, 1.0, 0.0])
     if abs(normal[1]) > 0.9:
         across = np.array([0.0, 0.0, 1.0])

@@ -1,6 +1,6 @@
 """The finger's surface: boundary facets of the elements, their edges, and the mirrored half.
 
-It is found once on the reference mesh; every pose then only moves its nodes, so edges and
+It is found once on the reference mesh. A displacement only moves its nodes, so edges and
 creases stay the same from picture to picture.
 """
 
@@ -40,9 +40,9 @@ class Skin:
         points: reference positions in mm, shape (points, 3).
         node: node of the mesh behind each point, shape (points,).
         side: +1, or −1 where the point is the mirror image in y = 0, shape (points,).
-        triangles: shape (triangles, 3), outward; several to a facet.
+        triangles: shape (triangles, 3), seen from outside anticlockwise; several for each facet.
         edges: segments of the facets' edges, shape (segments, 2).
-        creases: those of them where the surface folds or ends, shape (segments, 2).
+        creases: segments of edges where the surface folds or ends, shape (segments, 2).
     """
 
     points: Floats
@@ -70,7 +70,7 @@ def extract_skin(
             plane; a whole one is left as it is.
         cut: take the facets in the symmetry plane y = 0 and no others: the section of a half
             finger, its cavity left open. ``mirror`` is then without effect.
-        crease_deg: Fold, in the reference pose, from which an edge is a crease.
+        crease_deg: angle between facets of the undeformed mesh from which their edge is a crease.
 
     Raises:
         ValueError: One line where a cut is asked of a whole finger.
@@ -120,7 +120,7 @@ def _corners(facets: Ints) -> int:
 def _mirror(
     points: Floats, node: Ints, facets: Ints, tolerance: float
 ) -> tuple[Floats, Ints, Floats, Ints]:
-    """The surface and its image in y = 0, sharing the points that lie in that plane."""
+    """The surface and its image in y = 0; both share the points that lie in that plane."""
     off = np.flatnonzero(np.abs(points[:, 1]) > tolerance)
     image = np.arange(len(points))
     image[off] = len(points) + np.arange(len(off))
@@ -135,7 +135,7 @@ def _mirror(
 
 
 def _flip(facets: Ints) -> Ints:
-    """The same facets seen from the other side."""
+    """The facets with their nodes in the order seen from the other side."""
     corners, nodes = _corners(facets), facets.shape[1]
     order = [0, *range(corners - 1, 0, -1)]
     if nodes > corners:

@@ -22,12 +22,12 @@ Key = tuple[float, str, int]
 
 
 def tabulate(*results: tuple[Sequence[Column], Columns], title: str | None = None) -> Table:
-    """Columns of one result or of several, side by side.
+    """A table of one result, or of several results side by side.
 
     Args:
-        results: of each the columns to show and the result itself. The first column shown is
-            that by which rows of several results are joined; the others are left out where the
-            result lacks them.
+        results: the columns to show of each result, and the result itself. Rows of several
+            results are joined by the first column shown; the others are left out if the result
+            lacks them.
         title: set above the table.
 
     Returns:
@@ -92,7 +92,7 @@ def of_columns(
 
 
 def _keys(result: Columns, first: str) -> list[Key]:
-    """Value, branch and how often both were there before: what rows of two results share."""
+    """The key of each row: value, branch, and how many rows before it have both."""
     seen: Counter[tuple[float, str]] = Counter()
     keys = []
     for value, branch in zip(required(result, first), branches(result), strict=True):

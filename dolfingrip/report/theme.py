@@ -16,7 +16,7 @@ BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 """Okabe and Ito's colours: distinguishable with any colour vision and by lightness in print."""
 
 INK, GREY, PALE = "#222222", "#7F7F7F", "#C8CACC"
-"""Text and outlines, secondary lines, fixtures (clamp, plate)."""
+"""Colours of text and outlines, of secondary lines, of fixtures (clamp, plate)."""
 
 _COLOUR_MAPS = {"displacement": ("YlGnBu", 0.04, 0.88), "stretch": ("YlOrRd", 0.03, 0.86)}
 
@@ -51,13 +51,13 @@ _RC: dict[str, Any] = {
 
 
 def tint(colour: str) -> tuple[float, float, float]:
-    """A colour as its translucent band is on white, one fifth of it, but opaque."""
+    """An opaque colour that looks like one fifth of ``colour`` on white."""
     red, green, blue = (1 - 0.2 * (1 - part) for part in to_rgb(colour))
     return red, green, blue
 
 
 def colour_map(quantity: str) -> Colormap:
-    """Colours for ``displacement`` or ``stretch``: two, so that they are not mixed up.
+    """The colour map of ``displacement`` or of ``stretch``, so that nobody mixes them up.
 
     Both run from light to dark (ColorBrewer: safe for any colour vision and in grey print). An
     unloaded finger is light, so its edges and the shading of its bellows can be seen; the ends
@@ -69,7 +69,7 @@ def colour_map(quantity: str) -> Colormap:
 
 
 def figure_theme() -> AbstractContextManager[None]:
-    """Matplotlib's settings within a ``with`` block; the caller's own are restored after it."""
+    """Matplotlib's settings in a ``with`` block; the caller's settings return after it."""
     return mpl.rc_context(_RC)
 
 
