@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from dolfingrip.mechanics.model.profile import Profile
 
 COARSE_MM = 8.4
-"""Size of the elements of the coarse preset, at edges, too: half of a chamber's width, so that a
-whole finger is half of one and its mirror image. It bends 2 % less than the default mesh; with
-7 mm, a fifth more elements and none on the plane of symmetry, it bent 3.5 % less. Fingers with thick
-walls stay graded to their edges."""
+"""Size of the elements of the coarse preset, also at edges: half of a chamber's width, so that a
+whole finger is half of one and its mirror image. It bends 2 % less than the default mesh. With
+7 mm, a fifth more elements and none on the plane of symmetry, it bent 3.5 % less. Fingers with
+thick walls stay graded to their edges."""
 
 LEAST_STEP = 0.004
 """Part of the longest step below which none is tried. A sausage that slips out of three curled
