@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from dolfingrip.mechanics.contact.stick import HARDER, handed_on
+from dolfingrip.mechanics.contact.policy import MEMORY
+from dolfingrip.mechanics.contact.stick import handed_on
 from dolfingrip.mechanics.contact.tangential import Tangential
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -55,6 +56,11 @@ def test_a_first_touch_remembers_nothing() -> None:
 @pytest.mark.parametrize("key", [7, 8], ids=["same pair", "new pair"])
 def test_memory_fades_where_a_point_had_all_but_left(key: int) -> None:
     start, stuck = pairs([[1, -1]], [1.0], [7]), np.array([[0.01, 0.0, 0.0]])
-    for growth, part in ((0.01, 1), (0.99 * HARDER, 1), (4 * HARDER, 0.25), (1e6, HARDER / 1e6)):
+    for growth, part in (
+        (0.01, 1),
+        (0.99 * MEMORY.most_growth, 1),
+        (4 * MEMORY.most_growth, 0.25),
+        (1e6, MEMORY.most_growth / 1e6),
+    ):
         found = handed_on(start, stuck, pairs([[1, -1]], [growth], [key]))
         np.testing.assert_allclose(found, part * stuck, rtol=1e-9)

@@ -13,27 +13,12 @@ from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.results.outcome import Outcome, Ring, decided, judge
 from dolfingrip.experiments.rigs.grasp_readings import GraspReadings
 from dolfingrip.experiments.rigs.gripper import GripperModel, build_gripper
+from dolfingrip.experiments.rigs.policy import GRASP_PATH
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath
-
-GUESS_RESIDUAL_RATIO = 0.0
-"""No state is predicted: pairs in contact make it a bad start. With twice the residual of a step's
-start allowed, steps around a large potato fail that do not without; a cube's take somewhat fewer
-iterations."""
-
-LAG_TOLERANCE = 0.05
-"""Change of the nodes' normal forces, relative to their sum, that friction's may be behind by. Each
-step takes them anew: what one lags behind, the next has."""
-
-CLOSE = 1e-2
-"""Part of the residual that a step may leave: with 1e-4 a grasp solves with the factors nearly
-twice as often for as many iterations."""
-
-SETTLING_S = 0.1
-"""Time before the first stop, in which fingers and food come to rest."""
 
 
 class GraspRig(Rig):
@@ -47,9 +32,9 @@ class GraspRig(Rig):
 
     def __init__(self, config: Config, gripper: GripperModel, profile: Profile) -> None:
         super().__init__(Newton(gripper.model, config.solver, profile), gripper)
-        self.newton.guess_residual_ratio = GUESS_RESIDUAL_RATIO
-        self.newton.tolerate_lag(LAG_TOLERANCE)
-        self.newton.close = CLOSE
+        self.newton.guess_residual_ratio = GRASP_PATH.guess_residual_ratio
+        self.newton.tolerate_lag(GRASP_PATH.lag_tolerance)
+        self.newton.close = GRASP_PATH.close
         self.readings = {}
         self._config = config
         self._gripper = gripper
@@ -58,7 +43,7 @@ class GraspRig(Rig):
             min(float(np.linalg.norm(root)) for root in roots),
             np.array([root / np.linalg.norm(root) for root in roots]),
         )
-        self._reads = GraspReadings(gripper, lift_starts_s(config.gripper), SETTLING_S)
+        self._reads = GraspReadings(gripper, lift_starts_s(config.gripper), GRASP_PATH.settling_s)
 
     @classmethod
     def built(cls, config: Config, comm: MPI.Comm, profile: Profile) -> GraspRig:
@@ -77,7 +62,7 @@ class GraspRig(Rig):
     def controls(self, stop: Stop) -> Mapping[str, float]:
         return {
             "pressure_kPa": stop.value,
-            "time_s": SETTLING_S + stop.time_s,
+            "time_s": GRASP_PATH.settling_s + stop.time_s,
             "table_z_mm": -lift_mm(self._config.gripper, stop.time_s),
         }
 
@@ -91,7 +76,7 @@ class GraspRig(Rig):
     def read(self) -> dict[str, float]:
         model = self._gripper.model
         pressure = model.controls["pressure_kPa"].value
-        time_s = model.time_s - SETTLING_S
+        time_s = model.time_s - GRASP_PATH.settling_s
         return {"time_s": time_s, "pressure_kPa": pressure, **self._reads.read()}
 
     def over(self) -> bool:

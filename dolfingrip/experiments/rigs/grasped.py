@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from dolfingrip.experiments.rigs.policy import FOOD_SHAPE
 from dolfingrip.mechanics.contact.distance import (
     BentCapsule,
     Capsule,
@@ -25,17 +26,6 @@ from dolfingrip.sections.food import Food
 
 NAME = "object"
 
-MARGIN_CELLS = 4.0
-"""Cells of a sampled distance beyond the shape: what the grid's end disturbs is not felt."""
-
-DIVISIONS = 15
-"""Points of a skin along half of a body."""
-
-SPACING_MM = (1.0, 4.0)
-"""Least and largest distance of these points."""
-
-TIPPED_DEG = 40.0
-"""How far a body that does not lie still as it is drawn may turn to where it does."""
 
 LYING = Rotation.from_rotvec([-math.pi / 2, 0, 0])
 """A sausage's own axis is z; it lies along y."""
@@ -89,7 +79,7 @@ def _stable(points: np.ndarray) -> Rotation:
     """
     hull = ConvexHull(points)
     normals, apart = hull.equations[:, :3], -hull.equations[:, 3]
-    near = np.flatnonzero(normals[:, 2] < -math.cos(math.radians(TIPPED_DEG)))
+    near = np.flatnonzero(normals[:, 2] < -math.cos(math.radians(FOOD_SHAPE.tipped_deg)))
     down = normals[near[apart[near].argmin()]]
     axis = np.cross(down, [0.0, 0.0, -1.0])
     size = float(np.linalg.norm(axis))
@@ -112,7 +102,7 @@ def _shape(food: Food) -> tuple[SignedDistance, ClosedSurface]:
     else:
         source, smoothing = potato(food.size_mm, food.bump_mm, food.seed), 0.0
     source = source.moved(-source.centre_mm)
-    beyond = MARGIN_CELLS * food.grid_mm + smoothing
+    beyond = FOOD_SHAPE.margin_cells * food.grid_mm + smoothing
     low, high = source.points.min(axis=0) - beyond, source.points.max(axis=0) + beyond
     sampled = SampledDistance.of(source.distances_mm, low, high, food.grid_mm, smoothing)
     return sampled, _skin(sampled, np.maximum(-low, high) - food.grid_mm)
@@ -134,7 +124,14 @@ def _sausage(food: Food) -> tuple[SignedDistance, ClosedSurface]:
 
 def _skin(shape: SignedDistance, half_mm: np.ndarray) -> ClosedSurface:
     """Zeros of a distance within a box about the origin, in triangles fit for its size."""
-    spacing_mm = float(np.clip(half_mm.prod() ** (1 / 3) / DIVISIONS, *SPACING_MM))
+    size_mm = half_mm.prod() ** (1 / 3)
+    spacing_mm = float(
+        np.clip(
+            size_mm / FOOD_SHAPE.divisions,
+            FOOD_SHAPE.least_spacing_mm,
+            FOOD_SHAPE.largest_spacing_mm,
+        )
+    )
 
     def found(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         distances = shape.at(points)

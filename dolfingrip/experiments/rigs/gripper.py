@@ -14,6 +14,7 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.fixture import SKIN
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.experiments.rigs.policy import GRASP_PATH
 from dolfingrip.experiments.rigs.symmetry import SIDEWAYS, halved
 from dolfingrip.experiments.rigs.undeformed import Made, made, side_by_side, spread
 from dolfingrip.mechanics.contact.density import Smooth
@@ -35,8 +36,6 @@ GRAVITY = {"acceleration_m_s2": 9.81, "direction": (0.0, 0.0, -1.0)}
 UPWARDS = Plane((0.0, 0.0, 1.0))
 """The table."""
 
-RESTRAINT_MM = 1.0
-"""See :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`."""
 
 ONE_FINGER = "skin of finger B"
 """Region of a half gripper that may touch its own mirror image."""
@@ -110,7 +109,7 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     standing = Pose([height], np.array([[0, 0, 1, 0, 0, 0.0]]).T, np.zeros(6))
     barrier, skin = Smooth(gripper.barrier_mm, gripper.stiffness_MPa), food.surface
     areas, copies = skin.point_areas_mm2(), domain.copies
-    motion = RigidMotion(body, pose, gravity, comm, copies, restraint_mm=RESTRAINT_MM)
+    motion = RigidMotion(body, pose, gravity, comm, copies, restraint_mm=GRASP_PATH.restraint_mm)
     contact = RigidContact(u, domain, SKIN, food.shape, pose, barrier)
     table = RigidPoints(u, skin.points, areas, pose, UPWARDS, standing, barrier, copies)
     _stand(motion, table, u.x.array)

@@ -6,12 +6,11 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.grasped import GraspedBody
+from dolfingrip.experiments.rigs.policy import FOOD_SHAPE
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 """Factors of a point's image in y = 0."""
 
-EVEN_MM = 0.01
-"""Difference of a shape from its mirror image that is not felt: a part of the barrier's width."""
 
 SIDEWAYS = frozenset({"y_mm", "turn_x_rad", "turn_z_rad"})
 """Coordinates of a body that its mirror image has with the other sign."""
@@ -45,6 +44,6 @@ def _uneven(config: Config, food: GraspedBody) -> str:
     points = food.surface.points
     apart = food.shape.at(points * MIRROR).value - food.shape.at(points).value
     most = float(np.abs(apart).max())
-    if most > EVEN_MM:
+    if most > FOOD_SHAPE.even_mm:
         return f"the food differs from its mirror image by {most:.2g} mm"
     return ""

@@ -11,12 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dolfingrip.mechanics.contact.distance import Bounds
-
-KEPT = 0.1
-"""Part of its distance that each point keeps in a step."""
-
-ADVANCES = 16
-"""Pieces in which a step is looked at; each is as long as is safe from where the last one ends."""
+from dolfingrip.mechanics.contact.policy import ADVANCE
 
 
 class Path(NamedTuple):
@@ -35,7 +30,7 @@ class Path(NamedTuple):
     bend: np.ndarray
 
 
-def reach(at: Callable[[float], Path], bounds: Bounds, kept: float = KEPT) -> float:
+def reach(at: Callable[[float], Path], bounds: Bounds, kept: float = ADVANCE.kept) -> float:
     """Fraction of a step, 1 or less, that leaves each point a part of its distance.
 
     With a shape's slope L and concavity κ, φ(t) ≥ φ + t φ' − t² (L A + κ v²)/2 as long as φ stays
@@ -52,12 +47,12 @@ def reach(at: Callable[[float], Path], bounds: Bounds, kept: float = KEPT) -> fl
     if not len(path.distance):
         return 1.0
     least, reached = kept * path.distance, 0.0
-    for _ in range(ADVANCES):
+    for _ in range(ADVANCE.pieces):
         ahead = _ahead(path, least, bounds)
         reached += ahead
         if reached >= 1.0:
             return 1.0
-        if ahead < KEPT * reached:
+        if ahead < ADVANCE.kept * reached:
             break
         path = at(reached)
     return reached

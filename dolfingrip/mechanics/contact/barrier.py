@@ -9,6 +9,7 @@ import ipctk
 import numpy as np
 import scipy.sparse as sp
 
+from dolfingrip.mechanics.contact.policy import PAIRS
 from dolfingrip.mechanics.contact.surface import Surface
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.term import Coupling, Term
@@ -16,14 +17,9 @@ from dolfingrip.mechanics.model.unknowns import Gradient
 
 ipctk.set_num_threads(1)  # one thread a rank, as everywhere
 
-UNALIGNED = 3e-7
-"""Part of an edge's length by which vertices are moved at random, lest edges be on one line."""
 
 PROJECTION = {False: ipctk.PSDProjectionMethod.NONE, True: ipctk.PSDProjectionMethod.CLAMP}
 """Of each pair's Hessian, by whether it is to be convex."""
-
-MOVED = 1e-4
-"""Part of the barrier's width by which points move where derivatives are taken by differences."""
 
 
 class BarrierContact(Term):
@@ -121,7 +117,7 @@ class BarrierContact(Term):
         if fastest == 0 or self._felt(self.positions(dofs)).empty():
             return np.zeros((len(self.surface.nodes), 3))
         # by differences: ipctk 1.6's shape_derivative is 1 % off them for pairs of edges
-        step = MOVED * self.width_mm / fastest
+        step = PAIRS.moved * self.width_mm / fastest
         there, back = (
             BarrierContact(
                 self.surface.moved(sign * step * velocity_mm), self.width_mm, self._stiffness_MPa
@@ -177,9 +173,9 @@ class BarrierContact(Term):
         weight = pair.weight * (pair.mollifier(positions) if pair.is_mollified() else 1.0)
         force, nearer = (
             weight * self._potential.force_magnitude(part**2 * float(apart @ apart), pair.dmin)
-            for part in (1.0, 1 - MOVED)
+            for part in (1.0, 1 - PAIRS.moved)
         )
-        rise = (nearer - force) / (MOVED * float(np.linalg.norm(apart)))
+        rise = (nearer - force) / (PAIRS.moved * float(np.linalg.norm(apart)))
         return vertices, shares, apart, float(force), float(rise)
 
     def facing(self, step: np.ndarray) -> np.ndarray:
@@ -267,7 +263,7 @@ def _known(
 
 
 def _jitter(surface: Surface) -> np.ndarray:
-    """(v, 3) random displacement (mm) of the vertices, :data:`UNALIGNED` of an edge or less.
+    """(v, 3) random displacement (mm) of the vertices, ``PAIRS.unaligned`` of an edge or less.
 
     ipctk 1.6 takes edges on one line that rounding turns by 1e-8 for edges that cross, at a
     distance of 0 whose barrier is infinite; and the corners of neighbouring bellows are such edges.
@@ -275,4 +271,4 @@ def _jitter(surface: Surface) -> np.ndarray:
     ends = surface.rest[surface.triangles]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
     by = np.random.default_rng(0).uniform(-1, 1, surface.rest.shape)
-    return np.asarray(UNALIGNED * length / np.sqrt(3) * by)
+    return np.asarray(PAIRS.unaligned * length / np.sqrt(3) * by)

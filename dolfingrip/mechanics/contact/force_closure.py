@@ -5,11 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
-EDGES = 8
-"""Of the pyramid that stands for a friction cone."""
-
-MOST = 40
-"""Contacts that are looked at: those that press hardest."""
+from dolfingrip.mechanics.contact.policy import CLOSURE
 
 
 def margin(
@@ -29,7 +25,7 @@ def margin(
         normal_N: (n,) forces, by which the hardest are chosen.
         friction: μ.
     """
-    hardest = np.argsort(normal_N)[::-1][:MOST]
+    hardest = np.argsort(normal_N)[::-1][: CLOSURE.contacts]
     if len(hardest) < 2:
         return 0.0
     wrenches = _wrenches(points_mm[hardest], normals[hardest], friction)
@@ -60,7 +56,7 @@ def _wrenches(points_mm: np.ndarray, normals: np.ndarray, friction: float) -> np
     other = np.cross(normals, one)
     length = max(float(np.sqrt((points_mm**2).sum(axis=1).mean())), 1e-9)
     found = []
-    for angle in 2 * np.pi * np.arange(EDGES) / EDGES:
+    for angle in 2 * np.pi * np.arange(CLOSURE.edges) / CLOSURE.edges:
         force = normals + friction * (np.cos(angle) * one + np.sin(angle) * other)
         found.append(np.concatenate([force, np.cross(points_mm, force) / length], axis=1))
     return np.concatenate(found).T

@@ -10,19 +10,12 @@ import scipy.sparse as sp
 from dolfinx import fem
 
 from dolfingrip.mechanics.contact.friction_correction import FrictionCorrection
+from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.ramp import Ramp, size_of
 from dolfingrip.mechanics.contact.stick import handed_on
 from dolfingrip.mechanics.contact.tangential import Tangential, Touching
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import Gradient
-
-SLIP_mm = 0.02
-"""ε: a point that sticks is displaced elastically by less. A numerical choice, no property of a
-material: small against the motion of fingers (mm), large enough for Newton's method."""
-
-SAME = 1e-6
-"""Relative change of the nodes' normal forces that counts as none: far above that of a load step
-in which nothing happens but Newton's method ending elsewhere within its tolerance."""
 
 
 class Sliding(NamedTuple):
@@ -82,7 +75,7 @@ class Friction(Term):
         contact: Touching,
         u: fem.Function,
         coefficient: fem.Constant,
-        slip_mm: float = SLIP_mm,
+        slip_mm: float = MEMORY.slip_mm,
         title: str = "friction",
     ) -> None:
         self.contact = contact
@@ -189,7 +182,7 @@ class Friction(Term):
         by that.
         """
         now = self.contact.tangential(dofs)
-        if not self._anew and _change(self._seen_N, now.pressing_N()) <= SAME:
+        if not self._anew and _change(self._seen_N, now.pressing_N()) <= MEMORY.same:
             return False
         self._lagged, self._anew = now, True
         self._memory = handed_on(self._start, self._stuck, now)

@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.ramp import Ramp, size_of
-from dolfingrip.mechanics.contact.stick import HARDER
 from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.unknowns import Gradient
 
@@ -22,7 +22,7 @@ class FrictionCorrection:
         C(w) = F(s(u + w), N(u) + N'(u) w) − F(s(u), N(u)) − H w
 
     H is the Hessian in the tangent, for fixed normal forces. The tangent planes are those of
-    u. Normal forces are linear in w, from 0 to :data:`~.stick.HARDER` times what they were: beyond,
+    u. Normal forces are linear in w, from 0 to ``MEMORY.most_growth`` times what they were: beyond,
     a point had all but left, and tells nothing of what will be pressed.
 
     Args:
@@ -83,7 +83,7 @@ class FrictionCorrection:
     def _after(self, moved: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(m, 3) slip and (m,) limits once the nodes have ``moved``."""
         more = self._pairs.pressed_more_N(moved, self._facing(step))
-        most = HARDER * self._pairs.normal_N
+        most = MEMORY.most_growth * self._pairs.normal_N
         normal_N = np.clip(self._pairs.normal_N + more, 0.0, most)
         return self._slip + self._pairs.slip(moved), self._coefficient * normal_N
 
@@ -96,7 +96,7 @@ class FrictionCorrection:
     ) -> tuple[sp.csr_matrix, np.ndarray]:
         """The derivatives by the slip, without H, and by the normal forces (m, 3)."""
         blocks = self._ramp.curvature(slip, limit_N, self._pairs.normals, convex=convex)
-        most = HARDER * self._coefficient * self._pairs.normal_N
+        most = MEMORY.most_growth * self._coefficient * self._pairs.normal_N
         pressed = self._coefficient * ((limit_N > 0) & (limit_N < most))
         return self._pairs.spread(blocks) - self._hessian, self._at_pairs(slip, pressed)
 

@@ -12,11 +12,9 @@ from dolfingrip.mechanics.contact.density import BarrierValues, Density
 from dolfingrip.mechanics.contact.distance import Distances, SignedDistance
 from dolfingrip.mechanics.contact.moving_points import MovingPoints
 from dolfingrip.mechanics.contact.near import Near, slopes
+from dolfingrip.mechanics.contact.policy import NEARNESS
 from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.term import Term
-
-TOUCH = 1 + 1e-6
-"""Distances, by the barrier's width, up to which points are looked at: at 1 nothing is felt."""
 
 
 class PoseContact(Term):
@@ -64,7 +62,7 @@ class PoseContact(Term):
     def _felt(self, places: np.ndarray) -> tuple[np.ndarray, Distances, BarrierValues]:
         """Which of some points feel the shape, their distances from it and the barrier there."""
         every = self.shape.at(places)
-        rows = np.flatnonzero(every.value < self.density.width_mm * TOUCH)
+        rows = np.flatnonzero(every.value < self.density.width_mm * NEARNESS.within)
         distances = Distances(*(values[rows] for values in every))
         return rows, distances, self.density.at(distances.value)
 

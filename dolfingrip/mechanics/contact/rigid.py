@@ -11,12 +11,12 @@ import scipy.sparse as sp
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.contact.advance import KEPT
 from dolfingrip.mechanics.contact.density import Density
 from dolfingrip.mechanics.contact.distance import SignedDistance
 from dolfingrip.mechanics.contact.moving_points import MovingPoints
 from dolfingrip.mechanics.contact.near import Near, curvatures, slopes
 from dolfingrip.mechanics.contact.node_set import NodeSet
+from dolfingrip.mechanics.contact.policy import ADVANCE, NEARNESS
 from dolfingrip.mechanics.contact.pose_contact import PoseContact
 from dolfingrip.mechanics.contact.relative import RelativeNodes, weights
 from dolfingrip.mechanics.contact.skin_points import SkinPoints
@@ -26,10 +26,6 @@ from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import rotation
 from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
-
-AROUND = 2.0
-"""Distances from a ball around a shape, by the barrier's width, from which on none is felt: twice
-what an exact distance needs, as a sampled one is only nearly as steep."""
 
 
 class RigidContact(PoseContact):
@@ -88,7 +84,7 @@ class RigidContact(PoseContact):
         turned = rotation(q[3:]).inverse
         arms = positions - q[:3]
         beyond = np.linalg.norm(arms, axis=1) - self.shape.bounds.radius_mm
-        around = np.flatnonzero(beyond < AROUND * self.density.width_mm)
+        around = np.flatnonzero(beyond < NEARNESS.around * self.density.width_mm)
         some, distances, barrier = self._felt(arms[around] @ turned.matrix.T)
         rows = around[some]
         areas = self.points.areas[rows]
@@ -104,7 +100,7 @@ class RigidContact(PoseContact):
         away, speed = (np.linalg.norm(vectors, axis=1) for vectors in (arms, drift))
         turn = float(np.linalg.norm(change[3:]))
         beyond = away - self.shape.bounds.radius_mm
-        close = (1 - KEPT) * beyond <= turn * (away + speed) + speed
+        close = (1 - ADVANCE.kept) * beyond <= turn * (away + speed) + speed
         still = np.zeros(3)
         return MovingPoints(arms[close], drift[close], still, still, q[3:], change[3:], back=True)
 

@@ -11,12 +11,10 @@ import numpy as np
 from scipy import ndimage
 
 from dolfingrip.mechanics.contact.distance import Bounds, Distances
+from dolfingrip.mechanics.contact.policy import NEARNESS
 
 SUPPORT = 4
 """Coefficients of a cubic B-spline along each axis that a point feels."""
-
-REACH_CELLS = 2.0
-"""Cells from the surface within which second derivatives are bounded."""
 
 
 BEZIER = (
@@ -129,7 +127,7 @@ class SampledDistance:
         cells = cells.reshape(-1, *3 * (SUPPORT,))
         high, low = cells.max(axis=(1, 2, 3)), cells.min(axis=(1, 2, 3))
         outside = high >= 0
-        reach = REACH_CELLS * self.spacing_mm
+        reach = NEARNESS.bounded_cells * self.spacing_mm
         near = outside & (low <= reach)
         one = np.eye(3, dtype=int)
         slope = self._largest(cells[outside], list(one))

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
+from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.tangential import Tangential
-
-HARDER = 10.0
-"""Growth of a normal force in a load step up to which a point remembers all. What grows less, as
-fingers' forces do, must not fade, or shorter steps would lead elsewhere."""
 
 TINY = np.finfo(float).tiny
 """Avoids 0/0."""
@@ -20,8 +17,8 @@ def handed_on(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarr
 
     A pair keeps its own. A new one takes the mean of what its nodes remember, as the pair does
     that a vertex makes when it slides on to the next triangle. Where the normal force grows more
-    than :data:`HARDER` times, memory fades: such a point had all but left, and a finger that is
-    pressed on its plate anew would feel how it last slid off.
+    than ``MEMORY.most_growth`` times, memory fades: such a point had all but left, and a finger
+    that is pressed on its plate anew would feel how it last slid off.
 
     Args:
         start: pairs at the load step's start.
@@ -38,7 +35,7 @@ def handed_on(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarr
         weights = abs(now.weights[new])
         found[new] = _of_nodes(start, stuck, now.weights[new])
         share[new] = weights @ start.pressed_N() / np.maximum(weights @ now.pressed_N(), TINY)
-    return np.asarray(found * np.minimum(HARDER * share, 1.0)[:, None])
+    return np.asarray(found * np.minimum(MEMORY.most_growth * share, 1.0)[:, None])
 
 
 def _of_nodes(start: Tangential, stuck: np.ndarray, weights: sp.csr_matrix) -> np.ndarray:

@@ -1,0 +1,87 @@
+"""The numbers that decisions of contact and friction rest on, those of each decision together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Advance:
+    """How far a step of Newton's method may bring points towards a shape.
+
+    Attributes:
+        kept: part of its distance that each point keeps in a step.
+        pieces: in which a step is looked at; each is as long as is safe from where the last one
+            ends.
+    """
+
+    kept: float = 0.1
+    pieces: int = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Nearness:
+    """Which points a contact with a shape looks at, by the barrier's width.
+
+    Attributes:
+        around: distances from a ball around the shape from which on none is felt: twice what an
+            exact distance needs, as a sampled one is only nearly as steep.
+        within: distances from the shape up to which its barrier is evaluated; at 1 nothing is felt.
+        bounded_cells: cells of a sampled distance from its surface within which second derivatives
+            are bounded.
+    """
+
+    around: float = 2.0
+    within: float = 1 + 1e-6
+    bounded_cells: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """How friction remembers where points stick.
+
+    Attributes:
+        slip_mm: ε: a point that sticks is displaced elastically by less. A numerical choice, no
+            property of a material: small against the motion of fingers (mm), large enough for
+            Newton's method.
+        same: relative change of the nodes' normal forces that counts as none: far above that of a
+            load step in which nothing happens but Newton's method ending elsewhere within its
+            tolerance.
+        most_growth: of a normal force in a load step up to which a point remembers all. What grows
+            less, as fingers' forces do, must not fade, or shorter steps would lead elsewhere.
+    """
+
+    slip_mm: float = 0.02
+    same: float = 1e-6
+    most_growth: float = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """How pairs of a surface with itself are found and differentiated.
+
+    Attributes:
+        unaligned: part of an edge's length by which vertices are moved at random, lest edges be on
+            one line.
+        moved: part of the barrier's width by which points move where derivatives are taken by
+            differences.
+    """
+
+    unaligned: float = 3e-7
+    moved: float = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Closure:
+    """What a force-closure margin is computed from.
+
+    Attributes:
+        edges: of the pyramid that stands for a friction cone.
+        contacts: that are looked at: those that press hardest.
+    """
+
+    edges: int = 8
+    contacts: int = 40
+
+
+ADVANCE, NEARNESS, MEMORY, PAIRS, CLOSURE = Advance(), Nearness(), Memory(), Pairs(), Closure()
