@@ -68,7 +68,11 @@ def main() -> None:
             raise SystemExit(f"{name}: {result.failure.sentence()}")
         force = result.column("force_N")[-1]
         gain = 100 * (force / found["original"].column("force_N")[-1] - 1)
-        turn = "" if result.turning is None else f", turns at {result.turning.pressure_kPa:.0f} kPa"
+        turn = (
+            ""
+            if result.turning_point is None
+            else f", turns at {result.turning_point.pressure_kPa:.0f} kPa"
+        )
         print(f"{name}: {force:.3f} N at 250 kPa, {gain:+.1f} %{turn}", flush=True)
     draw(found, PICTURE)
 

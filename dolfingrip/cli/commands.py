@@ -226,7 +226,7 @@ def _pictures(
             return []
         with console.status("plotting and rendering"):
             columns = result.columns()
-            curve_file = curve.plot(experiment, columns, out / "curve.png", result.turning)
+            curve_file = curve.plot(experiment, columns, out / "curve.png", result.turning_point)
             if experiment.gripper:
                 return [curve_file, *gripper.draw(out, result.config, columns)]
             reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]

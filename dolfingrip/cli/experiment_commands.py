@@ -161,7 +161,7 @@ def _parameters(experiment: Experiment) -> list[Parameter]:
         "overrides": (Overrides, None),
         **{option.name: (_annotation(option), option.default) for option in experiment.options},
     }
-    if experiment.poses:
+    if experiment.drawable:
         found |= {"render": (Renders, None), "colour_by": (Colour, "displacement")}
     if experiment.gradients:
         found |= {"gradients": (Gradients, False), "parameters": (Parameters, None)}

@@ -47,14 +47,14 @@ def plan_experiment(
     from dolfingrip.diagnosis.plan import outcome
     from dolfingrip.diagnosis.plan import plan as work
     from dolfingrip.diagnosis.tried import check_effects
-    from dolfingrip.experiments.synthetic import told_noise
+    from dolfingrip.experiments.synthetic import assigned_noise
 
     resolved = configuration.load(config, overrides or ())
     check_writable(out)
     screen = console()
     names = effect_names(effects)
     check_effects(names)
-    told = told_noise(noise or ())
+    told = assigned_noise(noise or ())
     with ending_with_workers(screen), progress.simulations(screen) as show:
         settings = work.Settings(
                 store or out / "simulations", workers, quick, names,

@@ -1,6 +1,6 @@
 """Experiments: what is built, controlled and read, and the loop that runs them.
 
-The command lists the experiments without a solver, so that what needs one is loaded at first use.
+The command lists the experiments without a solver. What needs a solver is loaded at first use.
 """
 
 from __future__ import annotations

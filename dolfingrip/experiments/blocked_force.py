@@ -40,7 +40,7 @@ class BlockedForce(FingerExperiment):
 
         result.plate = rig.plate
         loading = [i for i, row in enumerate(result.rows) if row["branch"] == "loading"]
-        result.turning = turning_point.find(
+        result.turning_point = turning_point.find(
             result.column("pressure_kPa")[loading],
             result.column("force_N")[loading],
             [rig.gaps_mm[i] for i in loading],
@@ -48,4 +48,4 @@ class BlockedForce(FingerExperiment):
         )
 
     def remarks(self, result: Result) -> list[str]:
-        return [] if result.turning is None else [result.turning.sentence()]
+        return [] if result.turning_point is None else [result.turning_point.sentence()]

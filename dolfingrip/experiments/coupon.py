@@ -41,7 +41,7 @@ class Coupon(Experiment):
         "nominal_strain",
         "Nominal strain (–)",
     )
-    poses: ClassVar = False
+    drawable: ClassVar = False
     options: ClassVar = (
         Option("--fit", list[Path], None, "Fit laws to this measured CSV instead; repeatable."),
         Option("--law", list[str], None, "With --fit: this law alone; repeatable."),

@@ -15,7 +15,7 @@ from dolfingrip.experiments.experiment import Experiment
 class Cycle(Bending):
     """Pressurise and vent again and again.
 
-    Its results are those of free bending, or of the blocked force where that is asked for.
+    Its results are those of free bending, or those of the blocked force with ``--blocked``.
     """
 
     command: ClassVar = "cycle"

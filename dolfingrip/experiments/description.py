@@ -11,9 +11,9 @@ class Column:
     """A column of the table that is printed.
 
     Attributes:
-        name: of the result's column, with its unit.
-        heading: above the column.
-        form: format of a number, as ``.2f``.
+        name: name of the result's column, with its unit.
+        heading: text above the column.
+        form: format of its numbers, such as ``.2f``.
     """
 
     name: str
@@ -34,10 +34,10 @@ class Plot:
     """What is drawn of a result.
 
     Attributes:
-        label: of the vertical axis.
-        curves: the first one must be there; the others are drawn where they are.
-        over: column of the horizontal axis.
-        over_label: of the horizontal axis.
+        label: label of the vertical axis.
+        curves: the first curve must be in the result; the others are drawn if they are.
+        over: result's column on the horizontal axis.
+        over_label: label of the horizontal axis.
     """
 
     label: str
@@ -48,14 +48,14 @@ class Plot:
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """An option that the command of one experiment has besides those of all.
+    """An option that the command of one experiment has in addition to the common options.
 
     Attributes:
-        flag: on the command line.
-        type: of its value; ``bool`` for one without a value, a list for one that can be repeated.
-        default: where it is not given; None leaves the configuration's.
+        flag: name on the command line.
+        type: type of its value; ``bool`` for a flag without value, a list if it can be repeated.
+        default: value if it is not given; None leaves the configuration as it is.
         help: one line.
-        key: of the configuration, which it sets; "" where the experiment itself looks at it.
+        key: key of the configuration that it sets; "" if the experiment itself reads the option.
     """
 
     flag: str
@@ -66,7 +66,7 @@ class Option:
 
     @property
     def name(self) -> str:
-        """The flag as a name of Python."""
+        """The flag as a Python name."""
         return self.flag.lstrip("-").replace("-", "_")
 
 

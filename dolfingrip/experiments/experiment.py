@@ -26,19 +26,19 @@ class Experiment(ABC):
     """One experiment. The first line of its docstring is the help of its command.
 
     Attributes:
-        name: in the column ``experiment`` of results and measurements.
+        name: its name in the column ``experiment`` of results and measurements.
         command: the subcommand of ``dolfingrip``.
-        title: above its table.
-        control: column of the prescribed quantity.
-        columns: of the result, which only this experiment has.
-        table: what is printed of the result; results are joined by the first column.
+        title: heading of its table.
+        control: column of the prescribed quantity, such as ``pressure_kPa``.
+        columns: columns of the result that only this experiment has.
+        table: columns of the result that are printed; results are joined by the first one.
         plot: what is drawn of the result.
-        options: of its command, besides those of all.
+        options: options of its command in addition to the common options.
         protocol: whether it may follow a protocol.
-        poses: whether its deformed poses can be drawn.
-        measured: whether the measured-data format has it.
+        drawable: whether deformed shapes of the specimen can be drawn.
+        measured: whether the format of measured data has it.
         gradients: whether its readings can be derived by parameters.
-        gripper: whether a whole gripper is drawn of its result.
+        gripper: whether its result is drawn as a whole gripper.
     """
 
     name: ClassVar[str]
@@ -50,7 +50,7 @@ class Experiment(ABC):
     plot: ClassVar[Plot]
     options: ClassVar[tuple[Option, ...]] = ()
     protocol: ClassVar[bool] = True
-    poses: ClassVar[bool] = True
+    drawable: ClassVar[bool] = True
     measured: ClassVar[bool] = True
     gradients: ClassVar[bool] = True
     gripper: ClassVar[bool] = False
@@ -60,26 +60,26 @@ class Experiment(ABC):
         """The first line of its docstring."""
         return (cls.__doc__ or "").splitlines()[0]
 
-    # -- before it is run ------------------------------------------------------------------------
+    # -- before the run --------------------------------------------------------------------------
 
     def settings(self, config: Config) -> Config:
         """``config`` with the settings that the experiment requires.
 
         Raises:
-            ConfigError: one line, where that cannot be.
+            ConfigError: one line, if the configuration cannot have them.
         """
         return config
 
     def asked(self, given: Mapping[str, Any]) -> Experiment:
-        """The experiment to run with these options of its command, by name."""
+        """The experiment that these options of the command ask for, given by name."""
         return self
 
     @abstractmethod
     def schedule(self, config: Config) -> Sequence[Stop]:
-        """Where it is read, in order.
+        """The stops at which readings are taken, in order.
 
         Raises:
-            ConfigError: one line, where the protocol is none for this experiment.
+            ConfigError: one line, if the protocol is not one for this experiment.
         """
 
     @abstractmethod
@@ -87,9 +87,9 @@ class Experiment(ABC):
         """Build its rig: the model, its control and its readings.
 
         Args:
-            config: with :meth:`settings` applied.
+            config: configuration to which :meth:`settings` was applied.
             comm: ranks to run on.
-            profile: where the time is booked.
+            profile: takes the time of each phase.
 
         Raises:
             ConfigError: on every rank, one line.
@@ -98,13 +98,13 @@ class Experiment(ABC):
     # -- set-up and result -----------------------------------------------------------------------
 
     def setup(self, config: Config) -> dict[str, Any]:
-        """The set-up by the keys of a measurement's TOML file."""
+        """The set-up, by the keys of a measurement's TOML file."""
         return {}
 
     def described(self, config: Config) -> dict[str, Any]:
-        """The set-up as in a measurement's TOML file, without what is empty."""
+        """The contents of a measurement's TOML file; empty tables are left out."""
         data = {"experiment": self.name, **self.setup(config)}
-        if config.protocol.time_s:  # its time stamps say it
+        if config.protocol.time_s:  # its time stamps tell the rate
             data = {key: value for key, value in data.items() if not key.startswith("rate_")}
         return {key: value for key, value in data.items() if value != {}}
 
@@ -113,7 +113,7 @@ class Experiment(ABC):
         return []
 
     def conclude(self, result: Result, rig: Rig) -> None:  # noqa: B027  # most have nothing
-        """Add to the result what follows from all its rows together."""
+        """Add to the result what depends on all of its rows."""
 
     def remarks(self, result: Result) -> list[str]:
         """Sentences on the result, printed below its table."""

@@ -13,7 +13,7 @@ from dolfingrip.experiments.protocol.schedule import Stop
 
 
 class FingerExperiment(Experiment):
-    """The control is the pressure, or the volume of the cavity."""
+    """An experiment whose control is the pressure or the volume of the finger's cavity."""
 
     def schedule(self, config: Config) -> Sequence[Stop]:
         return pressurisation.stops(config)

@@ -21,24 +21,24 @@ if TYPE_CHECKING:
     from dolfingrip.mechanics.model.profile import Profile
 
 COARSE_MM = 8.4
-"""Size of the elements of the coarse preset, also at edges: half of a chamber's width, so that a
-whole finger is half of one and its mirror image. It bends 2 % less than the default mesh. With
-7 mm, a fifth more elements and none on the plane of symmetry, it bent 3.5 % less. Fingers with
-thick walls stay graded to their edges."""
+"""Size of the elements of the coarse preset, inside and at edges. It is half of a chamber's width,
+so that a whole finger is meshed as half a finger and its mirror image. It bends 2 % less than the
+default mesh. With 7 mm it had a fifth more elements, none of them with a side on the plane of
+symmetry, and bent 3.5 % less. Fingers with thick walls stay graded to their edges."""
 
 LEAST_STEP = 0.004
-"""Part of the longest step below which none is tried. A sausage that slips out of three curled
-fingers needs 0.6 ms: with 0.02 its grasp ended there, with nothing decided."""
+"""Shortest step, as a part of the longest one. A sausage that slips out of three curled fingers
+needs steps of 0.6 ms: with 0.02 its grasp ended there before its class was decided."""
 
 MOST_ITERATIONS = 20
-"""Of Newton's method; a step that takes more is halved, and not solved in another way first."""
+"""Newton iterations after which a step is halved; it is not solved in another way before."""
 
 TIME_LIMIT_S = 7200.0
-"""Of a grasp, where none is configured: it ends as a failure then, and does not go on for ever."""
+"""Time limit of a grasp if none is configured; a grasp that takes longer ends as a failure."""
 
 TOLERANCE = 1e-5
-"""Of the residual: 1e-5 of the force of a step's change of pressure is a thousandth of the weight
-of what is grasped."""
+"""Relative tolerance of the residual: 1e-5 of the force that a step's change of pressure exerts is
+a thousandth of the food's weight."""
 
 
 class Grasp(Experiment):
@@ -82,7 +82,7 @@ class Grasp(Experiment):
         Option("--preset", str, None, "Mesh: coarse or default.", "gripper.preset"),
     )
     protocol: ClassVar = False
-    poses: ClassVar = False
+    drawable: ClassVar = False
     measured: ClassVar = False
     gradients: ClassVar = False
     gripper: ClassVar = True

@@ -21,7 +21,7 @@ NAMES = (
 
 def experiment(name: str) -> Experiment:
     """The experiment in the file of this name."""
-    # the file's class is concrete, which the type of its base does not say
+    # the class in the file is concrete; the type of its base class does not tell
     found = only_class(f"dolfingrip.experiments.{name}", Experiment)  # type: ignore[type-abstract]
     return found()
 
@@ -33,7 +33,7 @@ def find(name: str) -> Experiment:
     """The experiment of this name.
 
     Raises:
-        ConfigError: one line with the names there are.
+        ConfigError: one line that lists the allowed names.
     """
     if name not in EXPERIMENTS:
         raise ConfigError(f"experiment {name}: allowed: {', '.join(EXPERIMENTS)}")

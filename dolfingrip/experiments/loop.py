@@ -38,20 +38,20 @@ def run(
     """Run an experiment.
 
     Args:
-        experiment: or its name in :mod:`dolfingrip.experiments.index`.
-        config: all that the simulation depends on; default: the reference finger.
-        out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; nothing is written
-            where None.
+        experiment: an experiment, or its name in :mod:`dolfingrip.experiments.index`.
+        config: everything that the simulation depends on; default: the reference finger.
+        out: folder for ``result.csv``, ``run.json`` and ``fields.pvd``; None: nothing is written.
         comm: ranks to run on.
-        progress: called on every rank with each new row, those of second runs included.
-        visit: likewise, with the specimen (for instance a finger's model) in its present state,
-            which it must not change. Second runs are not visited.
-        gradients: keys of parameters that all readings are derived by, () for every one; None
-            for no derivatives. A key of a choice of the model (``extensions.coarse_mesh``) asks
-            for a second run with the other choice, and for the difference of the two.
+        progress: called on every rank with each new row, also with the rows of second runs.
+        visit: called on every rank with the specimen (for instance a finger's model) in its
+            present state and with each new row. It must not change the specimen. It is not
+            called in second runs.
+        gradients: keys of parameters that all readings are derived by; (): all parameters; None:
+            no derivatives. The key of a choice of the model (``extensions.coarse_mesh``) asks
+            for a second run with the other choice, and for the difference of both runs.
 
     Raises:
-        ConfigError: bad input, in one line.
+        ConfigError: one line about bad input.
     """
     if isinstance(experiment, str):
         experiment = find(experiment)
@@ -82,7 +82,7 @@ def _run(
     visit: Callable[[Any, Row], None] = lambda specimen, row: None,
     gradients: Sequence[str] | None = None,
 ) -> Result:
-    """One run; see :func:`run`."""
+    """Run an experiment once, without second runs; the arguments are those of :func:`run`."""
     start = time.perf_counter()
     profile = Profile()
     stops = experiment.schedule(config)
@@ -130,7 +130,7 @@ def _lead(
     reached: Callable[[Row], None],
     observers: Sequence[Observer] = (),
 ) -> Failure | None:
-    """Call ``reached`` with the row of each stop; return why a stop was not reached, if so."""
+    """Go through all stops and call ``reached`` with each row; return why the path ended early."""
     path = _path(rig, observers)
     failure = rig.start(path, stops[0])
     if failure is not None:
@@ -142,7 +142,7 @@ def _lead(
 
 
 def _path(rig: Rig, observers: Sequence[Observer]) -> LoadPath:
-    """A load path of the rig's model, under its present control."""
+    """A load path of the rig's model under the rig's present control."""
     return LoadPath(
         rig.newton,
         rig.longest(),
@@ -159,7 +159,7 @@ def _through(
     stops: Sequence[Stop],
     reached: Callable[[Row], None],
 ) -> Failure | None:
-    """Go from stop to stop; return why one was not reached, if so."""
+    """Go from stop to stop under one control; return why the path ended early, None if not."""
     for stop in stops:
         arrival = path.advance(rig.controls(stop))
         if arrival.failure is not None:

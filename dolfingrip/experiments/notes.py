@@ -1,12 +1,12 @@
-"""Doubts about a configuration that its user should know."""
+"""Doubts about a configuration that a user should know of."""
 
 from __future__ import annotations
 
 from dolfingrip.config import Config
 
 NEARLY_INCOMPRESSIBLE = {"P2": 0.49, "S2": 0.47}
-"""Poisson's ratio above which quadratic displacements alone are not enough: tetrahedra lock, and
-on hexahedra Newton's method takes several times the iterations."""
+"""Poisson's ratio above which an element with quadratic displacements and no pressure field is not
+enough. Tetrahedra lock; on hexahedra Newton's method takes several times as many iterations."""
 
 
 def notes(config: Config) -> list[str]:

@@ -1,9 +1,9 @@
-"""Predict an actuator that was never measured, with all that fits to others left open.
+"""Predict an actuator that was never measured, with the uncertainty that fits to others left.
 
-Each fit that agrees with the measurements is simulated. Between them, and around each, the
-prediction is a sample: a fit by its probability, a specimen's deviation, what no fit explained
-(both as pressures at an equal angle, since a small pressure doubles the angle where chambers
-balloon), and the reading's noise.
+Each fit that agrees with the measurements is simulated. The prediction is a sample of four sources
+of scatter: the fits by their probabilities, the deviation of a specimen, what no fit explained, and
+the noise of the readings. The second and third are pressures at equal angle, because a small change
+of pressure doubles the angle where chambers balloon.
 """
 
 from __future__ import annotations
@@ -23,28 +23,28 @@ from dolfingrip.experiments.results.result import Row
 from dolfingrip.sections.posterior import Posterior
 
 INTERVAL = (0.05, 0.5, 0.95)
-"""Quantiles of a 90 % interval, and the median."""
+"""Ends of a 90 % interval, and the median between them, as quantiles."""
 
 SAMPLES = 4000
-"""Their quantiles are within 2 % of the spread."""
+"""Size of the sample; its quantiles are accurate to 2 % of the spread."""
 
 MORE = 1.5
-"""Part of its growth by which a path is gone on: balloons that are large grow evenly."""
+"""Factor of the cavity's growth to which a path is extrapolated: large balloons grow evenly."""
 
 FINE = 4000
-"""Points of a curve between which it is straight."""
+"""Points of a curve; it is straight between them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Angle against pressure of one simulation, as under a pressure that rises.
+    """Angle against pressure of one simulation, for a pressure that only rises.
 
-    Where the simulated pressure falls the angle jumps at the greatest one so far. Beyond its end a
-    curve goes on as steeply as in its last part.
+    If the simulated pressure falls, the angle jumps at the greatest pressure so far. Beyond its end
+    a curve is extrapolated with the slope of its last part.
 
     Attributes:
-        pressure_kPa: rising, (n,).
-        angle_deg: (n,).
+        pressure_kPa: (n,) rising pressures.
+        angle_deg: (n,) angles.
         simulated_deg: the largest angle that was simulated.
     """
 
@@ -54,7 +54,7 @@ class Curve:
 
     @classmethod
     def of(cls, pressure_kPa: np.ndarray, angle_deg: np.ndarray) -> Curve:
-        """From the readings in order."""
+        """A curve from readings in their order."""
         place = np.arange(len(pressure_kPa), dtype=float)
         fine = np.linspace(0.0, place[-1], FINE)
         pressure = np.interp(fine, place, pressure_kPa)
@@ -63,7 +63,7 @@ class Curve:
         return cls(pressure[rising], angle[rising])
 
     def at(self, pressure_kPa: np.ndarray) -> np.ndarray:
-        """Angles (deg)."""
+        """Angles (deg) at pressures (kPa)."""
         found = np.interp(pressure_kPa, self.pressure_kPa, self.angle_deg)
         beyond = np.maximum(pressure_kPa - self.pressure_kPa[-1], 0.0)
         return np.asarray(found + beyond * self._last_slope())
@@ -75,7 +75,7 @@ class Curve:
 
     @property
     def ballooning_kPa(self) -> float:
-        """Pressure at which the angle rises the fastest, over 2 % of the pressure."""
+        """Pressure (kPa) at which the angle rises the fastest, over 2 % of the pressure."""
         width = 0.02 * self.pressure_kPa[-1]
         middle = np.linspace(width, self.pressure_kPa[-1] - width, FINE)
         rise = self.at(middle + width / 2) - self.at(middle - width / 2)
@@ -157,7 +157,7 @@ def simulated(
 def further(
     growth: np.ndarray, pressure_kPa: np.ndarray, angle_deg: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Readings of a path, gone on by the growth of the cavity as in its last tenth."""
+    """Readings of a path, extrapolated with the cavity's growth in the last tenth of the path."""
     start = growth[-1] - 0.1 * (growth[-1] - growth[0])
     ratio = MORE * (growth[-1] - growth[0]) / (growth[-1] - start)
     return tuple(
@@ -167,7 +167,7 @@ def further(
 
 
 def is_simulated(folder: Path, config: Config) -> bool:
-    """Whether the folder holds this configuration's simulation, ended."""
+    """Whether the folder holds a finished simulation of this configuration."""
     file = folder / "run.json"
     if not file.exists():
         return False

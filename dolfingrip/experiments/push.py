@@ -25,7 +25,7 @@ AXES = "xy"
 
 
 def load(axis: str) -> str:
-    """Name of the load along an axis among the model's parameters."""
+    """Name of the load along an axis in the model's parameters."""
     return f"push.load_{axis}_N"
 
 
@@ -33,9 +33,9 @@ class Push(FingerExperiment):
     """Stiffness of the free finger's tip against loads in x and y, pressurised.
 
     A dead load f is spread evenly over the tip face, Π −= f · ∫u dA / A, so that it works on the
-    face's mean displacement. The stiffness is that of the tangent K at each pressure, 1/(bᵀK⁻¹b)
-    with b = ∂ū/∂u: load by displacement of a load so small that it changes nothing else. x is in
-    the plane of bending, y across it, so that the whole finger is meshed.
+    face's mean displacement ū. The stiffness follows from the tangent K at each pressure:
+    1/(bᵀK⁻¹b) with b = ∂ū/∂u, the ratio of a very small load to the displacement that it causes.
+    x lies in the plane of bending and y across it, so the whole finger is meshed.
     """
 
     name: ClassVar = "push"
@@ -75,7 +75,7 @@ class Push(FingerExperiment):
 
 
 def dead_loads(site: Site) -> Sequence[ufl.Form]:
-    """Loads along x and y, which are 0 at first, on the tip face (mJ of the meshed part)."""
+    """Potentials of loads of 0 N along x and y on the tip face (mJ of the meshed part)."""
     tip = site.domain.surface(
         "tip", quadrature_degree=2 * site.u.function_space.ufl_element().degree
     )
@@ -88,7 +88,7 @@ def dead_loads(site: Site) -> Sequence[ufl.Form]:
 
 
 def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:
-    """What yields the stiffness at the model's present state, by column."""
+    """A function that returns the stiffness at the model's present state, by column."""
     from dolfingrip.mechanics.readings.tip import TipDisplacement
 
     tips = [TipDisplacement(newton.model, axis) for axis in AXES]
@@ -102,10 +102,10 @@ def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:
 
 
 def compliance_mm_per_N(solve: Callable[[np.ndarray], np.ndarray], moved: Reading) -> float:
-    """Change of a displacement by the load that works on it, on the whole solid.
+    """Derivative of a displacement by the load that works on it, for the whole solid.
 
     Args:
-        solve: K⁻¹ of the model's tangent.
+        solve: applies the inverse K⁻¹ of the model's tangent.
         moved: the displacement (mm).
     """
     model = moved.model

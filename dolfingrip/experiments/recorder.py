@@ -25,14 +25,14 @@ COLUMNS = (
     "cavity_pressure_kPa", "cavity_volume_mm3", "contact_gap_mm", "plate_gap_mm",
     "iterations", "load_steps",
 )  # fmt: skip
-"""Columns of all experiments: those of the measured-data format, then further ones."""
+"""Columns of all experiments: first those of the format of measured data, then others."""
 
 EFFORT = ("iterations", "load_steps")
-"""The last of these columns: the solver's effort."""
+"""The last ones of these columns; they tell the solver's effort."""
 
 
 def columns(experiment: Experiment) -> tuple[str, ...]:
-    """Columns of an experiment's ``result.csv``: its own come before those of :data:`EFFORT`."""
+    """Columns of an experiment's ``result.csv``; its own stand before those of :data:`EFFORT`."""
     shared = [name for name in COLUMNS if name not in EFFORT]
     return (*shared, *experiment.columns, *EFFORT)
 
@@ -40,12 +40,12 @@ def columns(experiment: Experiment) -> tuple[str, ...]:
 def write_outcome(
     out: Path, config: Config, facts: dict[str, Any], sensitivities: Sequence[Row]
 ) -> None:
-    """Write a run's ``run.json``, and its ``sensitivity.csv`` where there are derivatives.
+    """Write a run's ``run.json``, and its ``sensitivity.csv`` if there are derivatives.
 
     Args:
         out: folder of the run.
-        config: as run.
-        facts: what happened.
+        config: configuration of the run.
+        facts: facts about the run, for ``run.json``.
         sensitivities: one row for each reading and parameter.
     """
     if sensitivities:
@@ -60,7 +60,7 @@ def write_outcome(
 class Recorder:
     """Writes ``result.csv`` and ``.toml``, ``run.json`` and ``fields.pvd`` as the run goes.
 
-    A run that is interrupted keeps its rows and fields so far, and a ``run.json`` that says
+    An interrupted run keeps the rows and fields that it has written, and a ``run.json`` that says
     how to repeat it.
 
     Raises:
@@ -103,7 +103,7 @@ class Recorder:
                 self._file.flush()
 
     def finish(self, facts: dict[str, Any], sensitivities: Sequence[Row] = ()) -> None:
-        """Complete ``run.json``; write ``sensitivity.csv`` where there are derivatives."""
+        """Complete ``run.json``; write ``sensitivity.csv`` if there are derivatives."""
         if self._comm.rank == 0:
             write_outcome(self._out, self._config, facts, sensitivities)
 
@@ -118,5 +118,5 @@ def _empty(value: Any) -> bool:
 
 
 def _digits(value: Any) -> Any:
-    """Ten significant digits: more are the solver's tolerance."""
+    """A float with ten significant digits; further digits are below the solver's tolerance."""
     return f"{value:.10g}" if isinstance(value, float) else value

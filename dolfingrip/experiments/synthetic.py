@@ -26,7 +26,7 @@ from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.parameter.priors import priors_beside
 
 MEASURED = (*COLUMNS[: COLUMNS.index("tip_z_mm") + 1], "transverse_strain")
-"""The columns of the measured-data format; a measurement has no others."""
+"""The columns of the format of measured data; a synthetic measurement has no others."""
 
 NOISE: Mapping[str, float] = {
     "pressure_kPa": 0.5,
@@ -37,25 +37,26 @@ NOISE: Mapping[str, float] = {
     "tip_z_mm": 0.1,
     "transverse_strain": 0.002,
 }
-"""Standard deviation by column: an ordinary camera, load cell and regulator (engineering guess);
-the crosshead's is that of the NinjaFlex coupons. A camera of 2,448 pixels sees 60 mm, so 3 mm of
-width are 120 pixels; each of the two edges is found to a sixth of one, which makes 0.002."""
+"""Standard deviation of each column's noise, for an ordinary camera, load cell and regulator
+(engineering guess). That of the displacement is the crosshead's with the NinjaFlex coupons. For the
+transverse strain a camera of 2,448 pixels sees 60 mm, so 3 mm of width are 120 pixels; each of both
+edges is found to a sixth of a pixel, which makes 0.002."""
 
 TRIES = 1000
-"""Draws from a prior until one is an allowed value."""
+"""Largest number of draws from a prior until one is an allowed value."""
 
 
 @dataclass(slots=True)
 class Measurement:
-    """What was measured, and what was hidden in it.
+    """A synthetic measurement, and the truth that is hidden in it.
 
     Attributes:
-        kinds: experiments in it.
-        config: the set-up as the laboratory believes it to be.
-        truth: what was simulated, effects and drawn nuisances included.
+        kinds: names of its experiments.
+        config: set-up that the laboratory believes in.
+        truth: set-up that was simulated, with hidden effects and drawn nuisances.
         rows: readings with noise, by column.
-        noise: standard deviation by column that is read.
-        failures: of experiments that ended early.
+        noise: standard deviation of the noise of each column that was read.
+        failures: failures of experiments that ended early.
     """
 
     kinds: Sequence[str]
@@ -67,12 +68,12 @@ class Measurement:
 
 
 def noise_from(assignments: Iterable[str]) -> dict[str, float]:
-    """Noise by column: :data:`NOISE` with :func:`told_noise` in its place."""
-    return {**NOISE, **told_noise(assignments)}
+    """Noise by column: that of :data:`NOISE`, unless ``column=value`` assigns another."""
+    return {**NOISE, **assigned_noise(assignments)}
 
 
-def told_noise(assignments: Iterable[str]) -> dict[str, float]:
-    """Noise by column, of ``column=value``.
+def assigned_noise(assignments: Iterable[str]) -> dict[str, float]:
+    """Noise by column that ``column=value`` assigns.
 
     Raises:
         ConfigError: one line naming the column, the value and what is allowed.
@@ -95,14 +96,14 @@ def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Con
     """``config`` with the effects ``names`` on, their parameters drawn from their priors.
 
     Raises:
-        ConfigError: one line, where there is no such effect.
+        ConfigError: one line, if there is no such effect.
     """
     by_name = {effect.name(): effect for effect in EFFECTS}
     names = set(names)
     unknown = sorted(names - set(by_name))
     if unknown:
         raise ConfigError(f"--nuisance {unknown[0]}: no effect; allowed: {', '.join(by_name)}")
-    for name, effect in by_name.items():  # in the index' order, lest a draw depend on the asked one
+    for name, effect in by_name.items():  # in the index' order, whatever the order of the names
         if name in names:
             config = config.changed(
                 extensions={name: _values(effect, config.material.shear_MPa, rng)}
@@ -111,7 +112,7 @@ def drawn(config: Config, names: Iterable[str], rng: np.random.Generator) -> Con
 
 
 def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) -> dict[str, Any]:
-    """Parameters of ``effect`` from their priors, drawn until they are allowed."""
+    """Parameters of ``effect``, drawn from their priors until they are allowed values."""
     for _ in range(TRIES):
         values: dict[str, Any] = {}
         for key, prior in priors_beside(effect, shear_MPa).items():
@@ -127,7 +128,7 @@ def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) ->
 
 
 def draw(prior: Prior, rng: np.random.Generator) -> float:
-    """A value of the prior's mean and standard deviation, normal or log-normal."""
+    """A value drawn from a prior, normal or log-normal."""
     if not prior.positive:
         return float(rng.normal(prior.mean, prior.spread))
     variance = math.log1p((prior.spread / prior.mean) ** 2)
@@ -145,17 +146,17 @@ def measure(
     comm: MPI.Comm = MPI.COMM_WORLD,
     progress: Callable[[Row], None] = lambda row: None,
 ) -> Measurement:
-    """Simulate ``kinds`` and read them as instruments do.
+    """Simulate experiments and read them with the noise of instruments.
 
     Args:
-        kinds: experiments, in the order of the table.
-        config: the set-up as the laboratory believes it to be.
-        hidden: what is true instead; default: the same.
-        nuisances: effects that are also on, with parameters drawn from their priors.
-        noise: standard deviation of each column's readings, in its unit.
-        seed: of nuisances and noise.
+        kinds: names of the experiments, in the order of the table.
+        config: set-up that the laboratory believes in.
+        hidden: set-up that is true instead; default: ``config``.
+        nuisances: effects that are added, with parameters drawn from their priors.
+        noise: standard deviation of each column's noise, in the column's unit.
+        seed: seed of the nuisances' draws and of the noise.
         comm: ranks to run on.
-        progress: called with each new row, before the noise.
+        progress: called with each new row, before noise is added.
     """
     rng = np.random.default_rng(seed)
     truth = drawn(hidden or config, nuisances, rng)
@@ -177,7 +178,7 @@ def measure(
 
 
 def write(measurement: Measurement, out: Path, comm: MPI.Comm = MPI.COMM_WORLD) -> None:
-    """Write ``measured.csv`` and ``.toml``, and what they hide to ``truth.toml``.
+    """Write ``measured.csv`` and ``.toml``, and the hidden truth to ``truth.toml``.
 
     Raises:
         ConfigError: on every rank, where the folder cannot be written.

@@ -38,7 +38,7 @@ def test_has_a_command_with_its_options(experiment: Experiment) -> None:
     assert {"--out", "-o", "--config", "--set"} <= flags
     assert {option.flag for option in experiment.options} <= flags
     assert ("--protocol" in flags) == ("--specimen" in flags) == experiment.protocol
-    assert ("--render" in flags) == experiment.poses
+    assert ("--render" in flags) == experiment.drawable
 
 
 @every

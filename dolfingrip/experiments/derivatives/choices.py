@@ -1,4 +1,4 @@
-"""Choices of the model, which have no derivative but a difference of two runs."""
+"""Choices of the model: they have no derivative, but the difference of two runs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NUMERICAL = tuple(
     for effect in type(Config().extensions).effects
     if effect.kind == "numerical"
 )
-"""Keys of all choices: tables of effects that are no property of any finger."""
+"""Keys of all choices: tables of effects that describe the computation and not the finger."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class Choice:
     """A choice of the model, made in a configuration or not.
 
     Attributes:
-        key: of its table in the configuration.
+        key: key of its table in the configuration.
         made: whether the configuration has that table.
         other: the configuration with the choice made the other way.
     """
@@ -33,26 +33,26 @@ class Choice:
 
     @property
     def label(self) -> str:
-        """What stands for a parameter's key in ``sensitivity.csv``."""
+        """Name of the choice in the column ``parameter`` of ``sensitivity.csv``."""
         return f"{self.key} (with minus without)"
 
     def difference(self, here: float, there: float) -> float:
-        """With the choice minus without it.
+        """Reading with the choice minus reading without it.
 
         Args:
-            here: reading of the configuration.
-            there: the same reading of :attr:`other`.
+            here: a reading of the configuration's run.
+            there: this reading in the run of :attr:`other`.
         """
         return here - there if self.made else there - here
 
     def differences(
         self, here: Sequence[Row], there: Sequence[Row], columns: Sequence[str]
     ) -> list[Row]:
-        """Rows of ``sensitivity.csv``, as far as both runs got.
+        """Rows of ``sensitivity.csv`` for the stops that both runs reached.
 
         Args:
             here: rows of the configuration's run.
-            there: those of the run of :attr:`other`.
+            there: rows of the run of :attr:`other`.
             columns: names of the rows that are made.
         """
         found: list[Row] = []
@@ -67,9 +67,9 @@ class Choice:
 
 
 def choices(config: Config, keys: Sequence[str] | None) -> list[Choice]:
-    """The choices among the keys that derivatives are asked for; none where they are not named.
+    """The choices of the model among the keys that derivatives are asked for.
 
-    A choice that is not made in ``config`` is made at its default values.
+    A choice that ``config`` does not make is made with its default values.
 
     Raises:
         ConfigError: one line, where a choice cannot be made with the rest of ``config``.
@@ -81,6 +81,6 @@ def choices(config: Config, keys: Sequence[str] | None) -> list[Choice]:
         name = key.partition(".")[2]
         made = getattr(config.extensions, name) is not None
         other = config.changed(extensions={name: None if made else {}})
-        other.adapted()  # refuses what cannot be
+        other.adapted()  # raises where the choice does not go with the rest
         found.append(Choice(key, made, other))
     return found

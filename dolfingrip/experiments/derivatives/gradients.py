@@ -1,4 +1,4 @@
-"""Derivatives of what is read off a finger with respect to its morph's ξ1 and ξ2."""
+"""Derivatives of a finger's readings by its morph's parameters ξ1 and ξ2."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ def cog_offset_mm(
     """Offset of the undeformed finger's centre of gravity, and its derivatives.
 
     Args:
-        config: that the finger is made from.
-        parameters: that the offset is derived by; None for ξ1 and ξ2.
+        config: configuration of the finger.
+        parameters: parameters that the offset is derived by; None: ξ1 and ξ2.
 
     Returns:
-        Offset (mm), and by the parameters' keys its derivatives (mm for each unit of the
+        The offset (mm), and its derivatives by the parameters' keys (mm for each unit of the
         parameter).
 
     Raises:
-        MeshError: one line, where there is no such finger.
+        MeshError: one line, if no finger has these dimensions.
     """
     mesh, moved = solid(config), morph(config)
     offset = float(centroid(mesh)[0]) - config.cog.x_ref_mm
@@ -51,7 +51,7 @@ def cog_offset_mm(
 
 
 def _centroid_slope(config: Config, mesh: SolidMesh, parameter: Parameter) -> float:
-    """Derivative of the centroid's x, on the mesh as it moves with the parameter."""
+    """Derivative of the centroid's x (mm for each unit of the parameter)."""
     if parameter.entry is not Entry.SHAPE:
         return 0.0
     return float(centroid_rate(mesh, mesh_velocity(parameter, config, mesh.points))[0])
@@ -60,9 +60,9 @@ def _centroid_slope(config: Config, mesh: SolidMesh, parameter: Parameter) -> fl
 def by_adjoint(config: Config) -> bool:
     """Whether :func:`at_highest` finds anything.
 
-    It does not where the volume is prescribed, as the pressure then is no parameter, nor with
-    extensions of more than geometry: they have unknowns, histories or readings that the adjoint
-    knows nothing of. ``config`` is the finger's, extensions of geometry applied.
+    It finds nothing where the volume is prescribed, because the pressure is then no parameter. It
+    finds nothing with extensions of more than geometry either: they have unknowns, histories or
+    readings that the adjoint does not know. Extensions of geometry are applied to ``config``.
     """
     return config.experiment.control == "pressure" and not config.extensions.active()
 
@@ -70,8 +70,8 @@ def by_adjoint(config: Config) -> bool:
 def at_highest(found: dict[str, float]) -> Callable[[FingerModel, Row], None]:
     """A visitor of an experiment that fills ``found`` at the highest pressure.
 
-    By ξ: the derivative of the blocked force (N) where there is a plate, else of the tip's
-    angle (deg). Nothing is found where :func:`by_adjoint` says so.
+    ``found`` has for each ξ the derivative of the blocked force (N) if there is a plate, else the
+    derivative of the tip's angle (deg). It stays empty where :func:`by_adjoint` is false.
     """
 
     def visit(finger: FingerModel, row: Row) -> None:
@@ -84,7 +84,7 @@ def at_highest(found: dict[str, float]) -> Callable[[FingerModel, Row], None]:
 
 
 def to_morph(finger: FingerModel) -> dict[str, float]:
-    """By ξ the derivative of force (N) or angle (deg) at the finger's present solution."""
+    """Derivative of force (N) or angle (deg) by each ξ at the finger's present solution."""
     model, plate = finger.model, finger.plate
     along = [Direction(field) for field in velocity(model.domain, morph(finger.config))]
     if plate is None:
@@ -104,9 +104,9 @@ def to_morph(finger: FingerModel) -> dict[str, float]:
 def _rates_at_rest(
     finger: FingerModel, reading: Reading, along: Sequence[Direction]
 ) -> list[float]:
-    """How fast a reading of the pose at rest changes in each direction."""
+    """Derivative of a reading at rest in each direction."""
     with at_rest(finger):
-        if not has_weight(finger):  # the undeformed pose stays without a displacement
+        if not has_weight(finger):  # the finger at rest stays undeformed
             return [reading.by_direction(each) for each in along]
         adjoint = Adjoint(finger.model, reading)
         return [adjoint.derivative(each) for each in along]

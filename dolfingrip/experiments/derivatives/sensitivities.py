@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.rig import Rig
 
 COLUMNS = ("row", "column", "parameter", "derivative")
-"""Of ``sensitivity.csv``: row of ``result.csv`` from 0 on, its column, the configuration's key, and
-the derivative in the column's unit for each unit of the parameter."""
+"""Columns of ``sensitivity.csv``: the row of ``result.csv`` from 0 on, its column, the key of the
+configuration, and the derivative in the column's unit for each unit of the parameter."""
 
 
 def chosen(config: Config, keys: Sequence[str] | None) -> list[Parameter]:
-    """The parameters that derivatives are taken to: those of ``keys``, or all.
+    """The parameters that readings are derived by: those of ``keys``, or all.
 
-    Keys of whole choices of the model are left out; for these see
+    Keys of whole choices of the model are left out; they are in
     :mod:`dolfingrip.experiments.derivatives.choices`.
 
     Raises:
@@ -60,12 +60,12 @@ class Sensitivities:
     """Collects the derivatives of a rig's readings as its path goes on.
 
     Args:
-        rig: at its start; it calls :meth:`rest` once the pose at rest is known.
-        config: that it was prepared from.
-        parameters: that derivatives are taken to.
+        rig: a rig at its start; it calls :meth:`rest` once the finger is at rest.
+        config: configuration that the rig was prepared from.
+        parameters: parameters that readings are derived by.
 
     Attributes:
-        rows: one for each stop, column and parameter, by :data:`COLUMNS`.
+        rows: one row for each stop, column and parameter, by :data:`COLUMNS`.
     """
 
     def __init__(self, rig: Rig, config: Config, parameters: Sequence[Parameter]) -> None:
@@ -79,12 +79,12 @@ class Sensitivities:
         rig.tared = self.rest
 
     def _true(self) -> dict[str, float]:
-        """Undistorted readings that have derivatives."""
+        """The readings that have derivatives, without the distortions of instruments."""
         readings = self._rig.readings.values()
         return {each.column: each.value() for each in readings if each.differentiable}
 
     def rest(self) -> None:
-        """Take note of the pose at rest, which some readings and the plate's gap count from."""
+        """Store the derivatives at rest, where some readings and the plate's gap are zero."""
         with self._rig.newton.profile.phase("sensitivities"):
             self._zero = self.forward.readings(self._true)
             size = len(self._rig.newton.model.u.x.array)
@@ -93,7 +93,7 @@ class Sensitivities:
                 perturbation.at_rest = moved.copy() if moved.any() else None
 
     def record(self, row: int) -> None:
-        """Derive the readings of the present stop, ``row`` of the result."""
+        """Derive the readings of the present stop, which is row ``row`` of the result."""
         with self._rig.newton.profile.phase("sensitivities"):
             found = self.forward.readings(self._true)
             true = self._true()

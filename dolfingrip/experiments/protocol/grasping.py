@@ -9,22 +9,22 @@ from dolfingrip.experiments.protocol.schedule import Stop, steps
 from dolfingrip.sections.gripper import Gripper
 
 LIFTED = 6
-"""Readings of the lift."""
+"""Number of readings during the lift."""
 
 
 def lift_starts_s(gripper: Gripper) -> float:
-    """When the lift begins."""
+    """Time at which the lift begins."""
     return gripper.pressurise_s + gripper.settle_s
 
 
 def lift_mm(gripper: Gripper, time_s: float) -> float:
-    """How far the gripper has been lifted."""
+    """Height by which the gripper has been lifted at a time."""
     way = (time_s - lift_starts_s(gripper)) * gripper.lift_mm_per_s
     return min(max(way, 0.0), gripper.lift_mm)
 
 
 def stops(config: Config) -> Sequence[Stop]:
-    """In steps to the highest pressure, a wait, the lift, a wait."""
+    """Stops of a grasp: steps to the highest pressure, a wait, the lift, a wait."""
     gripper, largest = config.gripper, config.experiment.max_pressure_kPa
     found = [
         Stop(value, gripper.pressurise_s * value / largest, "loading")

@@ -10,19 +10,20 @@ from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
 
 LEAST = 0.1
-"""Part of a step of the volume below which the next reading is left out."""
+"""Part of a step of the volume: a reading that is nearer than this is left out."""
 
 FURTHER = 2.0
-"""Factor by which a cavity may grow after a limit point, where a larger one is advised."""
+"""Factor by which a cavity can grow after a limit point with the ratio that is advised."""
 
 
 def stops(config: Config) -> Sequence[Stop]:
-    """Stops of the protocol, else from rest in steps to the maximum, and back where asked.
+    """Stops of the protocol; without one, steps from rest to the maximum, and back if asked.
 
-    The value is a pressure (kPa); under volume control, the cavity's growth relative to its rest.
+    The value of a stop is a pressure (kPa). Under volume control it is the cavity's growth, as a
+    part of its volume at rest.
 
     Raises:
-        ConfigError: the protocol is none for a finger.
+        ConfigError: one line, if the protocol is not one for a finger.
     """
     experiment, protocol = config.experiment, config.protocol
     if protocol.time_s:
@@ -40,12 +41,12 @@ def stops(config: Config) -> Sequence[Stop]:
 
 
 def stops_by_volume(config: Config, growth: float, time_s: float) -> Sequence[Stop]:
-    """Stops under volume control that are left once the cavity has grown by ``growth``.
+    """Stops under volume control that come after the cavity has grown by ``growth``.
 
     Args:
-        config: with the largest cavity and the steps to it.
-        growth: of the cavity, relative to its rest.
-        time_s: at present.
+        config: configuration with the largest cavity and the steps to it.
+        growth: growth of the cavity, as a part of its volume at rest.
+        time_s: present time.
     """
     rate, least = _growth_rate(config), LEAST * config.experiment.step_volume_ratio
     left = [value for value in _growths(config) if value > growth + least]
@@ -56,8 +57,8 @@ def advice(config: Config, ratio: float) -> str:
     """The settings with which a finger under pressure control goes on by its cavity's volume.
 
     Args:
-        config: with the control and the largest cavity.
-        ratio: volume of the cavity, relative to its rest.
+        config: configuration with the control and the largest cavity.
+        ratio: volume of the cavity by its volume at rest.
 
     Returns:
         A sentence; "" with a protocol, which prescribes pressures, and where no setting helps.
@@ -67,7 +68,7 @@ def advice(config: Config, ratio: float) -> str:
         return ""
     changes = []
     if experiment.control == "pressure":
-        returns = experiment.unload or experiment.cycles > 1  # which "auto" does not allow
+        returns = experiment.unload or experiment.cycles > 1  # "auto" allows neither
         changes.append(f"control={'volume' if returns else 'auto'}")
     if ratio + experiment.step_volume_ratio >= experiment.max_volume_ratio:
         changes.append(f"max_volume_ratio={math.ceil(FURTHER * ratio)}")
@@ -78,20 +79,20 @@ def advice(config: Config, ratio: float) -> str:
 
 
 def _growths(config: Config) -> list[float]:
-    """Growths of the cavity relative to its rest, in order."""
+    """Growths of the cavity, as parts of its volume at rest, in order."""
     experiment = config.experiment
     return schedule.steps(experiment.max_volume_ratio - 1, experiment.step_volume_ratio)
 
 
 def _growth_rate(config: Config) -> float:
-    """Growth each second: a step of the volume takes as long as one of the pressure would."""
+    """Growth in a second: a step of the volume takes as long as a step of the pressure."""
     experiment = config.experiment
     seconds = experiment.step_kPa / experiment.rate_kPa_per_s
     return experiment.step_volume_ratio / seconds
 
 
 def by_pressure(config: Config) -> bool:
-    """Whether the control is, at first, the pressure rather than the cavity's volume."""
+    """Whether the control at the start is the pressure, not the cavity's volume."""
     return config.experiment.control != "volume"
 
 

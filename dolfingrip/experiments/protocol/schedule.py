@@ -14,10 +14,10 @@ class Stop:
     """A point of the schedule at which readings are taken.
 
     Attributes:
-        value: of the control, in its unit.
-        time_s: since the first stop.
+        value: value of the control, in its unit.
+        time_s: time since the first stop.
         branch: ``loading``, ``unloading`` or ``hold``.
-        cycle: from 1 on.
+        cycle: number of the cycle, from 1 on.
     """
 
     value: float
@@ -27,7 +27,7 @@ class Stop:
 
 
 def steps(largest: float, step: float) -> list[float]:
-    """Values from 0 in steps up to ``largest``, which is always the last one."""
+    """Values from 0 up to ``largest`` in steps; the last value is ``largest``."""
     values = [i * step for i in range(int(largest / step + 1e-9) + 1)]
     if largest - values[-1] > 1e-9 * largest:
         values.append(largest)
@@ -35,12 +35,12 @@ def steps(largest: float, step: float) -> list[float]:
 
 
 def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list[Stop]:
-    """Up through ``values`` from rest, and back where asked, so many times.
+    """Stops that go up through ``values`` from rest, and back if asked, in each cycle.
 
     Args:
-        values: increasing from 0.
+        values: values of the control, increasing from 0.
         rate: change of the value per second.
-        experiment: cycles, waits and whether to unload.
+        experiment: number of cycles, waits, and whether to unload.
     """
     found: list[Stop] = [Stop(values[0], 0.0, "loading")]
 
@@ -65,7 +65,7 @@ def cycles(values: Sequence[float], rate: float, experiment: Experiment) -> list
 
 
 def given(protocol: Protocol, values: Sequence[float]) -> list[Stop]:
-    """The stops that a protocol asks for, ``values`` being those of the control."""
+    """The stops of a protocol; ``values`` are the values of its control."""
     found: list[Stop] = []
     for i, (time_s, value) in enumerate(zip(protocol.time_s, values, strict=True)):
         before = values[i - 1] if i else 0.0

@@ -21,7 +21,7 @@ COLLECTION = """<?xml version="1.0"?>
 class FieldFile:
     """``fields.pvd`` with ``displacement_mm`` and ``principal_stretch`` at each step.
 
-    Both are Lagrange functions of the displacement's order, which hold it exactly.
+    Both are Lagrange functions of the displacement's order, so the displacement is exact.
     """
 
     def __init__(self, model: Model, path: Path) -> None:
@@ -35,7 +35,7 @@ class FieldFile:
         self._steps: list[str] = []
 
     def write(self, time_s: float) -> None:
-        """Append the present state as that at ``time_s``."""
+        """Append the present state; its time in the file is ``time_s``."""
         self._stretch.update()
         self._shown.interpolate(self._model.u)
         self._file.write_function([self._shown, self._stretch.field], time_s)

@@ -1,4 +1,4 @@
-"""What became of a grasp."""
+"""The outcome of a grasp: one of five classes, its time, and a sentence."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 
 LETTERS = "ABC"
-"""Of the thumb and the fingers."""
+"""Names of the thumb, A, and of the fingers, B and C."""
 
 COLUMNS = (
     *("table_z_mm", "object_x_mm", "object_y_mm", "object_z_mm", "object_turn_deg"),
@@ -20,32 +20,32 @@ COLUMNS = (
     *("table_N", "slip_mm", "contact_pressure_kPa", "force_closure"),
     *("pressure_mJ", "friction_mJ", "energy_error_mJ", "momentum_error_N"),
 )
-"""Of a grasp alone; ``GraspReadings.read`` in ``rigs/grasp_readings.py`` tells what they mean."""
+"""Columns that only a grasp has; ``GraspReadings.read`` in ``rigs/grasp_readings.py`` tells all."""
 
 HELD_MM = 1.0
-"""Way by which a held object may sink against the fingers, and rise from the table unnoticed."""
+"""Way by which a held object may sink against the fingers; a lower rise is no lift."""
 
 AWAY_MM = 15.0
-"""Way out of the fingers' middle, beyond which an object that no finger touches has left them."""
+"""Distance from the start beyond which an object that no finger touches has left the fingers."""
 
 BORNE = 0.01
-"""Part of the weight on the table below which the fingers bear it."""
+"""The fingers bear an object if the table bears a smaller part of its weight than this."""
 
 PUSHED = 0.5
-"""Part of the weight on the table above which fingers that touch an object only push it."""
+"""Fingers only push an object if the table bears a larger part of its weight than this."""
 
 LEAVING_MM_PER_S, LEAVING_STEPS = 20.0, 2
-"""Least speed, in so many last steps, of an object that is being squeezed out."""
+"""Smallest speed of an object that is being squeezed out, and the number of steps that show it."""
 
 AHEAD = 0.5
-"""Cosine of the angle to an object's way within which a finger stands in it."""
+"""A finger stands in an object's way if the cosine of the angle between both is larger."""
 
 EARLY = " (the computation ended there)"
-"""Said of a class that rests on the last step of a run that ended early."""
+"""Added to the sentence if the class follows from the last step of a run that ended early."""
 
 
 class Kind(StrEnum):
-    """The classes."""
+    """The classes of outcomes."""
 
     PICKED_UP = "picked up"
     SLIPPED = "slipped"
@@ -59,10 +59,10 @@ class Moment:
     """One accepted step of a grasp.
 
     Attributes:
-        time_s: of it.
+        time_s: time of the step.
         lifting: whether the lift has begun.
-        centre_mm: (3,) of the object, seen from the gripper.
-        rise_mm: of the object above where it stood on the table.
+        centre_mm: (3,) centre of the object, seen from the gripper.
+        rise_mm: height of the object above where it stood on the table.
         fingers_N: (k,) normal force of each finger.
         table_part: part of the weight that the table bears.
     """
@@ -77,7 +77,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """A class with its time and a sentence.
+    """The class of a grasp, with its time and a sentence.
 
     Attributes:
         kind: the class.
@@ -95,8 +95,8 @@ class Ring:
     """Where the fingers stand around the object, seen from above.
 
     Attributes:
-        radius_mm: distance of the nearest finger's clamp from the middle. An object that lies on
-            the table beyond it has left the fingers, even where one of them still pushes it away.
+        radius_mm: distance of the nearest finger's clamp from the middle. An object on the table
+            that lies farther out has left the fingers, even if one of them still pushes it.
         outward: (k, 2) unit vectors from the middle to the fingers.
     """
 
@@ -104,20 +104,20 @@ class Ring:
     outward: np.ndarray
 
     def is_open(self, way: np.ndarray) -> bool:
-        """Whether no finger stands in the way of what moves along (2,) ``way``."""
+        """Whether no finger stands in the way of an object that moves along (2,) ``way``."""
         length = float(np.linalg.norm(way))
         return bool((self.outward @ way < AHEAD * length).all())
 
 
 NOWHERE = Ring(np.inf, np.zeros((1, 2)))
-"""Fingers of which nothing is known."""
+"""Fingers whose places are not known."""
 
 
 def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> Outcome | None:
     """Whether the object has left the fingers sideways or upwards, before or in the lift.
 
-    It has where none touches it any more; where it lies outside of them; and where it rolls out
-    between them, ever faster.
+    It has left them if no finger touches it any more and it is far away, if it lies outside of them
+    on the table, or if it rolls out between them ever faster.
 
     Args:
         moments: all accepted steps so far, in order.
@@ -143,7 +143,7 @@ def ejected(moments: Sequence[Moment], ring: Ring = NOWHERE) -> Outcome | None:
 
 
 def _speed_mm_per_s(moments: Sequence[Moment]) -> float:
-    """Of an object that leaves the middle of the fingers ever faster; else 0."""
+    """Speed of an object that leaves the middle of the fingers ever faster; 0 if it does not."""
     last = moments[-LEAVING_STEPS - 1 :]
     if len(last) <= LEAVING_STEPS:
         return 0.0
@@ -154,10 +154,10 @@ def _speed_mm_per_s(moments: Sequence[Moment]) -> float:
 
 
 def judge(moments: Sequence[Moment], *, complete: bool, ring: Ring = NOWHERE) -> Outcome | None:
-    """The class of a grasp; None where it ended early and nothing is decided.
+    """The outcome of a grasp; None if it ended early and its class is not decided.
 
-    Where the computation ended early, the class is that of the last accepted step, as long as it
-    tells: the object is being squeezed out, or the lift has begun.
+    If the computation ended early, the last accepted step decides the class. It can do so if the
+    object is being squeezed out, or if the lift has begun.
 
     Args:
         moments: all accepted steps, in order.
@@ -206,7 +206,7 @@ def decided(moments: Sequence[Moment], ring: Ring = NOWHERE) -> bool:
 
 
 def _borne(moments: Sequence[Moment], up_s: float, early: str) -> Outcome:
-    """Picked up or slipped: the fingers bear the object at the end."""
+    """The outcome if the fingers bear the object at the end: picked up or slipped."""
     last, before = moments[-1], [moment for moment in moments if not moment.lifting][-1]
     fallen = float(before.centre_mm[2] - last.centre_mm[2])
     lift = [moment for moment in moments if moment.lifting]
@@ -219,7 +219,7 @@ def _borne(moments: Sequence[Moment], up_s: float, early: str) -> Outcome:
 
 
 def _leaving(moments: Sequence[Moment]) -> Outcome | None:
-    """Whether the object was on its way out of the fingers, ever faster, at the last step."""
+    """The outcome if the object was leaving the fingers ever faster at the last step, else None."""
     way = moments[-1].centre_mm - moments[0].centre_mm
     sideways, speed = float(np.linalg.norm(way[:2])), _speed_mm_per_s(moments)
     if speed <= 0 or sideways < HELD_MM:
@@ -229,7 +229,7 @@ def _leaving(moments: Sequence[Moment]) -> Outcome | None:
 
 
 def _left_behind(moments: Sequence[Moment]) -> bool:
-    """Whether the table has taken the object along by more than it may rise unnoticed."""
+    """Whether the table, in the lift, has taken the object along by more than :data:`HELD_MM`."""
     lift = [moment for moment in moments if moment.lifting]
     if not lift:
         return False

@@ -1,4 +1,4 @@
-"""``run.json``: all that is needed to repeat a run and to judge it."""
+"""``run.json``: everything that is needed to repeat a run and to judge it."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ PACKAGES = ("fenics-ffcx", "fenics-ufl", "ipctk", "meshio", "numpy", "scipy")
 
 
 def versions() -> dict[str, str]:
-    """Versions of the software that computes."""
-    import gmsh  # slow to load, and of no other use to a mesh of hexahedra
+    """Versions of the software that a run depends on."""
+    import gmsh  # slow to load; a mesh of hexahedra does not need it
 
     found = {
         "dolfingrip": dolfingrip.__version__,
@@ -41,7 +41,7 @@ def versions() -> dict[str, str]:
 
 
 def machine() -> dict[str, Any]:
-    """The machine of the run."""
+    """The operating system and the number of processors."""
     return {"system": platform.platform(), "processors": os.cpu_count()}
 
 
@@ -50,8 +50,8 @@ def write(path: Path, config: Config, facts: dict[str, Any]) -> None:
 
     Args:
         path: of the file.
-        config: as resolved; ``dolfingrip … --config run.json`` repeats the run.
-        facts: what happened, JSON-serialisable.
+        config: resolved configuration; ``dolfingrip … --config run.json`` repeats the run.
+        facts: facts about the run, JSON-serialisable.
     """
     content = {
         "command": sys.argv[1:],

@@ -1,4 +1,4 @@
-"""What an experiment yields."""
+"""The result of an experiment."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ class PlatePose:
 
 @dataclass(slots=True, repr=False)
 class Result:
-    """What an experiment yielded.
+    """The result of an experiment.
 
     Attributes:
         kind: the experiment's name.
-        rows: one dictionary a stop, by column.
-        failure: why the path ended early, if it did; the rows up to there are good.
-        turning: of the blocked-force curve, where it turns.
-        plate: where the force sensor stood.
-        facts: contents of ``run.json`` besides the configuration.
-        outcome: what became of a grasp.
-        sensitivities: rows of ``sensitivity.csv``, where derivatives were asked for.
-        second_runs: by the key of each choice of the model whose difference was asked for, why the
-            run with the other choice ended early; None where it did not.
+        rows: a dictionary by column for each stop.
+        failure: why the path ended early, if it did; the rows up to there are valid.
+        turning_point: turning point of the blocked-force curve, if it has one.
+        plate: where the force sensor stood, if there was one.
+        facts: contents of ``run.json`` without the configuration.
+        outcome: outcome of a grasp.
+        sensitivities: rows of ``sensitivity.csv``, if derivatives were asked for.
+        second_runs: for the key of each choice of the model whose difference was asked for: why
+            the run with the other choice ended early; None if it did not.
     """
 
     kind: str
     config: Config
     rows: list[Row] = field(default_factory=list)
     failure: Failure | None = None
-    turning: TurningPoint | None = None
+    turning_point: TurningPoint | None = None
     plate: PlatePose | None = None
     outcome: Outcome | None = None
     facts: dict[str, Any] = field(default_factory=dict)
@@ -84,7 +84,7 @@ class Result:
 def facts(
     result: Result, newton: Newton, profile: Profile, wall_s: float, notes: Sequence[str]
 ) -> dict[str, Any]:
-    """What ``run.json`` says besides the configuration."""
+    """Contents of ``run.json`` without the configuration."""
     model = newton.model
     topology = model.domain.mesh.topology
     return {
@@ -110,7 +110,7 @@ def facts(
             "sentence": result.failure.sentence(),
         },
         "notes": list(notes),
-        "turning_point": None if result.turning is None else asdict(result.turning),
+        "turning_point": None if result.turning_point is None else asdict(result.turning_point),
         "outcome": None if result.outcome is None else asdict(result.outcome),
         "ranks": model.comm.size,
         "wall_s": round(wall_s, 3),

@@ -1,4 +1,4 @@
-"""The blocked-force curve's turning point: where touching bellows steepen it."""
+"""The turning point of the blocked-force curve, where bellows touch and the curve steepens."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 import numpy.typing as npt
 
 STEEPER = 1.1
-"""Smallest ratio of the slopes that counts as a turn."""
+"""Smallest ratio of the slopes after and before a turning point."""
 
 
 @dataclass(frozen=True, slots=True)
 class TurningPoint:
-    """Meeting point of the two straight lines that fit the curve best.
+    """The point at which the two straight lines that fit the curve best meet.
 
     Attributes:
-        pressure_kPa: where the lines meet.
-        force_N: where the lines meet.
-        slope_before_N_per_kPa: of the first line.
-        slope_after_N_per_kPa: of the second line.
-        touch_kPa: pressure at which the first bellows touch; None where none do.
-        touching: names of the first bellows to touch; None where none do.
+        pressure_kPa: pressure at which the lines meet.
+        force_N: force at which the lines meet.
+        slope_before_N_per_kPa: slope of the first line.
+        slope_after_N_per_kPa: slope of the second line.
+        touch_kPa: pressure at which the first bellows touch; None if none touch.
+        touching: names of the first bellows that touch; None if none touch.
     """
 
     pressure_kPa: float
@@ -33,7 +33,7 @@ class TurningPoint:
     touching: str | None = None
 
     def sentence(self) -> str:
-        """What was found, with units."""
+        """A sentence with the turning point, the slopes and the first touch."""
         text = (
             f"turning point at {self.pressure_kPa:.0f} kPa, {self.force_N:.2f} N: slope "
             f"{self.slope_before_N_per_kPa:.4f} N/kPa before, "
@@ -50,16 +50,16 @@ def find(
     gaps_mm: Sequence[dict[str, float]] = (),
     touch_mm: float = 0.0,
 ) -> TurningPoint | None:
-    """Fit a continuous pair of lines by least squares, the break free between readings.
+    """Fit two lines that meet by least squares; they may meet anywhere between readings.
 
     Args:
-        pressure_kPa: (n,) loading branch, increasing.
-        force_N: (n,) readings.
-        gaps_mm: for each reading the distance by pair of neighbours.
-        touch_mm: distance at which a pair counts as touching.
+        pressure_kPa: (n,) increasing pressures of the loading branch.
+        force_N: (n,) forces there.
+        gaps_mm: for each reading, the distance of each pair of neighbouring bellows.
+        touch_mm: distance at which a pair touches.
 
     Returns:
-        None with fewer than five readings or where the curve does not turn upwards.
+        The turning point; None with fewer than five readings, or if no slope rises enough.
     """
     p, f = np.asarray(pressure_kPa, dtype=float), np.asarray(force_N, dtype=float)
     if len(p) < 5:
@@ -84,9 +84,9 @@ def _first_touch(
 ) -> tuple[float | None, str | None]:
     """Pressure and pair of the first touch.
 
-    The gap closes freely until the barrier holds it open, so the line through the two readings
-    before the touch is extrapolated, where there are two. Interpolation to the reading after the
-    touch would place it too late.
+    The gap closes freely until the barrier holds it open. The line through the two readings before
+    the touch is therefore extrapolated, if there are two. Interpolation to the reading after the
+    touch would give too high a pressure.
     """
     first: tuple[float | None, str | None] = (None, None)
     for pair in gaps_mm[0] if gaps_mm else ():
