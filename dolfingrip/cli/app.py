@@ -48,10 +48,10 @@ ORDER = (
 
 
 class InOrder(TyperGroup):
-    """Subcommands as in :data:`ORDER`; typer itself would put groups such as ``doe`` last."""
+    """Lists subcommands in :data:`ORDER`; typer itself puts groups such as ``doe`` last."""
 
     def list_commands(self, ctx: typer.Context) -> list[str]:  # type: ignore[override]
-        """Names of the subcommands, those that :data:`ORDER` lacks at the end."""
+        """Names of the subcommands; those that :data:`ORDER` lacks stand at the end."""
         known = {name: place for place, name in enumerate(ORDER)}
         return sorted(self.commands, key=lambda name: known.get(name, len(ORDER)))
 
@@ -82,7 +82,7 @@ app.command("reproduce")(reproduce_command.reproduce)
 
 
 def _print_version(asked: bool) -> None:
-    """Print the version and exit, where ``--version`` is given."""
+    """Print the version and exit if ``--version`` is given."""
     if asked:
         sys.stdout.write(f"dolfingrip {__version__}\n")
         raise typer.Exit
@@ -114,9 +114,9 @@ def show_config(config: ConfigFile = None, overrides: Overrides = None) -> None:
 def main() -> None:
     """Run the command.
 
-    Exit codes: 0; 1 where a load path ended early (what was reached is kept, and a sentence
-    says why it ended); 2 with one line for bad input; 130 where interrupted. A closed
-    output pipe changes none of them.
+    The exit code is 0 after success, 1 if a load path ended early (the results up to there are
+    kept, and a sentence says why it ended), 2 after bad input, which one line names, and 130
+    after Ctrl-C. A closed output pipe does not change it.
     """
     with unbroken_output():
         _main()
@@ -125,7 +125,7 @@ def main() -> None:
 def _main() -> None:
     comm = MPI.COMM_WORLD
     errors = sys.stderr
-    if comm.rank:  # errors that all ranks have are printed once
+    if comm.rank:  # rank 0 alone prints errors that all ranks have
         sys.stdout = sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
     try:
         app()
@@ -139,14 +139,14 @@ def _main() -> None:
             _end(INTERRUPTED)
         if comm.size == 1:
             raise
-        # the other ranks would wait for this one for ever
+        # without this the other ranks would wait for this one for ever
         traceback.print_exc(file=errors)
         errors.flush()
         comm.Abort(70)
 
 
 def _end(code: object) -> NoReturn:
-    """Exit on all ranks, the text of rank 0 first: mpirun kills the rest as one rank fails."""
+    """Exit on all ranks after rank 0 has printed; mpirun kills all ranks as soon as one fails."""
     sys.stdout.flush()
     sys.stderr.flush()
     if code and code != INTERRUPTED:  # an interrupt may have reached this rank alone

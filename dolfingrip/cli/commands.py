@@ -38,16 +38,16 @@ def run_experiment(
     console: Console,
     gradients: Sequence[str] | None = None,
 ) -> Result:
-    """Run one experiment, print its table, plot its curve and draw its poses.
+    """Run one experiment, print its table, plot its curve and draw deformed shapes.
 
     Args:
-        experiment: which one.
-        config: of its specimen.
+        experiment: experiment to run.
+        config: configuration of the run.
         out: folder for results.
         renders: pressures to draw (kPa), joined by commas.
         colour_by: ``displacement`` or ``stretch``.
-        console: where it is printed.
-        gradients: keys of parameters that readings are derived by, none for all; None for no
+        console: where the output is printed.
+        gradients: keys of parameters that readings are derived by; []: all parameters; None: no
             derivatives.
 
     Raises:
@@ -58,7 +58,7 @@ def run_experiment(
     check_writable(out)
     _warn(experiment, config, console)
     if gradients is not None:
-        # a bad key is said before anything is computed
+        # a bad key raises before anything is computed
         chosen(experiment.settings(config), gradients)
         for choice in choices(experiment.settings(config), gradients):
             console.print(
@@ -84,17 +84,17 @@ def synthetic_measurement(
     out: Path,
     console: Console,
 ) -> None:
-    """Simulate, disturb and write a data set.
+    """Simulate a data set, add noise to it and write it.
 
     Args:
         kinds: names of the experiments.
-        config: what the data set says about itself.
-        truth: what is simulated.
+        config: set-up that the data set tells about itself.
+        truth: set-up that is simulated.
         nuisances: effects whose values are drawn from their priors.
-        noise: standard deviations, ``COLUMN=VALUE``.
-        seed: of nuisances and noise.
+        noise: standard deviations of noise, ``COLUMN=VALUE``.
+        seed: seed of the nuisances' draws and of the noise.
         out: folder for the data set.
-        console: where it is printed.
+        console: where the output is printed.
 
     Raises:
         ConfigError: one line naming the option, its value and what is allowed.
@@ -122,7 +122,7 @@ def synthetic_measurement(
 
 
 def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
-    """Run both experiments and print one table; draw the pictures of each as soon as it ends."""
+    """Run both experiments, draw the pictures of each as soon as it ends, print one table."""
     check_writable(out)
     shown = [find(name) for name in DEMO]
     _warn(shown[0], config, console)
@@ -147,7 +147,7 @@ def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
 
 
 def _quantity(text: str) -> render.Quantity:
-    """What ``--colour-by`` asks for."""
+    """The quantity that ``--colour-by`` asks for."""
     for quantity in get_args(render.Quantity):
         if text == quantity:
             return cast(render.Quantity, quantity)
@@ -205,7 +205,7 @@ def _bar(
             nonlocal rows
             rows += 1
             column = controls[row["experiment"]]
-            # the stops after a change to volume control are not known before
+            # nobody knows the stops after a change to volume control before it
             show(rows, max(rows, total), f"{row[column]:zg} {unit(column)}")
 
         yield advance
@@ -219,7 +219,7 @@ def _pictures(
     colour_by: render.Quantity,
     console: Console,
 ) -> list[Path]:
-    """Plot the curve, draw the poses that were reached, return the files (on rank 0)."""
+    """Plot the curve, draw the finger at the pressures reached, return the files (on rank 0)."""
 
     def work() -> list[Path]:
         if not result.rows:
@@ -243,7 +243,7 @@ def _pictures(
 
 
 def _plate(result: Result) -> render.Plate | None:
-    """The force sensor, where there is one, for the picture."""
+    """The force sensor for the picture; None if there is none."""
     if result.plate is None:
         return None
     return render.Plate(

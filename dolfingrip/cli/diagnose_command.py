@@ -20,7 +20,7 @@ from dolfingrip.cli.simulations import (
 
 def diagnose(
     data: Annotated[
-        list[Path], typer.Argument(metavar="DATA.csv…", help="Measured; a TOML beside each.")
+        list[Path], typer.Argument(metavar="DATA.csv…", help="Measured; each CSV has a TOML.")
     ],
     out: Out = Path("out/diagnosis"),
     config: ConfigFile = None,

@@ -112,7 +112,7 @@ def doe(
 def _keys(
     gradients: bool, parameters: str | None, objective: str | None, resolved: Config
 ) -> tuple[str, ...] | None:
-    """Keys that each design's quantities are derived by, checked where the designs agree.
+    """Keys that each design's quantities are derived by; the designs check them if they can.
 
     Raises:
         ConfigError: one line.
@@ -147,5 +147,5 @@ def export(
     csv: Annotated[Path | None, typer.Option(help="Default: designs.csv in --out.")] = None,
     parquet: Annotated[Path | None, typer.Option(help="Default: designs.parquet in --out.")] = None,
 ) -> None:
-    """A campaign's designs as CSV and Parquet, and their derivatives: sensitivity.csv in --out."""
+    """Write a campaign's designs as CSV and Parquet, and derivatives as sensitivity.csv in --out."""
     _write(out, [csv or out / "designs.csv", parquet or out / "designs.parquet"])

@@ -117,7 +117,7 @@ def demo(
 
 
 def _command(experiment: Experiment) -> Callable[..., None]:
-    """The function behind an experiment's subcommand; typer reads its signature."""
+    """The function of an experiment's subcommand; typer reads its signature."""
 
     def perform(
         out: Path,
@@ -193,13 +193,13 @@ def _fitted(given: Mapping[str, Any], out: Path) -> bool:
 
 
 def _annotation(option: Option) -> Any:
-    """What typer reads of an option that one experiment has."""
+    """The annotation by which typer knows an option of one experiment."""
     kind: Any = option.type if option.default is not None else option.type | None
     return Annotated[kind, typer.Option(option.flag, help=option.help)]
 
 
 def _assignments(experiment: Experiment, given: Mapping[str, Any]) -> list[str]:
-    """Assignments, as of ``--set``, by the options that this experiment alone has."""
+    """Assignments, like those of ``--set``, that the experiment's own options ask for."""
     return [
         f"{option.key}={given[option.name]}"
         for option in experiment.options
@@ -208,7 +208,7 @@ def _assignments(experiment: Experiment, given: Mapping[str, Any]) -> list[str]:
 
 
 def _measured(text: str) -> list[str]:
-    """The names in ``--experiments``; the measured-data format must have them all.
+    """The names in ``--experiments``; the format of measured data must have all of them.
 
     Raises:
         ConfigError: one line with the names that are allowed.
@@ -245,7 +245,7 @@ def _poses(
 
 
 def _exit(*results: Result) -> None:
-    """Exit code 1 where a load path ended early, its results up to there being kept."""
+    """Exit with code 1 if a load path ended early; its results up to there are kept."""
     endings = [end for each in results for end in (each.failure, *each.second_runs.values())]
     if any(ending is not None for ending in endings):
         raise typer.Exit(1)

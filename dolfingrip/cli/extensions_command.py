@@ -1,4 +1,4 @@
-"""``dolfingrip extensions``: the effects there are."""
+"""``dolfingrip extensions``: list the effects that can be switched on."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def extensions(
 
 
 def tabulate(effects: Sequence[type[Effect]] = EFFECTS, *, source: bool = False) -> Table:
-    """A row for each parameter of ``effects``: prior and, if asked, default and source."""
+    """A table with each parameter of ``effects``: its prior, default and source, if asked."""
     table = Table(box=SIMPLE_HEAD)
     headings = ["effect", "kind", "parameter", "prior"]
     for heading in [*headings, "default", "source"] if source else headings:

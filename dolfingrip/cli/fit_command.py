@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from dolfingrip.experiments.material_fit.fit import Fit
 
 TITLE = 14
-"""Characters to which a law's title is wrapped."""
+"""Width, in characters, to which a law's title is wrapped."""
 
 FREE = 100.0
-"""Half width of an interval, by the value, from which on a value is called free."""
+"""A value is called free if the half width of its interval is larger by this factor."""
 
 
 def fit_laws(
@@ -30,13 +30,13 @@ def fit_laws(
     """Fit laws to the coupons in ``files``; print, draw and write the best as a configuration.
 
     Args:
-        files: CSV, each with its TOML.
-        names: of the laws; all where none is given.
-        max_stretch: leaves out what is stretched more.
-        out: folder of ``material.toml`` and ``fit.png``.
+        files: CSV files; each has a TOML of the same name.
+        names: names of the laws; all laws if none is given.
+        max_stretch: readings at larger stretches are left out.
+        out: folder for ``material.toml`` and ``fit.png``.
 
     Raises:
-        ConfigError: one line, where a file or a name is wrong.
+        ConfigError: one line, if a file or a name is wrong.
     """
     from dolfingrip.cli import progress
     from dolfingrip.experiments.material_fit import coupons, fit, material_file
@@ -82,7 +82,7 @@ def fit_laws(
 
 
 def _best(fits: Sequence[Fit], data: Sequence[Series]) -> Fit:
-    """The least criterion among the laws that are stable where they were measured."""
+    """The fit with the smallest criterion among laws that are stable where they were measured."""
     from dolfingrip.experiments.material_fit import material_file
     from dolfingrip.experiments.material_fit.homogeneous import stable_to
 
@@ -106,7 +106,7 @@ def _told(data: Sequence[Series], readings: int) -> str:
 
 
 def _quality(fits: Sequence[Fit], best: Fit) -> Table:
-    """How well each law fits, up to which stretches it is stable, where a balloon of it gives way.
+    """A table: how well each law fits, to which stretches it is stable, when a balloon gives way.
 
     The laws' titles and the modes are wrapped, so that the table fits into 80 columns.
     """
@@ -133,7 +133,7 @@ def _quality(fits: Sequence[Fit], best: Fit) -> Table:
 
 
 def _values(fits: Sequence[Fit], best: Fit) -> Table:
-    """The values of each law's parameters with half of their interval."""
+    """A table with the values of each law's parameters and half of their intervals."""
     names = ("Law", "Parameter", "Value", "± half of the 90 % interval")
     columns: dict[str, list[str]] = {name: [] for name in names}
     for fit in fits:
@@ -147,7 +147,7 @@ def _values(fits: Sequence[Fit], best: Fit) -> Table:
 
 
 def _interval(value: float, half: float) -> tuple[str, str]:
-    """A value, 0 where the data leave it free, and half of its interval."""
+    """A value and half of its interval as texts."""
     if half > FREE * abs(value):
         return f"{value if abs(value) > 1e-9 else 0.0:z.2g}", "free"
     return f"{value:z.4g}", f"{half:.2g}"

@@ -49,14 +49,14 @@ def mesh(
 
 
 def _order(config: Config) -> int:
-    """Order of the elements in the files: as asked for, or the solver's."""
+    """Order of the elements in the files: the one asked for, or the solver's."""
     if config.mesh.order is not None:
         return config.mesh.order
     return 1 if config.solver.element == "P1" else 2
 
 
 def _of_order(order: int, mesh: SolidMesh) -> SolidMesh:
-    """The same mesh in elements of the first or second order; new edges are straight."""
+    """``mesh`` with elements of the first or second order; new edges are straight."""
     from dolfingrip.meshes.solid import assemble, second_order
 
     if mesh.order == order:

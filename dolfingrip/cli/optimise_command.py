@@ -100,7 +100,7 @@ def optimise(
 
 
 def _base(campaign: dict[str, Any], file: Path | None, overrides: Sequence[str]) -> Config:
-    """The configuration that a design's inputs are put into."""
+    """The configuration that a design's inputs are set in."""
     from dolfingrip.cli.doe_commands import DEFAULTS
 
     if file is not None or "base" not in campaign:
@@ -113,7 +113,7 @@ def _base(campaign: dict[str, Any], file: Path | None, overrides: Sequence[str])
 
 
 def _plot(found: Optimum, resolved: Sequence[Resolved], surrogate: Path, out: Path) -> None:
-    """The front with the surrogate's own designs, where its folder still has them."""
+    """Plot the front with the surrogate's training designs, if its folder still has them."""
     import numpy as np
 
     from dolfingrip.design.optimum.pareto import COG, FORCE

@@ -1,4 +1,4 @@
-"""What several commands share: their options, and where they print."""
+"""Options that several commands share, and the console on which they print."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ConfigFile = Annotated[
 
 
 def checked_numbers(option: typer.CallbackParam, assignments: list[str] | None) -> Any:
-    """``KEY=VALUE`` strings of an option, as the parameters that their numbers are.
+    """Check the numbers in an option's ``KEY=VALUE`` strings as parameters; return the strings.
 
     Raises:
         ConfigError: one line naming the option, the key, the value and the allowed range.
@@ -55,7 +55,7 @@ Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for results.")]
 
 
 def console() -> Console:
-    """Where results are printed: silent on ranks other than 0."""
+    """The console on which results are printed; it is silent on ranks other than 0."""
     bare = False if _redirected() else None  # None: rich finds out
     return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False, force_terminal=bare)
 
@@ -64,24 +64,24 @@ def one_process(allowed: str) -> None:
     """Refuse to run under mpirun.
 
     Args:
-        allowed: what is, in its place.
+        allowed: what is allowed instead.
 
     Raises:
-        ConfigError: on every rank, where there are several.
+        ConfigError: on every rank, if there are several.
     """
     if MPI.COMM_WORLD.size > 1:
         raise ConfigError(f"mpirun -n {MPI.COMM_WORLD.size}: allowed: {allowed}")
 
 
 def gradient_keys(gradients: bool, parameters: str | None) -> list[str] | None:
-    """Keys that derivatives are asked for: none for all, None for no derivatives.
+    """Keys of parameters that readings are derived by; []: all parameters; None: no derivatives.
 
     Args:
         gradients: whether derivatives are asked for.
         parameters: keys of their parameters, joined by commas.
 
     Raises:
-        ConfigError: one line, where keys are given and derivatives are not asked for.
+        ConfigError: one line, if keys are given and derivatives are not asked for.
     """
     if gradients:
         return [key.strip() for key in parameters.split(",")] if parameters else []
@@ -91,7 +91,7 @@ def gradient_keys(gradients: bool, parameters: str | None) -> list[str] | None:
 
 
 def _redirected() -> bool:
-    """Whether mpirun's output goes elsewhere than the terminal that it lets its ranks see."""
+    """Whether mpirun's output is redirected, although its ranks see a terminal."""
     if "PMIX_RANK" not in os.environ:
         return False
     try:
@@ -101,13 +101,13 @@ def _redirected() -> bool:
 
 
 def check_writable(out: Path) -> None:
-    """Fail before computing where results could not be written; nothing is made yet.
+    """Raise before anything is computed if results cannot be written; nothing is created.
 
     Args:
         out: folder for results, which need not be there.
 
     Raises:
-        ConfigError: on every rank.
+        ConfigError: on every rank, if the folder cannot be made or written.
     """
 
     from dolfingrip.mechanics.model.domain import on_root

@@ -123,7 +123,7 @@ def _base(
     preset: str | None,
     friction: float | None = None,
 ) -> Config:
-    """The configuration of all grasps, with a short lift where none is asked for."""
+    """The configuration of all grasps, with a short lift if no other one is asked for."""
     one_process("one process")
     from dolfingrip.design.campaign.trials import LIFT_MM
 
@@ -142,7 +142,7 @@ def _base(
 
 @contextmanager
 def _trials(base: Config, out: Path, screen: Console) -> Iterator[Trials]:
-    """Grasps with a line for each."""
+    """Grasps that print a line each."""
     check_writable(out)
     from dolfingrip.design.campaign.trials import Trials
 

@@ -1,4 +1,4 @@
-"""A closed output pipe, as in ``dolfingrip mesh | head``, loses no results."""
+"""Keeps results where the output pipe is closed early, as in ``dolfingrip mesh | head``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Unbroken:
     keeps its own exit code.
 
     Args:
-        stream: the stream behind it. It has a file descriptor.
+        stream: stream that is written to; it has a file descriptor.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -27,7 +27,7 @@ class Unbroken:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        """Write to the stream; its length is returned where the reader has gone, too."""
+        """Write to the stream; return the text's length, also if the reader has gone."""
         try:
             return self._stream.write(text)
         except BrokenPipeError:
@@ -35,14 +35,14 @@ class Unbroken:
             return len(text)
 
     def flush(self) -> None:
-        """Flush what is buffered."""
+        """Flush the buffer."""
         try:
             self._stream.flush()
         except BrokenPipeError:
             self._drop()
 
     def _drop(self) -> None:
-        """Point the descriptor at the null device, where the rest of the buffer can go."""
+        """Point the descriptor at the null device, so that the rest of the buffer goes there."""
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, self._stream.fileno())
         os.close(nowhere)
@@ -55,7 +55,7 @@ def unbroken_output() -> Iterator[None]:
     Python has no stream at all where the shell closed it (``>&-``). Text is dropped then, too.
     """
     before = sys.stdout, sys.stderr
-    # PETSc, loaded later, answers the signal by ending all ranks: it must never arrive
+    # PETSc, which is loaded later, ends all ranks on this signal, so it must never arrive
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
     with open(os.devnull, "w", encoding="utf-8") as nowhere:
         sys.stdout, sys.stderr = (

@@ -1,4 +1,4 @@
-"""``dolfingrip plan-experiment``: what a rig could find out, before anything is measured."""
+"""``dolfingrip plan-experiment``: the effects that a rig could name, before measuring."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``dolfingrip predict``: an actuator that was never measured, with an interval."""
+"""``dolfingrip predict``: predict an actuator that was never measured, with an interval."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _pressures(text: str) -> list[float]:
 
 
 def _table(found: object) -> str:
-    """The CSV's text, the ballooning pressure as a comment at its end."""
+    """The CSV's text; a comment at its end tells the ballooning pressure."""
     from dolfingrip.experiments.prediction import Prediction
 
     assert isinstance(found, Prediction)

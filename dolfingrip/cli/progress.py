@@ -1,4 +1,4 @@
-"""The progress of a command: a bar on a terminal, a line every :data:`EVERY_S` elsewhere."""
+"""The progress of a command: a bar on a terminal, else a line every :data:`EVERY_S` seconds."""
 
 from __future__ import annotations
 

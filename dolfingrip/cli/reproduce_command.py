@@ -1,4 +1,4 @@
-"""``dolfingrip reproduce``: the paper's design loop from end to end, beside its findings."""
+"""``dolfingrip reproduce``: run the paper's design loop and compare it with the paper's results."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ PAPER = {
     3.0: (0.306, -0.298, 12.9),
     3.5: (0.374, -0.229, 23.5),
 }
-"""By COG limit (mm): ξ1, ξ2, and the measured gain of force (%) over the original (section IV)."""
+"""For each COG limit (mm): ξ1, ξ2, and the measured gain of force (%) (the paper's section IV)."""
 
 MEASURED_KPA = 250.0
 """Pressure at which the paper compares forces; its designs were optimised at 300 kPa."""
 
 READ = ("experiment.step_kPa=50",)
-"""Readings that include this pressure."""
+"""Settings with which the readings include this pressure."""
 
 
 def reproduce(
@@ -78,7 +78,7 @@ def step(function: Any, *arguments: object) -> int:
 
 
 def comparison(optimum: Path) -> Table:
-    """The chosen designs of an optimisation, a row each, beside the paper's."""
+    """A table of an optimisation's chosen designs and the paper's, a row for each COG limit."""
     facts = json.loads((optimum / "optimum.json").read_text(encoding="utf-8"))
     forces = _forces_N(optimum / "fem")
     original = _force(forces, "original", None, facts)
@@ -110,7 +110,7 @@ Forces = dict[tuple[float, ...], float]
 
 
 def _forces_N(campaign: Path) -> Forces:
-    """Blocked force at the paper's pressure by inputs, for the designs that reached it."""
+    """Blocked force (N) at the paper's pressure by inputs, for the designs that reached it."""
     from dolfingrip.design.campaign.store import Store
 
     found = {}
@@ -127,7 +127,7 @@ def _forces_N(campaign: Path) -> Forces:
 
 
 def _force(forces: Forces, role: str, limit: float | None, facts: dict[str, Any]) -> float:
-    """Of the design with this role; NaN where it is not known."""
+    """Force (N) of the design with this role; NaN if it is not known."""
     for one in facts["designs"]:
         if one["role"] == role and one["cog_max_mm"] == limit:
             return forces.get(tuple(one["inputs"].values()), math.nan)

@@ -1,4 +1,4 @@
-"""The design loop in small, for the demo: coarse mesh, 30 designs, surrogate, front, one choice."""
+"""A small design loop for the demo: coarse mesh, 30 designs, surrogate, front, one choice."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from dolfingrip.cli.reproduce_command import step
 from dolfingrip.config import Config
 
 SIZE_MM = 10.0
-"""Coarser than the default: the demo shows the loop, not the figures."""
+"""Size of the elements, coarser than the default: the demo shows the loop, not exact figures."""
 
 LONGEST_STEP_KPA = 100.0
 """The only reading is at the highest pressure, so long load steps cost least."""
 
 DESIGNS = ("morph.xi1=-0.2:1:6", "morph.xi2=-0.5:1:5")
-"""30 of the paper's range."""
+"""30 designs in the paper's range."""
 
 COG_MAX_MM = 3.0
 
 
 def settings(config: Config) -> Config:
-    """``config`` on a coarse mesh, read at its highest pressure only."""
+    """``config`` with a coarse mesh and one reading, at its highest pressure."""
     data = config.model_dump(mode="json")
     size = max(SIZE_MM, config.mesh.size_mm or 0.0)
     data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
@@ -36,15 +36,15 @@ def settings(config: Config) -> Config:
 
 
 def run(config: Config, out: Path, designs: Sequence[str] = DESIGNS) -> None:
-    """Run doe, train and optimise in folders of their own under ``out``; each goes on where it was.
+    """Run doe, train and optimise in folders of their own under ``out``; each resumes its work.
 
     Args:
-        config: of the finger; mesh and readings are coarsened by :func:`settings`.
-        out: made where it is not there.
-        designs: ``KEY=LOW:HIGH:COUNT`` of each parameter.
+        config: configuration of the finger; :func:`settings` coarsens its mesh and readings.
+        out: folder, which is made if it is missing.
+        designs: ``KEY=LOW:HIGH:COUNT`` for each parameter.
 
     Raises:
-        typer.Exit: with code 1, where a design that was chosen failed or none could be.
+        typer.Exit: with code 1, if a chosen design failed or none could be chosen.
     """
     out.mkdir(parents=True, exist_ok=True)
     file = out / "config.toml"

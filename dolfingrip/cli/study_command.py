@@ -1,4 +1,4 @@
-"""``dolfingrip study``: how NSGA-II's hyperparameters scatter its choice."""
+"""``dolfingrip study``: how NSGA-II's choice scatters with its hyperparameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``dolfingrip train``: a surrogate from a campaign or a table."""
+"""``dolfingrip train``: train a surrogate on a campaign or a table."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def train(
 
 
 def _trained(out: Path, data: Table, settings: Settings) -> bool:
-    """Whether the folder holds what this training would give; its description is written last."""
+    """Whether the folder holds this training's result; its description is written last."""
     from dolfingrip.design.surrogate import surrogate
 
     try:
