@@ -12,16 +12,28 @@ nor distances. The mesh is the coarse preset. A call resumes one that was killed
 
 from __future__ import annotations
 
+import argparse
+import csv
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from benchmarks import grasp_campaign
-from benchmarks.grasp_campaign import FOOD, PRESSURE, Row
 from dolfingrip import config as configuration
+from dolfingrip.cli import progress
+from dolfingrip.cli.options import console
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign import campaign, grasps
+from dolfingrip.design.campaign.cluster import Where
+from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.design.campaign.store import NAME, Store
 
-ALPHA = "gripper.alpha_deg"
+FOOD, ALPHA, PRESSURE = "food.kind", "gripper.alpha_deg", "experiment.max_pressure_kPa"
+
+OURS = ("gripper.preset=coarse", "gripper.clearance_mm=4", "solver.time_limit_s=1800")
+"""The coarse mesh, fingers near the food; a grasp that takes longer ends with what it has."""
 
 ALPHAS_DEG = {
     "sausage-long": 90.0,
@@ -33,7 +45,12 @@ ALPHAS_DEG = {
 
 PRESSURES_KPA = (200.0, 225.0, 250.0, 275.0, 300.0)
 
+FAILED = "failure: "
+"""Before the class of a grasp that ended early with nothing decided."""
+
 TABLE = Path(__file__).with_suffix(".csv")
+
+Row = dict[str, Any]
 
 
 def points() -> list[Inputs]:
@@ -43,6 +60,83 @@ def points() -> list[Inputs]:
         for food, alpha in ALPHAS_DEG.items()
         for pressure in PRESSURES_KPA
     ]
+
+
+def plan(points: Sequence[Inputs], shared: Config) -> Plan:
+    """The campaign of points that all vary the same keys."""
+    return Plan(shared, tuple(points[0]), tuple(points), grasps.QUANTITIES, grasps.OBJECTIVE)
+
+
+def compute(points: Sequence[Inputs], shared: Config, asked: argparse.Namespace) -> list[Row]:
+    """Compute what is missing; rows of all grasps that have an answer, also after Ctrl-C.
+
+    Raises:
+        SystemExit: one line, where that cannot be.
+    """
+    screen = console()
+    try:
+        with progress.designs(screen) as show:
+            campaign.run(
+                plan(points, shared), asked.out, Where(workers=asked.workers),
+                retry_failed=asked.retry_failed, progress=show,
+            )  # fmt: skip
+    except (ConfigError, campaign.SchedulerGone) as error:
+        raise SystemExit(str(error)) from None
+    except KeyboardInterrupt:
+        screen.print("interrupted; the same call goes on from there")
+    return outcomes(points, shared, asked.out)
+
+
+def outcomes(points: Sequence[Inputs], shared: Config, out: Path) -> list[Row]:
+    """A row for each grasp that has an answer: what varies, the class, the figures."""
+    if not (out / NAME).exists():
+        return []
+    with Store(out) as store:
+        stored = {row["key"]: row for row in store.rows()}
+    rows = []
+    for number, design in enumerate(plan(points, shared).designs()):
+        kept = stored.get(design.key)
+        if kept is None or kept["status"] == "pending":
+            continue
+        curve, outputs = kept["curve"] or {}, kept["outputs"] or {}
+        rows.append(
+            {
+                "grasp": number,
+                **design.inputs,
+                "outcome": curve.get("outcome", f"{FAILED}{kept['failure_class']}"),
+                **{name: outputs.get(name) for name in grasps.QUANTITIES},
+                "sentence": curve.get("sentence", kept["failure"]),
+                "iterations": kept["iterations"],
+                "wall_s": kept["wall_s"],
+            }
+        )
+    return rows
+
+
+def write_table(rows: Sequence[Row], path: Path) -> None:
+    """A CSV of rows; nothing where there are none."""
+    if not rows:
+        return
+    with path.open("w", encoding="utf-8", newline="") as file:
+        table = csv.DictWriter(file, list(rows[0]), lineterminator="\n")
+        table.writeheader()
+        for row in rows:
+            table.writerow({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in row.items()})
+
+
+def counted(rows: Sequence[Row], asked: int) -> str:
+    """Number of grasps by what became of them, in Markdown."""
+    ends = Counter(row["outcome"] for row in rows)
+    well = sum(count for end, count in ends.items() if not end.startswith(FAILED))
+    lines = [
+        f"Fig. 6; {len(rows)} of {asked} computed.",
+        "",
+        *("| outcome | grasps |", "|---|--:|"),
+        *(f"| {end} | {count} |" for end, count in ends.most_common()),
+        "",
+        f"{well} of {len(rows)} end in a class; goal: 20 of 20.",
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def draw(rows: Sequence[Row], path: Path) -> None:
@@ -84,15 +178,35 @@ def draw(rows: Sequence[Row], path: Path) -> None:
         plt.close(figure)
 
 
+def publish(rows: Sequence[Row], asked: argparse.Namespace) -> None:
+    """Write table, picture and summary into ``--out``; ``--publish``: also beside this file."""
+    asked.out.mkdir(parents=True, exist_ok=True)
+    for path in [asked.out / TABLE.name, *([TABLE] if asked.publish else [])]:
+        write_table(rows, path)
+        if rows:
+            draw(rows, path.with_suffix(".png"))
+    said = counted(rows, len(points()))
+    (asked.out / "summary.md").write_text(said, encoding="utf-8")
+    console().print(said, markup=False)
+
+
+def parsed(arguments: Sequence[str] | None = None) -> argparse.Namespace:
+    """What is asked for."""
+    name = "grasp_sweep"
+    parser = argparse.ArgumentParser(prog=name, description="Four foods from 200 to 300 kPa.")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="default: 1")
+    parser.add_argument("--out", type=Path, default=Path("out") / name, metavar="FOLDER")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="overrides")
+    parser.add_argument("--retry-failed", action="store_true", help="compute failures again")
+    parser.add_argument("--publish", action="store_true", help="write into benchmarks/, too")
+    return parser.parse_args(arguments)
+
+
 def main() -> int:
     """Run what is missing, then write table, picture and summary."""
-    parser = grasp_campaign.options("grasp_sweep", "Four foods from 200 to 300 kPa.")
-    asked = parser.parse_args()
-    shared = configuration.load(None, asked.overrides, grasp_campaign.OURS)
-    wanted = points()
-    rows = grasp_campaign.compute(wanted, shared, asked)
-    summary = grasp_campaign.counted(rows, "Fig. 6", len(wanted), "20 of 20")
-    grasp_campaign.publish(rows, summary, asked, TABLE, draw)
+    asked = parsed()
+    shared = configuration.load(None, asked.overrides, OURS)
+    publish(compute(points(), shared, asked), asked)
     return 0
 
 

@@ -9,7 +9,8 @@ import pytest
 from experiments.small import short
 
 from dolfingrip import experiments
-from dolfingrip.config import from_dict
+from dolfingrip.cli.reproduce_command import PAPER
+from dolfingrip.config import from_dict, load
 from dolfingrip.design.campaign import plan
 from dolfingrip.design.campaign.answer import Answer
 from dolfingrip.design.campaign.evaluate import Task, evaluate
@@ -34,6 +35,15 @@ def asked(
     task = Task(design.key, design.config, quantities, plan.OBJECTIVE, ranks, "", gradients)
     answer = evaluate(task)
     return design.config, answer
+
+
+@pytest.mark.parametrize("limit_mm", PAPER)
+def test_the_reference_finger_s_optima_have_the_paper_s_offsets(limit_mm: float) -> None:
+    """On any mesh, as the centroid of boxes is exact; 0.01 mm moves an optimum by 0.003 in ξ."""
+    xi1, xi2, _ = PAPER[limit_mm]
+    config = load(None, ["mesh.size_mm=10", "morph.d_mm=9.5"])
+    found, _ = cog_offset_mm(config.changed(morph={"xi1": xi1, "xi2": xi2}))
+    assert found == pytest.approx(limit_mm, abs=0.015)
 
 
 def test_a_design_s_numbers_are_the_experiment_s() -> None:
