@@ -40,8 +40,9 @@ CASES: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "instruments": (
         "blocked_force",
-        (*COARSE, "experiment.unload=true", "extensions.force_gain={}", "extensions.angle_offset={}",
-         "extensions.line_lag={}", "extensions.temperature_drift={}"),
+        (*COARSE, "experiment.unload=true", "extensions.force_gain={}",
+         "extensions.angle_offset={}", "extensions.line_lag={}",
+         "extensions.temperature_drift={}"),
     ),
     "clamp": ("blocked_force", (*COARSE, "extensions.clamp_compliance={}")),
     "plate": (
@@ -54,13 +55,18 @@ CASES: dict[str, tuple[str, tuple[str, ...]]] = {
         (*COARSE, "extensions.mooney_rivlin={}", "extensions.ogden={}",
          "extensions.print_anisotropy={}", "gravity.acceleration_m_s2=9.81"),
     ),
-    "mixed": ("bending", (*COARSE, "mesh.edge_size_mm=4", "solver.element=P2-P1", "mesh.size_mm=4", "material.nu=0.49")),
+    "mixed": (
+        "bending",
+        (*COARSE, "mesh.edge_size_mm=4", "solver.element=P2-P1", "mesh.size_mm=4",
+         "material.nu=0.49"),
+    ),
     "volume": ("bending", (*COARSE, "experiment.control=volume", "material.mu_MPa=1.0")),
     "coupon": ("coupon", ("extensions.yeoh={}", "extensions.prony={}", "coupon.max_strain=0.5")),
     "push": ("push", COARSE),
     "membrane": (
         "bending",
-        (*COARSE, "film.tape.face=back", "film.tape.Et_N_per_mm=2", "gravity.acceleration_m_s2=9.81"),
+        (*COARSE, "film.tape.face=back", "film.tape.Et_N_per_mm=2",
+         "gravity.acceleration_m_s2=9.81"),
     ),
     "cast": ("bending", ()),
     "grasp": (

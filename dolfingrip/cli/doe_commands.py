@@ -147,5 +147,5 @@ def export(
     csv: Annotated[Path | None, typer.Option(help="Default: designs.csv in --out.")] = None,
     parquet: Annotated[Path | None, typer.Option(help="Default: designs.parquet in --out.")] = None,
 ) -> None:
-    """Write a campaign's designs as CSV and Parquet, and derivatives as sensitivity.csv in --out."""
+    """Write a campaign's designs as CSV and Parquet, and derivatives as sensitivity.csv."""
     _write(out, [csv or out / "designs.csv", parquet or out / "designs.parquet"])
