@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from dolfingrip.extensions.effect import Effect, Flow
+from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.model import Control
 
 NAME = "supply_kPa"
 
 
-class Supply:
+class Supply(Memory):
     """Regulator pressure, the control of a path, and the cavity's, which stages make of it.
 
     A control and a memory of the model: the pressure at each stage at the load step's start is
@@ -54,7 +55,7 @@ class Supply:
 
     # -- as a memory -----------------------------------------------------------------------------
 
-    def follow(self, time_s: float, step_s: float) -> None:
+    def set_time(self, time_s: float, step_s: float) -> None:
         """Set the cavity's pressure at the load step's end."""
         self._now = self._pass(self._before, time_s, step_s)
         self._cavity.set(self._now[-1])

@@ -27,7 +27,7 @@ def cavity_pressures(times_s: np.ndarray, pressures_kPa: np.ndarray, *stages: ob
     found, before = [], 0.0
     for time_s, pressure in zip(times_s, pressures_kPa, strict=True):
         supply.set(float(pressure))
-        supply.follow(float(time_s), float(time_s) - before)
+        supply.set_time(float(time_s), float(time_s) - before)
         found.append(cavity.value)
         supply.accept()
         before = time_s
@@ -66,7 +66,7 @@ def test_stages_follow_one_another_and_can_be_taken_back() -> None:
     for _ in range(2):
         for time_s in (0.5, 1.0):
             supply.set(40 * time_s)
-            supply.follow(time_s, 0.5)
+            supply.set_time(time_s, 0.5)
             supply.accept()
         ends.append(cavity.value)
         supply.set(0.0)

@@ -7,6 +7,7 @@ import pytest
 from mechanics import bodies
 
 from dolfingrip.config import Solver
+from dolfingrip.mechanics.model.lagged import Lagged, LaggedCorrection
 from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Gradient
@@ -15,7 +16,7 @@ from dolfingrip.mechanics.newton.lagging import AGAIN, LAG_TOLERANCE, OVERSHOT, 
 from dolfingrip.mechanics.newton.newton import Newton
 
 
-class Lagging(Term):
+class Lagging(Term, Lagged):
     """A force on the top along x that is a share of its displacement, held meanwhile."""
 
     def __init__(self, top: np.ndarray, share: float, restless: float = 0.0) -> None:
@@ -37,6 +38,9 @@ class Lagging(Term):
     def lag_error(self, dofs: np.ndarray) -> float:
         now = self._now(dofs)
         return abs(self.force - now) / max(abs(now), 1e-9)
+
+    def lagged_correction(self, dofs: np.ndarray) -> LaggedCorrection | None:
+        return None
 
     def lagged_state(self) -> float:
         return self.force

@@ -16,6 +16,7 @@ from dolfingrip.extensions.site import Site
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import displacement_element, integration_degree
 from dolfingrip.mechanics.model.history import History
+from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.readings.reaction import Reaction
@@ -25,7 +26,7 @@ CLAMPED_CELLS = 2
 """Elements across the thinner side of a bar that is held fast."""
 
 
-class Crosshead:
+class Crosshead(Memory):
     """Moves one end of the bar: a control, and a memory of its position.
 
     A move stretches the whole bar evenly, which is the solution where its ends are free to narrow.
@@ -45,12 +46,6 @@ class Crosshead:
         """Prescribe ``value``."""
         self._u.x.array[2::3] += (value - self._value) * self._share
         self._value = value
-
-    def follow(self, time_s: float, step_s: float) -> None:
-        """It has no clock."""
-
-    def accept(self) -> None:
-        """Its place is in the displacement."""
 
     def values(self) -> dict[str, np.ndarray]:
         """Where it stands."""

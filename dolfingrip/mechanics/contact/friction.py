@@ -14,6 +14,8 @@ from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.ramp import Ramp, size_of
 from dolfingrip.mechanics.contact.stick import handed_on
 from dolfingrip.mechanics.contact.tangential import Tangential, Touching
+from dolfingrip.mechanics.model.lagged import Lagged
+from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import Gradient
 
@@ -32,7 +34,7 @@ class Sliding(NamedTuple):
     slid_mm: np.ndarray
 
 
-class Friction(Term):
+class Friction(Term, Lagged, Memory):
     """Coulomb friction where a normal contact presses points together.
 
     The incremental potential of a load step, summed over the contact's pairs:

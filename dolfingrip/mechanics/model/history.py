@@ -10,10 +10,11 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.mechanics.model import points
+from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.points import AtPoints
 
 
-class History:
+class History(Memory):
     """Internal variables at the integration points: a memory of a model.
 
     During a load step they have the values of its start, and the potential is that of the
@@ -53,7 +54,7 @@ class History:
 
     # -- as a memory -----------------------------------------------------------------------------
 
-    def follow(self, time_s: float, step_s: float) -> None:
+    def set_time(self, time_s: float, step_s: float) -> None:
         """Set the constants."""
         self.time_s.value, self.step_s.value = time_s, step_s
 

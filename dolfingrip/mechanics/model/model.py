@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,9 +13,12 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.domain import Domain
+from dolfingrip.mechanics.model.lagged import Lagged
+from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.moving_support import MovingSupport
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.model.tangent_state import CarriedTogether, Regularised
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient, Unknowns
 
@@ -36,26 +39,6 @@ class Prescribed(Protocol):
 
     def set(self, value: float) -> None:
         """Prescribe ``value``."""
-        ...
-
-
-class Memory(Protocol):
-    """What a model remembers from its last accepted state besides the displacement."""
-
-    def follow(self, time_s: float, step_s: float) -> None:
-        """Take note of the time at the load step's end and of the step's length (s)."""
-        ...
-
-    def accept(self) -> None:
-        """The load step has converged: what is remembered becomes that of its end."""
-        ...
-
-    def values(self) -> dict[str, np.ndarray]:
-        """What is remembered, by name; copies."""
-        ...
-
-    def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Remember what :meth:`values` gave."""
         ...
 
 
@@ -131,7 +114,7 @@ class Model:
 
     @property
     def _remembering(self) -> Sequence[Memory]:
-        return [*self.memories, *self.terms]
+        return [*self.memories, *(term for term in self.terms if isinstance(term, Memory))]
 
     def with_term(
         self,
@@ -181,7 +164,7 @@ class Model:
                 self.controls[name].set(value)
         step_s = max(self.time_s - self._accepted_s, 0.0)
         for memory in self._remembering:
-            memory.follow(self.time_s, step_s)
+            memory.set_time(self.time_s, step_s)
 
     def accept_step(self) -> None:
         """Take the present, converged state as the start of the next load step."""
@@ -275,21 +258,47 @@ class Model:
         """Why the present, converged state is not accepted; "" where it is."""
         return next(filter(None, (term.rejects(self.u.x.array) for term in self.terms)), "")
 
+    @property
+    def lagged_terms(self) -> list[Lagged]:
+        """Terms with quantities that are fixed while Π is minimised."""
+        return [term for term in self.terms if isinstance(term, Lagged)]
+
     def update_lagged(self) -> bool:
         """Let all terms update lagged quantities, at the present state; whether any did."""
-        found = [
-            term.update_lagged(self.u.x.array) for term in self.all_terms
-        ]  # all, not up to a first
+        dofs = self.u.x.array
+        found = [term.update_lagged(dofs) for term in self.lagged_terms]  # all, not up to a first
         return any(found)
 
     def lag_error(self) -> float:
         """Largest relative change of lagged quantities since their last update."""
-        return max(term.lag_error(self.u.x.array) for term in self.all_terms)
+        errors = [term.lag_error(self.u.x.array) for term in self.lagged_terms]
+        return max(errors, default=0.0)
+
+    def lagged_state(self) -> list[Any]:
+        """The lagged quantities, which a state does not contain."""
+        return [term.lagged_state() for term in self.lagged_terms]
+
+    def restore_lagged(self, state: Sequence[Any]) -> None:
+        """Set them to what :meth:`lagged_state` gave."""
+        for term, each in zip(self.lagged_terms, state, strict=True):
+            term.restore_lagged(each)
+
+    @property
+    def carried(self) -> CarriedTogether:
+        """What the tangent carries along Newton's steps."""
+        parts = [term.carried for term in self.all_terms]
+        return CarriedTogether([part for part in parts if part is not None])
+
+    @property
+    def singular_at_rest(self) -> bool:
+        """Whether a term's tangent may have no stiffness against some motions at rest."""
+        return any(term.singular_at_rest for term in self.all_terms)
 
     def set_residual(self, residual_N: float) -> None:
-        """Tell all terms the residual at which a tangent is asked for."""
-        for term in self.all_terms:
-            term.set_residual(residual_N)
+        """Tell terms the residual at which a tangent is asked for."""
+        for term in self.terms:
+            if isinstance(term, Regularised):
+                term.set_residual(residual_N)
 
     def max_step(self, step: np.ndarray) -> tuple[float, str]:
         """Largest fraction of ``step`` that no term forbids, and the term that set it.

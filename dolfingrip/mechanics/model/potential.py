@@ -92,6 +92,7 @@ class Potential(Term):
         self._comm = space.mesh.comm
         self.global_unknowns = tuple(global_unknowns)
         self.sheets = tuple(sheets)
+        self.singular_at_rest = bool(sheets)  # flat ones resist deflection only once deflected
         self.carried = _carried(fields, solids, apart, degree) if carried else None
         stresses = [part.stress for part in parts]
         if self.carried is not None:

@@ -12,8 +12,10 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import rotation
+from dolfingrip.mechanics.model.tangent_state import Regularised
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 
@@ -78,7 +80,7 @@ def ball(
     return RigidBody(name, mass_kg, inertia, centre_mm, frozenset(held))
 
 
-class RigidMotion(Term):
+class RigidMotion(Term, Memory, Regularised):
     """Dead weight and inertia of a rigid body (implicit Euler).
 
     Π = −m g·c + m/(2h²) |c − c_n − h v_n|² − R(θ) : (R_n + h Ṙ_n) J/h²
@@ -200,7 +202,7 @@ class RigidMotion(Term):
 
     # -- memory ----------------------------------------------------------------------------------
 
-    def follow(self, time_s: float, step_s: float) -> None:
+    def set_time(self, time_s: float, step_s: float) -> None:
         """Take the length of the load step."""
         self._step_s = step_s
 

@@ -13,11 +13,11 @@ class Guess:
 
     Attributes:
         unknowns: of the model, as a local array.
-        stress: values of its carried stress.
+        carried: values of what its tangent carries along.
     """
 
     unknowns: np.ndarray
-    stress: np.ndarray
+    carried: np.ndarray
 
 
 @dataclass(slots=True)

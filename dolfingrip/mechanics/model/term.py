@@ -1,14 +1,15 @@
-"""A summand of the total potential, and what it may remember."""
+"""A summand of the total potential."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, NamedTuple, Protocol
+from collections.abc import Sequence
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
+from dolfingrip.mechanics.model.tangent_state import Carried
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
 
@@ -25,37 +26,24 @@ class Coupling(NamedTuple):
     hessian: sp.coo_matrix
 
 
-class LaggedCorrection(Protocol):
-    """Change C of a gradient along a step by the change of a term's lagged quantities.
-
-    It is without the part that the tangent has, which is for fixed ones. Steps are local arrays of
-    the unknowns.
-    """
-
-    def linearise(self, step: np.ndarray, *, convex: bool) -> None:
-        """Take the derivative of C at ``step``, or of what majorises its potential there."""
-        ...
-
-    def add_change(self, step: np.ndarray, gradient: Gradient) -> None:
-        """Add C(step) (N)."""
-        ...
-
-    def add_rate(self, step: np.ndarray, rate: Gradient) -> None:
-        """Add the derivative of C along ``step``, at where it was taken last, at first 0."""
-        ...
-
-
 class Term:
     """A summand of Π, or of the load step's incremental potential.
 
     A term overrides the methods that it needs; the inherited ones do nothing. All displacements are
-    local arrays of degrees of freedom, ghosts included (mm).
+    local arrays of degrees of freedom, ghosts included (mm). What only some terms have is told by
+    further bases: :class:`~.lagged.Lagged`, :class:`~.memory.Memory` and
+    :class:`~.tangent_state.Regularised`.
 
     Attributes:
         name: by which a step that this term bounds is reported.
+        singular_at_rest: its tangent may have no stiffness against some motions until there is some
+            strain, so that Newton's first steps may be far too long.
+        carried: what its tangent carries along Newton's steps; None where there is nothing.
     """
 
     name: ClassVar[str] = ""
+    singular_at_rest: bool = False
+    carried: Carried | None = None
 
     # -- the potential ---------------------------------------------------------------------------
 
@@ -104,12 +92,6 @@ class Term:
         """Force that the residual's tolerance may refer to; 0 where the term has none."""
         return 0.0
 
-    def set_residual(self, residual_N: float) -> None:
-        """Take note of the residual at which Newton's method asks for a tangent; 0 for the exact.
-
-        A term may stiffen its part of the tangent by as much as vanishes with the residual.
-        """
-
     # -- Newton's steps --------------------------------------------------------------------------
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
@@ -124,51 +106,6 @@ class Term:
     def rejects(self, dofs: np.ndarray) -> str:
         """Why a converged state is not accepted; "" where it is."""
         return ""
-
-    # -- quantities that lag behind a minimisation -------------------------------------------------
-
-    def update_lagged(self, dofs: np.ndarray) -> bool:
-        """Update, from the displacement ``dofs``, what the potential keeps fixed.
-
-        Newton's method asks for it in its first iterations.
-
-        Returns:
-            Whether the potential has changed, the same on all ranks.
-        """
-        return False
-
-    def lag_error(self, dofs: np.ndarray) -> float:
-        """Relative change of lagged quantities since the last update, the same on all ranks."""
-        return 0.0
-
-    def lagged_correction(self, dofs: np.ndarray) -> LaggedCorrection | None:
-        """How the gradient changes along a step from ``dofs`` by the change of lagged quantities.
-
-        None where there are none.
-        """
-        return None
-
-    def lagged_state(self) -> Any:
-        """Lagged quantities, which a state does not contain; None where there are none."""
-        return None
-
-    def restore_lagged(self, state: Any) -> None:
-        """Set the lagged quantities to what :meth:`lagged_state` gave."""
-
-    # -- memory ----------------------------------------------------------------------------------
-
-    def follow(self, time_s: float, step_s: float) -> None:
-        """Take note of the time at the load step's end and of the step's length (s)."""
-
-    def accept(self) -> None:
-        """Take the present, converged state as the start of the next load step."""
-
-    def values(self) -> dict[str, np.ndarray]:
-        """Copies of what is remembered, by name."""
-        return {}
-
-    def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Remember what :meth:`values` gave."""
 
 
 def global_coupling(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from dolfinx import fem, la
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
@@ -26,7 +25,6 @@ class Condensation:
     """
 
     def __init__(self, model: Model) -> None:
-        assert model.p is not None
         self._model = model
         self._ksp = PETSc.KSP().create(model.comm)
         self._ksp.setType(PETSc.KSP.Type.CG)
@@ -35,14 +33,16 @@ class Condensation:
 
     def step(self) -> np.ndarray:
         """The step (a local array of the unknowns) from p to p(u) at the present u."""
-        tangent = fem_petsc.assemble_matrix(self._model.potential.tangent_forms()[-1][-1])
+        forms = [term.tangent_forms() for term in self._model.all_terms]
+        first, *others = [blocks[-1][-1] for blocks in forms if len(blocks) > 1]
+        tangent = fem_petsc.assemble_matrix(first)
+        for form in others:
+            fem_petsc.assemble_matrix(tangent, form)
         tangent.assemble()
         tangent.scale(-1.0)
-        constraint = fem.assemble_vector(self._model.potential.constraint)
-        constraint.scatter_reverse(la.InsertMode.add)
         change = tangent.createVecLeft()
         right = change.duplicate()
-        right.array[:] = constraint.array[: right.getLocalSize()]
+        right.array[:] = self._model.unknowns.owned_parts(self._model.gradient())[1]
         self._ksp.setOperators(tangent)
         self._ksp.solve(right, change)
         step = np.zeros(self._model.unknowns.owned_size)

@@ -56,10 +56,11 @@ class Damping:
     def __init__(self, prefix: str, model: Model, tangent: Tangent) -> None:
         self._model = model
         self._tangent = tangent
-        # Π is concave in the pressure of a mixed model, and in multipliers
+        # Π is concave in further fields, as a pressure is one, and in multipliers
         self._negative = sum(unknown.multiplier for unknown in model.unknowns.global_unknowns)
-        if model.p is not None:
-            self._negative += model.p.function_space.dofmap.index_map.size_global
+        for further in model.unknowns.fields[1:]:
+            dofmap = further.function_space.dofmap
+            self._negative += dofmap.index_map_bs * dofmap.index_map.size_global
         self._prefix = prefix
         self.count = 0
         self._least = 0.0

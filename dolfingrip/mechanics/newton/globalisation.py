@@ -77,13 +77,12 @@ class Globalisation:
         settings: tolerances.
         residual_along: product of the residual at the model's present displacement with a step
             (mJ).
-        search_first: search along the first steps, too, as those of membranes need.
 
     Attributes:
         bound: name of what cut the last step, "" if nothing did.
         far: the tangent is likely to be far from the one before.
-        overshot: the last step was one of the first of a model with membranes, and far too long:
-            flat ones have no stiffness across them until they are deflected.
+        overshot: the last step was one of the first of a model that is singular at rest, and far
+            too long, as a membrane has no stiffness across it until it is deflected.
     """
 
     def __init__(
@@ -91,13 +90,11 @@ class Globalisation:
         model: Model,
         settings: Solver,
         residual_along: Callable[[np.ndarray], float],
-        *,
-        search_first: bool = False,
     ) -> None:
         self._model = model
         self._settings = settings
         self._residual_along = residual_along
-        self._search_first = search_first
+        self._search_first = model.singular_at_rest
         self.start()
 
     def start(

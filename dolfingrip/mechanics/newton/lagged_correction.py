@@ -46,7 +46,8 @@ class CorrectedStep:
         self._model = model
         self._tangent = tangent
         dofs = model.u.x.array
-        self._parts = [part for term in model.all_terms if (part := term.lagged_correction(dofs))]
+        parts = [term.lagged_correction(dofs) for term in model.lagged_terms]
+        self._parts = [part for part in parts if part is not None]
         supported = [bc.dof_indices() for bc in model.supports]
         self._supported = np.concatenate(
             [dofs[:owned] for dofs, owned in supported] or [np.zeros(0, int)]

@@ -57,22 +57,21 @@ class Newton:
         self.model = model
         self.settings = settings
         self.profile = profile or Profile()
-        self.tangent = Tangent(model) if model.p is None else MixedTangent(model)
+        mixed = len(model.unknowns.fields) > 1
+        self.tangent = MixedTangent(model) if mixed else Tangent(model)
         self.iterations = 0
         self.damped = 0
         # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
-        self._factors = Factors(PREFIX, self.tangent.graph if model.p is None else None)
+        self._factors = Factors(PREFIX, None if mixed else self.tangent.graph)
         self._residual = model.unknowns.create_vector()
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
-        self._globalisation = Globalisation(
-            model, settings, self._residual_along, search_first=bool(model.potential.sheets)
-        )
+        self._globalisation = Globalisation(model, settings, self._residual_along)
         self._lagging = LagRules(model)
         self._damping = Damping(PREFIX + "damped_", model, self.tangent)
-        self._condensation = None if model.p is None else Condensation(model)
+        self._condensation = Condensation(model) if mixed else None
         self._damped = False
         self.guess_residual_ratio = np.inf
         self.close = CLOSE
@@ -134,9 +133,8 @@ class Newton:
     def _form_tangent(self, snes: PETSc.SNES, x: PETSc.Vec, *_matrices: Any) -> None:
         with self.profile.phase("tangent"):
             self._take(x)
-            carried = self.model.potential.carried
-            if carried is not None and (self._damped or self._globalisation.overshot):
-                carried.reset()  # only the energy's own tangent gives a descent direction
+            if self._damped or self._globalisation.overshot:
+                self.model.carried.reset()  # only the energy's own tangent leads downhill
             before = self.tangent.matrix
             self.model.set_residual(float(snes.getFunctionNorm()))
             with self._first_controls(snes.getIterationNumber()):
@@ -153,7 +151,7 @@ class Newton:
         if self._damped or not self._lagging.current:
             return None
         # a contact without pairs has no force that might lag
-        self._lagging.corrected = any(term.lagged_state() is not None for term in self.model.terms)
+        self._lagging.corrected = bool(self.model.lagged_terms)
         step = CorrectedStep(self.model, self.tangent.matrix, self.close)
         return step if step.any else None
 
@@ -182,8 +180,7 @@ class Newton:
                 if self._damped:
                     self._damping.adapt(fraction)
             step *= fraction
-            if self.model.potential.carried is not None:
-                self.model.potential.carried.follow(*self.model.unknowns.parts(step))
+            self.model.carried.follow(*self.model.unknowns.parts(step))
             y.array[:] = -self.model.unknowns.owned_part(step)
         return True
 
@@ -236,15 +233,12 @@ class Newton:
             again: allow that second start; a caller that halves its step instead forbids it.
         """
         here = self.model.unknowns.local()
-        lagged = [
-            (term, now) for term in self.model.terms if (now := term.lagged_state()) is not None
-        ]
+        lagged = self.model.lagged_state()
         self._before = before or {}
         solve = self._iterate(guess, damped=damped)
         if again and not solve.converged and self._lagging.overshot:
             self.model.unknowns.set_local(here)
-            for term, then in lagged:
-                term.restore_lagged(then)
+            self.model.restore_lagged(lagged)
             self._before = before or {}
             second = self._iterate(guess, damped=damped, corrected=False)
             solve = replace(second, iterations=solve.iterations + second.iterations)
@@ -254,13 +248,13 @@ class Newton:
     def _iterate(self, guess: Guess | None, *, damped: bool, corrected: bool = True) -> Solve:
         """See :meth:`solve`."""
         model = self.model
-        carried = model.potential.carried
+        carried = model.carried
         self._prepare(damped)
         self._lagging.start(corrected=corrected)
-        if guess is not None and carried is not None:
+        if guess is not None:
             first_N, here = self._residual_norm(), model.unknowns.local()
             model.unknowns.set_local(guess.unknowns)
-            carried.values = guess.stress
+            carried.values = guess.carried
             if (
                 self.guess_residual_ratio < np.inf
                 and self._residual_norm() > self.guess_residual_ratio * first_N
@@ -273,8 +267,7 @@ class Newton:
             self._globalisation.start(first_N, far=True, damped=damped)
         else:
             self._globalisation.start(damped=damped)
-            if carried is not None:
-                carried.reset()
+            carried.reset()
         self._x.array[:] = model.unknowns.owned()
         with self.profile.phase("linear solve"):
             self._snes.solve(None, self._x)
@@ -296,8 +289,7 @@ class Newton:
             which are solved for at once.
         """
         self._prepare(damped=False)
-        if self.model.potential.carried is not None:
-            self.model.potential.carried.reset()
+        self.model.carried.reset()
         self.model.set_residual(0.0)
         self.tangent.assemble()
         self._snes.setJacobian(self._form_tangent, self.tangent.matrix)

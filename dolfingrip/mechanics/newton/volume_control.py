@@ -12,6 +12,7 @@ from dolfinx import fem, la
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
@@ -42,7 +43,7 @@ class Prescribed:
         self.value = value
 
 
-class VolumeControl(Term):
+class VolumeControl(Term, Memory):
     """Adds the constraint V(u) = V* to Π, whose multiplier is the cavity's pressure.
 
     Π contains −p V(u). With + p V* it is stationary in p where V = V*, so that equilibria follow

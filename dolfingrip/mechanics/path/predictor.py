@@ -36,7 +36,7 @@ class Predictor:
     costs more iterations than it saves.
 
     Args:
-        model: whose states are kept; without a carried stress nothing is predicted.
+        model: whose states are kept; where its tangent carries nothing, nothing is predicted.
         tangent: makes K⁻¹ at the model's state, as :func:`series.terms` takes it.
     """
 
@@ -48,9 +48,8 @@ class Predictor:
     def restart(self, place: float) -> None:
         """Forget all but the present, converged state at ``place`` on the path."""
         self._kept.clear()
-        if self._model.potential.carried is not None:
-            self._model.potential.carried.reset()
-            self.keep(place)
+        self._model.carried.reset()
+        self.keep(place)
 
     def turn(self, place: float, rates: Mapping[str, float]) -> None:
         """Start a new straight path at the present, converged state.
@@ -61,7 +60,7 @@ class Predictor:
         """
         self.restart(place)
         state = self._model.state()
-        if self._model.potential.carried is None or state.history:
+        if not self._model.carried or state.history:
             return  # where internal variables evolve, half a step ends in another state
         terms = series.terms(self._model, self._tangent, state.controls, rates)
         here = self._model.unknowns.local()
@@ -71,13 +70,13 @@ class Predictor:
         self._kept.clear()
         for ahead in (*AHEAD, 0.0):
             self._model.unknowns.set_local(series.along(here, terms, ahead))
-            self._model.potential.carried.reset()
+            self._model.carried.reset()
             self.keep(place + ahead)
 
     def keep(self, place: float) -> None:
         """Remember the state that Newton's method has found at ``place``."""
-        carried = self._model.potential.carried
-        if carried is not None:
+        carried = self._model.carried
+        if carried:
             guess = Guess(self._model.unknowns.local(), carried.values)
             self._kept.append((place, guess))
 
@@ -95,8 +94,8 @@ class Predictor:
             part *= CLEAR
         if part < WORTH:
             return None
-        stress = np.tensordot(weights, [state.stress for state in states], 1)
-        return Guess(last.unknowns + part * step, last.stress + part * (stress - last.stress))
+        carried = np.tensordot(weights, [state.carried for state in states], 1)
+        return Guess(last.unknowns + part * step, last.carried + part * (carried - last.carried))
 
 
 def lagrange(places: np.ndarray, place: float) -> np.ndarray:

@@ -40,8 +40,7 @@ class Adjoint:
 
     def _solve(self, right: np.ndarray) -> None:
         model = self._model
-        if model.potential.carried is not None:
-            model.potential.carried.reset()
+        model.carried.reset()
         tangent = Tangent(model)  # not Newton's, which must not change
         tangent.assemble()
         load = model.unknowns.create_vector()

@@ -95,7 +95,7 @@ class ForwardSensitivity:
             self._advance(self._before or state)
         base = read()
         found = []
-        lagged = [term.lagged_state() for term in self._model.terms]
+        lagged = self._model.lagged_state()
         step = RepeatedStep(self._model, state, state, here, self._history)
         for perturbation, change, amount in self._each():
             with perturbation.applied(amount):
@@ -103,8 +103,7 @@ class ForwardSensitivity:
                 there = read()
             found.append({name: (there[name] - base[name]) / amount for name in base})
         self._model.restore(state)
-        for term, each in zip(self._model.terms, lagged, strict=True):
-            term.restore_lagged(each)
+        self._model.restore_lagged(lagged)
         return found
 
     def _is_derived(self, here: np.ndarray) -> bool:
@@ -118,7 +117,7 @@ class ForwardSensitivity:
         """Derive the present, converged state from the derivatives at ``before``."""
         model = self._model
         now, here = model.state(), model.unknowns.local()
-        lagged = [term.lagged_state() for term in model.terms]
+        lagged = model.lagged_state()
         step = RepeatedStep(model, before, now, here, self._history)
         self._derived = here
         solve = self._linear()
@@ -126,7 +125,7 @@ class ForwardSensitivity:
         found = np.zeros((len(start), len(self._perturbations)), order="F")
         each = list(self._each())
         first, last = np.zeros(len(each)), np.full(len(each), np.inf)
-        exact = all(kept is None for kept in lagged)
+        exact = not lagged
         due = np.arange(len(each))
         for correction in range(1 if exact else CORRECTIONS):
             right: np.ndarray = np.empty((len(start), len(due)), order="F")
@@ -156,8 +155,7 @@ class ForwardSensitivity:
         model.restore(before)
         model.prescribe(step.controlled(now))
         model.unknowns.set_local(here)
-        for term, each in zip(model.terms, lagged, strict=True):
-            term.restore_lagged(each)
+        model.restore_lagged(lagged)
 
     def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
         """Perturbations with what is known of their changes, and by how much they are taken."""
