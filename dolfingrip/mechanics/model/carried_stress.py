@@ -76,6 +76,11 @@ class CarriedStress:
             held.x.array[:] = values[place : place + held.x.array.size]
             place += held.x.array.size
 
+    def compile(self) -> None:
+        """Compile all expressions."""
+        for part, _ in (*self._now, *self._after):
+            _ = part.compiled
+
     def reset(self) -> None:
         """Set to S(E(u))."""
         for part, held in self._now:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import basix
 import basix.ufl
@@ -65,21 +66,26 @@ class AtPoints:
         rule: int | Rule,
         cells: np.ndarray | None = None,
     ) -> None:
-        points = (
+        self._points = (
             rule.points
             if isinstance(rule, Rule)
             else basix.make_quadrature(domain.basix_cell(), rule)[0]
         )
-        same = map_expr_dag(_Renumbered(), expression)
-        self._expression = fem.Expression(same, points, jit_options=jit.options())
+        self._asked = expression
         self._mesh = domain
         self._count = domain.topology.index_map(3).size_local
         self._part = cells is not None
         self._cells = np.arange(self._count, dtype=np.int32) if cells is None else cells
 
+    @cached_property
+    def compiled(self) -> fem.Expression:
+        """Compiled where it is asked for."""
+        same = map_expr_dag(_Renumbered(), self._asked)
+        return fem.Expression(same, self._points, jit_options=jit.options())
+
     def values(self) -> np.ndarray:
         """(cells, points × entries) on its cells."""
-        return np.asarray(self._expression.eval(self._mesh, self._cells))
+        return np.asarray(self.compiled.eval(self._mesh, self._cells))
 
     def into(self, target: fem.Function) -> None:
         """Evaluate into ``target``."""

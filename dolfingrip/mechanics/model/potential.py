@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from itertools import combinations_with_replacement
 from operator import add
 
@@ -59,9 +59,6 @@ class Potential(Term):
     Attributes:
         global_unknowns, sheets: as given.
         gradient: ∂Π/∂u as a UFL form, linear in its test function.
-        residual, tangent: its first and second derivative with respect to u.
-        constraint: derivative of Π with respect to p; None without p.
-        coupling: blocks (u, p), (p, u) and (p, p) of the tangent; empty without p.
     """
 
     def __init__(
@@ -118,9 +115,9 @@ class Potential(Term):
             residual += ufl.derivative(rest, u, v)
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
         self.gradient = residual
-        self._value, self.residual, self.tangent = map(_compiled, (value, residual, tangent))
-        self.constraint: fem.Form | None = None
-        self.coupling: tuple[fem.Form, ...] = ()
+        self._energy, self._stiffness = value, tangent
+        self._constraint: ufl.Form | None = None
+        self._coupling: tuple[ufl.Form, ...] = ()
         if p is not None:
             q, r = (
                 argument(p.function_space) for argument in (ufl.TestFunction, ufl.TrialFunction)
@@ -131,12 +128,43 @@ class Potential(Term):
                 for part in solids
             )
             blocks = (across, ufl.derivative(constraint, u, w), ufl.derivative(constraint, p, r))
-            self.constraint = _compiled(constraint)
-            self.coupling = tuple(map(_compiled, blocks))
+            self._constraint, self._coupling = constraint, blocks
         self._jacobian = AtPoints(ufl.det(deformation_gradient(u)), space.mesh, degree)
         self._globals = (
             _GlobalForms(u, rest, global_unknowns) if global_unknowns and rest is not None else None
         )
+
+    # -- compiled where they are asked for: a finger's run never asks for its energy -------------
+
+    def compile(self) -> None:
+        """Compile what Newton's method asks for, which is all but the energy."""
+        _ = self.residual, self.tangent, self.constraint, self.coupling, self._jacobian.compiled
+        if self.carried is not None:
+            self.carried.compile()
+
+    @cached_property
+    def _value(self) -> fem.Form:
+        return _compiled(self._energy)
+
+    @cached_property
+    def residual(self) -> fem.Form:
+        """∂Π/∂u."""
+        return _compiled(self.gradient)
+
+    @cached_property
+    def tangent(self) -> fem.Form:
+        """∂²Π/∂u²."""
+        return _compiled(self._stiffness)
+
+    @cached_property
+    def constraint(self) -> fem.Form | None:
+        """∂Π/∂p; None without p."""
+        return None if self._constraint is None else _compiled(self._constraint)
+
+    @cached_property
+    def coupling(self) -> tuple[fem.Form, ...]:
+        """Blocks (u, p), (p, u) and (p, p) of the tangent; empty without p."""
+        return tuple(map(_compiled, self._coupling))
 
     # -- as a term -------------------------------------------------------------------------------
 

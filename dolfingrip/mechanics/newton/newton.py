@@ -54,6 +54,7 @@ class Newton:
         settings: Solver,
         profile: Profile | None = None,
     ) -> None:
+        model.potential.compile()
         self.model = model
         self.settings = settings
         self.profile = profile or Profile()
