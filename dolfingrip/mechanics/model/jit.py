@@ -8,8 +8,12 @@ import platform
 from pathlib import Path
 from typing import Any
 
+LEVEL = "DOLFINGRIP_OPTIMISATION"
+"""Environment variable with another level than 3: tests, whose meshes are small, compile for longer
+than they run."""
+
 FLAGS = [
-    "-O3",
+    f"-O{os.environ.get(LEVEL, '3')}",
     "-march=native",
     # sums may be reordered, which vectorises them: element tangents in half the time. Not-a-numbers
     # keep their meaning (no -ffinite-math-only).
