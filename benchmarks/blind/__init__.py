@@ -12,7 +12,6 @@ From the bottom up:
 - :mod:`full`: cases with a simulation of their own;
 - :mod:`bound`: what exact evidence says of a case;
 - :mod:`diagnoses`: what the analyser says of it;
-- :mod:`followup`: the experiment that it proposes, made and diagnosed;
 - :mod:`score`: figures beside their bounds;
 - :mod:`outcomes`: judged cases as a table;
 - :mod:`report`: figures as tables and pictures.

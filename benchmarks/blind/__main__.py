@@ -51,10 +51,6 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
     parser.add_argument("--out", type=Path, default=OUT, metavar="FOLDER", help=f"default: {OUT}")
     parser.add_argument("--quick", action="store_true", help="diagnose by closed forms alone")
     parser.add_argument(
-        "--screen-first", action="store_true",
-        help="diagnose by closed forms, and whole unless these find no cause",
-    )  # fmt: skip
-    parser.add_argument(
         "--draws", type=int, default=DRAWS, metavar="N",
         help=f"of measurements without a cause, by protocol; default: {DRAWS}",
     )  # fmt: skip
@@ -74,11 +70,9 @@ def parsed(arguments: Sequence[str] | None) -> tuple[tuple[str, ...], Asked]:
     for name in ("workers", "number", "draws"):
         if getattr(asked, name) < 1:
             parser.error(f"--{name} {getattr(asked, name)}: allowed: 1 or more")
-    if asked.quick and asked.screen_first:
-        parser.error("--quick --screen-first: allowed: one of these")
     wanted = Asked(
         asked.out, asked.set_name, only, asked.number, asked.workers, asked.quick,
-        asked.screen_first, asked.retry_failed,
+        asked.retry_failed,
         alarms.Draws(asked.out / "alarms", asked.draws, asked.seed), console(),
     )  # fmt: skip
     return tuple(asked.stages) or ORDINARY, wanted

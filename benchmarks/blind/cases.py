@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -22,7 +22,7 @@ from benchmarks.blind.generator import Cause, causes
 from benchmarks.blind.noise import Instruments
 from benchmarks.blind.outsiders import OUTSIDERS, possible
 from benchmarks.blind.protocols import PROTOCOLS, Protocol
-from benchmarks.blind.response import NUISANCES, Catalogue, Hidden, Truth
+from benchmarks.blind.response import NUISANCES, Hidden, Truth
 from dolfingrip.diagnosis.data.columns import MEASURED, READING_COLUMNS
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 
@@ -61,7 +61,6 @@ class Case:
         truth: what is hidden.
         seed: of noise and missing readings.
         instruments: how they scatter, and what the laboratory tells.
-        variant: name of a control, of which these are other than usual.
     """
 
     set_name: str
@@ -72,13 +71,11 @@ class Case:
     truth: Truth
     seed: tuple[int, ...]
     instruments: Instruments = field(default_factory=Instruments)
-    variant: str = ""
 
     @property
     def name(self) -> str:
         """Name of its folder."""
-        parts = (self.set_name, f"{self.number:03d}", self.protocol, self.variant)
-        return "-".join(part for part in parts if part)
+        return f"{self.set_name}-{self.number:03d}-{self.protocol}"
 
     @property
     def hidden(self) -> tuple[str, ...]:
@@ -251,20 +248,6 @@ def _text(value: Any) -> Any:
     if isinstance(value, float):
         return "" if np.isnan(value) else f"{value:.6g}"
     return value
-
-
-def make(case: Case, catalogue: Catalogue, folder: Path) -> Readings | None:
-    """Write a case that is made of the library; None where the library lacks what it hides."""
-    if not all(catalogue.has(name) for name in case.hidden):
-        return None
-    readings = read(case, catalogue.vector(case.truth))
-    write(case, readings, folder)
-    return readings
-
-
-def control(case: Case, variant: str, instruments: Instruments) -> Case:
-    """The same case and the same draws, with other instruments or another tale of them."""
-    return replace(case, variant=variant, instruments=instruments)
 
 
 def table_of(cases: Sequence[Case]) -> pd.DataFrame:

@@ -46,7 +46,6 @@ class How:
         store: folder of the analyser's simulations.
         workers: number of processes.
         quick: by closed forms alone.
-        screen_first: by closed forms, and whole unless these find no cause.
         effects: names of those that are tried; all where None.
         progress: called with each simulation.
         crew: workers that stay from case to case; each case starts its own where None.
@@ -58,17 +57,11 @@ class How:
     effects: Sequence[str] | None = None
     progress: Callable[[Standing], None] = lambda standing: None
     crew: StayingWorkers | None = None
-    screen_first: bool = False
 
     @property
     def mode(self) -> str:
         """Name of the folder of the results."""
         return MODES[0] if self.quick else MODES[1]
-
-    @property
-    def screen(self) -> How:
-        """The screen alone."""
-        return replace(self, quick=True, screen_first=False)
 
 
 @contextmanager
@@ -94,19 +87,11 @@ def diagnose(case: Case, folder: Path, how: How) -> dict[str, Any]:
         folder: with ``measured.csv``.
         how: it is diagnosed.
     """
-    if how.screen_first:
-        content = diagnose(case, folder, how.screen)
-        if _finds_nothing(content):
-            return content
     return diagnose_files(case, [folder / "measured.csv"], folder / how.mode, how)
 
 
 def is_known(folder: Path, how: How) -> bool:
     """Whether a case of this folder has been diagnosed in this way."""
-    if how.screen_first:
-        first = kept(folder / how.screen.mode)
-        if first is None or _finds_nothing(first):
-            return first is not None
     return (folder / how.mode / RESULT).is_file()
 
 
@@ -114,10 +99,6 @@ def kept(folder: Path) -> dict[str, Any] | None:
     """The content of a folder's ``diagnosis.json``; None where there is none."""
     path = folder / RESULT
     return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-
-
-def _finds_nothing(content: dict[str, Any]) -> bool:
-    return bool(content["verdict"]["answer"] == "none")
 
 
 def diagnose_files(case: Case, files: Sequence[Path], out: Path, how: How) -> dict[str, Any]:
@@ -178,9 +159,3 @@ def cut(content: dict[str, Any]) -> float | None:
     if not rows:
         return None
     return float(np.mean([1 - row["cause"] / row["nuisances"] for row in rows]))
-
-
-def doubts_noise(content: dict[str, Any]) -> bool:
-    """Whether it says that the noise is larger than told, or drifts though told not to."""
-    noise = content["noise"]
-    return bool(noise["too_small"] or noise["correlated"])

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
 from benchmarks.blind import cases as casework
-from benchmarks.blind import diagnoses, followup, full, generator, library
+from benchmarks.blind import diagnoses, full, generator, library
 from benchmarks.blind.bound import Attained, Bound
 from benchmarks.blind.cases import Case, Readings
 from benchmarks.blind.diagnoses import How
@@ -136,8 +134,7 @@ class CaseSet:
             best = self.attained(case, readings)
             if best is not None:
                 content = diagnoses.diagnose(case, self.folders.case(case), how)
-                after = followup.known(self.folders.case(case), how)
-                found.append(judge(case, content, best, after))
+                found.append(judge(case, content, best))
         return found
 
 
@@ -161,7 +158,6 @@ def judge(
     case: Case,
     content: Mapping[str, Any],
     best: Mapping[str, Any],
-    after: Mapping[str, Any] | None = None,
 ) -> Judged:
     """A case with both opinions.
 
@@ -169,7 +165,6 @@ def judge(
         case: which.
         content: of its ``diagnosis.json``.
         best: the bound's, as it is kept.
-        after: content of that with the experiment that was proposed; None where there is none.
     """
     exact = best["opinion"]
     return Judged(
@@ -190,20 +185,5 @@ def judge(
         cut=diagnoses.cut(dict(content)),
         bound_cut=best["cut"],
         beats_rivals=content["gain_claimed"],
-        splits=None if after is None else followup.splits(case, after),
-        narrows=None if after is None else followup.narrows(case, content, after),
-        expected=None if after is None else content["next_experiments"][0]["splits"],
-        doubts_noise=diagnoses.doubts_noise(dict(content)),
         seconds=float(content["simulated_s"]),
     )  # fmt: skip
-
-
-def widths(judged: Iterable[Judged]) -> np.ndarray:
-    """Widths of all intervals, by the truth where that is not 0."""
-    return np.array(
-        [
-            (each.high - each.low) / max(abs(each.true), 1e-12)
-            for case in judged
-            for each in case.intervals
-        ]
-    )

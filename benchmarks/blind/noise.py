@@ -24,17 +24,13 @@ MISSING: Final = 0.06
 
 @dataclass(frozen=True, slots=True)
 class Instruments:
-    """How instruments scatter, and what the laboratory tells of it.
+    """How instruments scatter, as the laboratory tells.
 
     Attributes:
         factor: of all noise, by the ordinary one.
-        told_factor: what the laboratory tells, by what is there.
-        told_correlated: whether it tells that a part drifts.
     """
 
     factor: float = 1.0
-    told_factor: float = 1.0
-    told_correlated: bool = True
 
     def of(self, column: str) -> ChannelNoise:
         """Noise of a column that is there, in its unit."""
@@ -43,23 +39,12 @@ class Instruments:
             std=total * np.sqrt(1 - SHARE), correlated_std=total * np.sqrt(SHARE), length=LASTS_S
         )
 
-    def believed(self, column: str) -> ChannelNoise:
-        """Noise of a column as the laboratory tells it."""
-        there = self.of(column).scaled(self.told_factor)
-        return there if self.told_correlated else ChannelNoise(there.total_std())
-
     def told(self, columns: tuple[str, ...]) -> dict[str, Any]:
         """The table ``[noise]`` of the TOML."""
-        found: dict[str, Any] = {}
-        correlated: dict[str, float] = {}
-        for name in columns:
-            told = self.believed(name)
-            found[name] = round(told.std, 6)
-            if self.told_correlated:
-                correlated[name] = round(told.correlated_std, 6)
-        if correlated:
-            found["correlated"] = {**correlated, "correlation_time_s": LASTS_S}
-        return found
+        noise = {name: self.of(name) for name in columns}
+        correlated = {name: round(each.correlated_std, 6) for name, each in noise.items()}
+        found: dict[str, Any] = {name: round(each.std, 6) for name, each in noise.items()}
+        return {**found, "correlated": {**correlated, "correlation_time_s": LASTS_S}}
 
 
 def channels(protocol: Protocol) -> tuple[str, ...]:

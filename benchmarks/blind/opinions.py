@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from dolfingrip.diagnosis.inference.verdict import Verdict
@@ -101,11 +101,6 @@ class Judged:
             of the error with nuisances alone; None where that was not measured.
         bound_cut: what the true model cuts.
         beats_rivals: whether the analyser says that the cause beats both of them.
-        splits: whether the hidden cause is named alone once the experiment that was proposed first
-            is made, too; None where none was proposed for a tie.
-        narrows: whether its class is smaller then.
-        expected: whether the analyser expects the experiment to leave the true cause alone.
-        doubts_noise: whether it says that the noise is not as it was told.
         seconds: of processor.
     """
 
@@ -123,12 +118,7 @@ class Judged:
     cut: float | None = None
     bound_cut: float | None = None
     beats_rivals: bool | None = None
-    splits: bool | None = None
-    narrows: bool | None = None
-    expected: bool | None = None
-    doubts_noise: bool = False
     seconds: float = 0.0
-    more: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def sigma(self) -> float:

@@ -14,7 +14,7 @@ OR: Final = " or "
 """Between effects of a class."""
 AND: Final = " + "
 """Between classes, and between hidden causes."""
-MAYBE: Final = ("cut", "bound_cut", "beats_rivals", "splits", "narrows", "expected")
+MAYBE: Final = ("cut", "bound_cut", "beats_rivals")
 """Columns that may be empty."""
 
 
@@ -37,7 +37,6 @@ def _row(case: Judged) -> dict[str, Any]:
         "intervals": _written(case.intervals),
         "bound_intervals": _written(case.bound_intervals),
         **{name: getattr(case, name) for name in MAYBE},
-        "doubts_noise": case.doubts_noise,
         "seconds": round(case.seconds, 1),
     }
 
@@ -62,7 +61,7 @@ def read(file: Path) -> list[Judged]:
 
 
 def _judged(row: dict[Any, Any]) -> Judged:
-    told = {name: row.get(name, "") for name in MAYBE}  # older tables have fewer
+    told = {name: row[name] for name in MAYBE}
     maybe = {name: None if text == "" else _number(text) for name, text in told.items()}
     return Judged(
         name=row["case"],
@@ -76,7 +75,6 @@ def _judged(row: dict[Any, Any]) -> Judged:
         bound=_opinion(row, "bound_"),
         intervals=_intervals(row["intervals"]),
         bound_intervals=_intervals(row["bound_intervals"]),
-        doubts_noise=str(row["doubts_noise"]) == "True",
         seconds=float(row["seconds"]),
         **maybe,
     )  # fmt: skip

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import pandas as pd
 from scipy.stats import beta
 
 from benchmarks.blind.opinions import Judged, Opinion
@@ -22,7 +21,6 @@ RICHEST: Final = ("P7+", "short-P7+")
 CUTS: Final = 0.2
 """Least cut of the true model's from which cuts are compared."""
 
-Chosen = Callable[[Judged], bool]
 Right = Callable[[Judged, Opinion], bool]
 
 
@@ -130,14 +128,7 @@ def figures(cases: Sequence[Judged]) -> list[Figure]:
               at_least(0.95)),
         _coverage(cases),
         _cut(cases),
-        _told("rivals lose to causes that are named rightly", "",
-              [(c, c.beats_rivals) for c in ones if c.said.right(c.hidden)], 0.0),
-        _told("ties that the proposed experiment splits", "0.80",
-              [(c, c.splits) for c in cases], 0.8),
-        _told("… or narrows", "", [(c, c.narrows) for c in cases], 0.0),
-        _told("… splits where the diagnosis expects it to", "",
-              [(c, c.splits) for c in cases if c.expected], 0.0),
-        *_shuffled(visible),
+        _rivals([c.beats_rivals for c in ones if c.said.right(c.hidden)]),
     ]  # fmt: skip
     return found
 
@@ -190,89 +181,15 @@ def _cut(cases: Sequence[Judged]) -> Figure:
     )  # fmt: skip
 
 
-def _told(
-    name: str, target: str, told: Sequence[tuple[Judged, bool | None]], level: float
-) -> Figure:
-    known = [bool(value) for _, value in told if value is not None]
-    value = _mean(known)
+def _rivals(told: Sequence[bool | None]) -> Figure:
+    known = [each for each in told if each is not None]
     low, high = interval(sum(known), len(known))
-    met = value >= level if known else None
-    return Figure(name, target, value, float("nan"), len(known), low, high, met)
-
-
-def _shuffled(cases: Sequence[Judged]) -> list[Figure]:
-    """Naming the cause of another case: chance, so that a scorer that is too kind is found out.
-
-    Over all pairs of cases with different causes, so that no draw of an order matters. A class of
-    many effects that the readings cannot tell apart holds many labels, the wrong ones, too, even by
-    exact evidence. So there is the share of hits, and that where a class of k effects counts 1/k,
-    which by chance is one by the number of effects, whatever the size of classes.
-    """
-    pairs = [
-        (case, other.hidden[0])
-        for case in cases
-        for other in cases
-        if other.hidden[0] != case.hidden[0]
-    ]
-    own = [(case, case.hidden[0]) for case in cases]
-    found = []
-    for name, worth in (
-        ("class named first, labels shuffled", lambda size: 1.0),
-        ("… where a class of k effects counts 1/k", lambda size: 1.0 / max(size, 1)),
-    ):
-        value, bound = (
-            _mean([worth(len(o.leading)) * o.names(label) for o, label in each]) for each in (
-                [(case.said, label) for case, label in pairs],
-                [(case.bound, label) for case, label in pairs],
-            )
-        )  # fmt: skip
-        true = _mean([worth(len(c.said.leading)) * c.said.names(label) for c, label in own])
-        found.append(
-            Figure(
-                name, "a third of that with the true ones", value, bound, len(cases),
-                float("nan"), float("nan"), value <= true / 3 if pairs else None,
-            )
-        )  # fmt: skip
-    return found
+    return Figure(
+        "rivals lose to causes that are named rightly", "", _mean(known), float("nan"),
+        len(known), low, high, True if known else None,
+    )  # fmt: skip
 
 
 def _mean(values: Sequence[float]) -> float:
     """Not a number where there are none."""
     return float(np.mean(values)) if values else float("nan")
-
-
-def confusion(cases: Sequence[Judged]) -> pd.DataFrame:
-    """How often each hidden cause (rows) was answered by what (columns), single causes alone."""
-    rows = []
-    for case in cases:
-        if case.kind == "two":
-            continue
-        hidden = case.hidden[0] if case.kind == "one" else case.kind
-        if case.said.answer != "cause":
-            said = case.said.answer
-        else:
-            leading = case.said.named[0]
-            said = hidden if hidden in leading else leading[0]
-        rows.append({"hidden": hidden, "said": said})
-    table = pd.DataFrame(rows, columns=["hidden", "said"])
-    return pd.crosstab(table["hidden"], table["said"])
-
-
-def by_protocol(cases: Sequence[Judged]) -> pd.DataFrame:
-    """The class named first by protocol, of visible single effects."""
-    rows = []
-    for protocol in dict.fromkeys(case.protocol for case in cases):
-        own = [
-            c for c in cases
-            if c.protocol == protocol and c.kind == "one" and c.sigma >= INVISIBLE_SIGMA
-        ]  # fmt: skip
-        figure = share("", "", own, _named, of_bound(0.95))
-        rows.append(
-            {
-                "protocol": protocol, "cases": figure.count, "first": figure.value,
-                "low": figure.low, "high": figure.high, "bound": figure.bound,
-                "size of class": _mean([len(c.said.leading) for c in own]),
-                "bound's": _mean([len(c.bound.leading) for c in own]),
-            }
-        )  # fmt: skip
-    return pd.DataFrame(rows)

@@ -2,30 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-import pandas as pd
 from rich.console import Console
 
-from benchmarks.blind import (
-    alarms,
-    cases,
-    controls,
-    diagnoses,
-    followup,
-    full,
-    generator,
-    library,
-    misfit,
-    packed,
-    report,
-)
+from benchmarks.blind import alarms, cases, diagnoses, full, generator, library, packed, report
 from benchmarks.blind.cases import Case
 from benchmarks.blind.diagnoses import How
 from benchmarks.blind.judging import CaseSet, Folders
@@ -47,7 +33,6 @@ class Asked:
         number: of cases of a set, those of other protocols included.
         workers: number of processes.
         quick: diagnose by closed forms alone.
-        screen_first: diagnose by closed forms, and whole unless these find no cause.
         retry_failed: simulate again what failed.
         draws: measurements without a cause, of each protocol.
         screen: where progress is shown.
@@ -59,7 +44,6 @@ class Asked:
     number: int
     workers: int
     quick: bool
-    screen_first: bool
     retry_failed: bool
     draws: alarms.Draws
     screen: Console
@@ -72,18 +56,13 @@ class Asked:
     @property
     def how(self) -> How:
         """How cases are diagnosed."""
-        return How(self.folders.analyser, self.workers, self.quick, screen_first=self.screen_first)
+        return How(self.folders.analyser, self.workers, self.quick)
 
     @property
     def scores(self) -> Path:
         """Folder of the figures."""
         own = "" if set(self.only) <= set(FINGERS) else "-".join(self.only) + "-"
-        return self.out / "score" / f"{own}{self.set_name}-{self.mode}"
-
-    @property
-    def mode(self) -> str:
-        """How cases are diagnosed, in a word."""
-        return "screened" if self.screen_first else self.how.mode
+        return self.out / "score" / f"{own}{self.set_name}-{self.how.mode}"
 
     def at_work(self, show: Callable[..., None]) -> Workers:
         """Workers that show their progress."""
@@ -151,12 +130,7 @@ def run_cases(asked: Asked) -> None:
 
 def run_diagnose(asked: Asked) -> None:
     """Diagnose them; with --quick by closed forms alone."""
-    case_set = CaseSet(planned(asked), asked.folders)
-    diagnose_all(asked, [case for case, _ in case_set.made()])
-
-
-def diagnose_all(asked: Asked, every: Sequence[Case]) -> None:
-    """Diagnose what has not been, with workers that stay."""
+    every = [case for case, _ in CaseSet(planned(asked), asked.folders).made()]
     with (
         progress.shown(asked.screen, "cases", at_once=True, few=progress.FEW) as show,
         diagnoses.with_crew(asked.how) as how,
@@ -165,50 +139,6 @@ def diagnose_all(asked: Asked, every: Sequence[Case]) -> None:
             show(number, len(every), case.name)
             diagnoses.diagnose(case, asked.folders.case(case), how)
         show(len(every), len(every))
-
-
-def run_next(asked: Asked) -> None:
-    """Make the experiments that were proposed for ties, and diagnose with them."""
-    case_set = CaseSet(planned(asked), asked.folders)
-    tied = [
-        case
-        for case, _ in case_set.made()
-        if diagnoses.is_known(asked.folders.case(case), asked.how)
-        and followup.to_be_split(
-            case, diagnoses.diagnose(case, asked.folders.case(case), asked.how)
-        )
-    ]
-    with (
-        progress.shown(asked.screen, "ties", at_once=True, few=progress.FEW) as show,
-        diagnoses.with_crew(asked.how) as how,
-    ):
-        for number, case in enumerate(tied):
-            show(number, len(tied), case.name)
-            own = Workers(asked.folders.full, Where(workers=asked.workers))
-            followup.split(case, asked.folders.case(case), how, own)
-        show(len(tied), len(tied))
-
-
-def run_controls(asked: Asked) -> None:
-    """The same cases with other noise, or with noise that is not as told: controls.csv."""
-    wanted = controls.variants(planned(asked))
-    case_set = CaseSet([case for own in wanted.values() for case in own], asked.folders)
-    diagnose_all(asked, [case for case, _ in case_set.made()])
-    table = controls.table(wanted, asked.folders.case, asked.how)
-    table["noticeable"] = [noticeable(case_set, wanted[name]) for name in table["control"]]
-    asked.scores.mkdir(parents=True, exist_ok=True)
-    table.to_csv(asked.scores / "controls.csv", index=False)
-    asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
-
-
-def noticeable(case_set: CaseSet, own: Sequence[Case]) -> float:
-    """The share of :func:`controls.noticeable` over the cases of one control."""
-    kinds = Counter((case.protocol, case.instruments) for case in own)
-    found = [
-        count * controls.noticeable(case_set.bound(protocol), instruments)
-        for (protocol, instruments), count in kinds.items()
-    ]
-    return sum(found) / len(own)
 
 
 def catalogues(asked: Asked) -> Iterator[Catalogue]:
@@ -233,26 +163,12 @@ def run_alarms(asked: Asked) -> None:
     asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
 
 
-def run_misfit(asked: Asked) -> None:
-    """What the generator's finger leaves without a cause: misfit.csv (only where asked for)."""
-    with (
-        progress.shown(asked.screen, "fits", at_once=True) as show,
-        diagnoses.with_crew(asked.how) as how,
-    ):
-        table = pd.concat(
-            misfit.table(catalogue, asked.out / "misfit", how, show)
-            for catalogue in catalogues(asked)
-        )
-    table.to_csv(asked.out / "misfit" / "misfit.csv", index=False)
-    asked.screen.print(table.to_string(index=False), soft_wrap=True, markup=False)
-
-
 def run_score(asked: Asked) -> None:
-    """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv, confusion.png."""
+    """Hold the verdicts against the bound: figures.md, figures.csv, cases.csv."""
     case_set = CaseSet(planned(asked), asked.folders)
     with progress.shown(asked.screen, "cases", at_once=True) as show:
         judged = case_set.judged(asked.how, show)
-    title = f"Blind benchmark, {asked.set_name} cases, {asked.mode}"
+    title = f"Blind benchmark, {asked.set_name} cases, {asked.how.mode}"
     asked.screen.print(report.write(judged, title, asked.scores), soft_wrap=True, markup=False)
     asked.screen.print(f"wrote {asked.scores}", soft_wrap=True)
 
@@ -263,12 +179,9 @@ STAGES: Final[Mapping[str, Callable[[Asked], None]]] = {
     "full": run_full,
     "cases": run_cases,
     "diagnose": run_diagnose,
-    "next": run_next,
     "score": run_score,
-    "controls": run_controls,
     "alarms": run_alarms,
-    "misfit": run_misfit,
 }
-EXTRA: Final = ("pack", "alarms", "misfit")
+EXTRA: Final = ("pack", "alarms")
 ORDINARY: Final = tuple(name for name in STAGES if name not in EXTRA)
 """Those that are run where none is named."""

@@ -97,14 +97,6 @@ def test_files_are_valid_measured_data(protocol: str, tmp_path: Path) -> None:
     assert measurement.tests[1].setup.sections["plate"] == {"gap_mm": 1.0}
 
 
-def test_the_laboratory_may_be_wrong_about_noise() -> None:
-    told = noise.Instruments(told_factor=1 / 1.5).told(("angle_deg",))
-    total = np.hypot(told["angle_deg"], told["correlated"]["angle_deg"])
-    assert total == pytest.approx(0.2, rel=1e-4)
-    silent = noise.Instruments(told_correlated=False).told(("angle_deg",))
-    assert silent == {"angle_deg": pytest.approx(0.3)}
-
-
 def test_what_a_laboratory_knows_better_is_told_and_drawn() -> None:
     protocol = PROTOCOLS["short"]
     assert protocol.setup()["nuisance"] == {"pressure_offset_kPa": 0.2, "plate_gap_mm": 0.03}

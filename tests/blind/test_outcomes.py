@@ -16,11 +16,9 @@ def test_a_table_gives_the_figures_again(tmp_path: Path) -> None:
     none = Opinion("none", 0.8, (), ())
     every = [
         Judged("a", "P1", "one", True, ("gent",), (6.25,), 0.5, tie, tie,
-               (Interval("extensions.gent.J", 1.5, 2.5, 2.0),), (), 0.5, 0.625, True, False, True,
-               True),
+               (Interval("extensions.gent.J", 1.5, 2.5, 2.0),), (), 0.5, 0.625, True),
         Judged("b", "P2", "two", False, ("gent", "prony"), (3.0, 12.5), 4.0, two, tie,
-               (), (Interval("x: y", -1.0, 0.0, 0.25),), None, 0.0, None, None, None, None,
-               True, 7.5),
+               (), (Interval("x: y", -1.0, 0.0, 0.25),), None, 0.0, None, 7.5),
         Judged("c", "P1", "none", False, (), (), 0.0, none, none),
     ]  # fmt: skip
     outcomes.table(every).to_csv(tmp_path / "cases.csv", index=False)

@@ -89,32 +89,6 @@ def test_intervals_of_shares() -> None:
     assert score.interval(20, 20) == (pytest.approx(1 - high), 1.0)
 
 
-def test_a_kind_scorer_would_be_found_out() -> None:
-    """Naming everything is right always, and with shuffled labels, too."""
-    names = ("prony", "gent", "ogden", "mullins")
-    all_of_them = [judged(i, "one", (names[i % 4],), cause(*names)) for i in range(40)]
-    exact = [judged(i, "one", (names[i % 4],), cause(names[i % 4])) for i in range(40)]
-    assert of(all_of_them)["class named first, labels shuffled"].met is False
-    assert of(exact)["class named first, labels shuffled"].value == 0.0
-
-
-def test_wide_classes_hold_wrong_labels_by_chance() -> None:
-    """Of eight effects, a class of four that always holds the cause: 3 of 7 wrong ones are in it.
-
-    A quarter of a hit, where the true label is one, too: as good as the readings allow.
-    """
-    names = ("a", "b", "c", "d", "e", "f", "g", "h")
-    tied = {n: names[:4] if n in names[:4] else names[4:] for n in names}
-    found = of([judged(i, "one", (n,), cause(*tied[n])) for i, n in enumerate(names)])
-    plain = found["class named first, labels shuffled"]
-    assert (plain.count, plain.value, plain.met) == (8, pytest.approx(3 / 7), False)
-    counted = found["… where a class of k effects counts 1/k"]
-    assert (counted.value, counted.met) == (pytest.approx(3 / 28), False)
-    few = [judged(i, "one", (n,), cause(n, names[i - 1])) for i, n in enumerate(names)]
-    counted = of(few)["… where a class of k effects counts 1/k"]
-    assert (counted.value, counted.met) == (pytest.approx(1 / 14), True)
-
-
 def test_a_verdict_that_is_worse() -> None:
     before = ci.Answered("a", "prony", "cause", "prony", True)
     assert not before.worse_than(before)
@@ -132,18 +106,3 @@ def test_every_kind_of_answer_is_among_the_committed_ones() -> None:
     assert {each.answer for each in committed} == {"cause", "none", "unknown"}
     assert any(" + " in each.named for each in committed)
     assert any(" or " in each.named for each in committed)
-
-
-def test_ties_that_a_proposed_experiment_splits() -> None:
-    """Those that were made alone count."""
-    told = ((True, True, True), (False, True, False), (None, None, None))
-    ties = [
-        judged(i, "one", ("gent",), cause("gent", "ogden"), splits=splits, narrows=narrows,
-               expected=expected)
-        for i, (splits, narrows, expected) in enumerate(told)
-    ]  # fmt: skip
-    found = of(ties)
-    split = found["ties that the proposed experiment splits"]
-    assert (split.count, split.value, split.met) == (2, 0.5, False)
-    assert found["… or narrows"].value == 1.0
-    assert found["… splits where the diagnosis expects it to"].count == 1
