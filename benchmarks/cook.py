@@ -18,7 +18,7 @@ from petsc4py import PETSc
 from ufl.core.expr import Expr
 
 from dolfingrip.config import Config
-from dolfingrip.forms import mixed_neo_hookean, neo_hookean
+from dolfingrip.forms import mixed_bulk_modulus, neo_hookean
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.element import displacement_element, pressure_field
 from dolfingrip.mechanics.model.model import Control, Model
@@ -66,7 +66,9 @@ def model(element: str, cells: int, nu: float) -> Model:
     def energy(strain: Expr) -> Expr:
         if p is None:
             return neo_hookean.energy(strain, *moduli)
-        return mixed_neo_hookean.energy(strain, p, *moduli)
+        mu, lmbda = moduli
+        shape = neo_hookean.energy(strain, mu, 0.0)
+        return shape + mixed_bulk_modulus.energy(strain, p, lmbda)
 
     work = (
         -load

@@ -15,33 +15,71 @@ Mechanics, 2000, section 6.6).
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
+from typing import Any, Protocol
 
 import ufl
 from ufl.classes import Variable
 from ufl.constantvalue import as_ufl
 from ufl.core.expr import Expr
 
-from dolfingrip.forms import invariants
+from dolfingrip.forms import invariants, stretch_powers
 from dolfingrip.forms.chain_rule import Known
-from dolfingrip.forms.jet import Jet
+from dolfingrip.forms.jet import Jet, variables
 
 
-def energy(strain: Expr, function: Callable[[Expr, Expr], Jet]) -> Expr:
+class Invariants(Protocol):
+    """What an isotropic energy is a function of, with derivatives by two numbers.
+
+    Attributes:
+        first, second: Ī₁ − 3 and Ī₂ − 3.
+    """
+
+    @property
+    def first(self) -> Jet: ...
+
+    @property
+    def second(self) -> Jet: ...
+
+    def power_sum(self, exponent: Any) -> Jet:
+        """Sum of the isochoric principal stretches to this power, less 3."""
+        ...
+
+
+class OfTensor:
+    """Invariants of C̄, with derivatives by Ī₁ and Ī₂.
+
+    Args:
+        first, second: Ī₁ − 3 and Ī₂ − 3.
+    """
+
+    def __init__(self, first: Expr, second: Expr) -> None:
+        self.first, self.second = variables(first, second)
+
+    @cached_property
+    def _log(self) -> stretch_powers.Pair:
+        return stretch_powers.logarithm(self.first.f, self.second.f)
+
+    def power_sum(self, exponent: Expr) -> Jet:
+        """Sum of the isochoric principal stretches to this power, less 3."""
+        return stretch_powers.power_sum(self._log, exponent / 2)
+
+
+def energy(strain: Expr, function: Callable[[Invariants], Jet]) -> Expr:
     """Strain energy per reference volume (MPa = mJ/mm³).
 
     Args:
         strain: Green–Lagrange strain E, (3, 3).
-        function: W with its derivatives (mJ/mm³), of Ī₁ − 3 and Ī₂ − 3.
+        function: W with its derivatives (mJ/mm³).
 
     Example:
         W = Ī₁ − 3 in a bar of constant volume has P = 2 (λ − λ⁻²).
 
         >>> from dolfingrip.forms.evaluate import nominal_stress
-        >>> first = lambda x, y: Jet(x, 1.0, 0.0, 0.0, 0.0, 0.0)
-        >>> round(nominal_stress(lambda strain: energy(strain, first), 2.0), 9)
+        >>> round(nominal_stress(lambda strain: energy(strain, lambda i: i.first), 2.0), 9)
         3.5
     """
-    plain = function(*invariants.isochoric(strain))
+    plain = function(OfTensor(*invariants.isochoric(strain)))
     jet = Jet(*(Variable(as_ufl(part), Known(strain)) for part in plain.parts()))
     unit = ufl.Identity(3)
     c = invariants.right_cauchy_green(strain)

@@ -3,8 +3,8 @@
 UFL can differentiate any expression. But where one value enters the next twice, and that the next
 again, as in repeated squaring, its derivatives take minutes to sort and to compile. Here each
 operation makes six expressions, each once, whatever is done with them. What comes out is handed to
-UFL as a function whose derivatives are known (:func:`known`), which
-:mod:`dolfingrip.mechanics.model.chain_rule` then uses.
+UFL as a function whose derivatives are known, which :mod:`dolfingrip.forms.chain_rule` then uses.
+The parts may be numbers, too.
 """
 
 from __future__ import annotations
@@ -86,6 +86,17 @@ class Jet:
             second(x, y, (a.xy, b.xy)),
             second(y, y, (a.yy, b.yy)),
         )
+
+    def through(self, value: Expr, slope: Expr, bend: Expr) -> Jet:
+        """A function of this one, by its value and its derivatives there.
+
+        Example:
+            t² at t = 3.
+
+            >>> Jet(3.0, 1.0, 0.0, 0.0, 0.0, 0.0).through(9.0, 6.0, 2.0).parts()
+            (9.0, 6.0, 0.0, 2.0, 0.0, 0.0)
+        """
+        return Jet(value, slope, 0.0, bend, 0.0, 0.0).of(self, constant(0.0))
 
 
 def constant(value: Expr) -> Jet:

@@ -11,13 +11,15 @@ def energy(strain: Expr, p: Expr, bulk: Expr) -> Expr:
 
     L = p ln J − p²/(2K)
 
-    It is K/2 (ln J)² where it is stationary in p, with p = K ln J. See
-    :mod:`dolfingrip.forms.mixed_neo_hookean`.
+    It is K/2 (ln J)² where it is stationary in p, with p = K ln J: the Legendre transform of
+    :mod:`dolfingrip.forms.bulk_modulus`. But p may be chosen smoother than ln J is, and it stays
+    finite as K grows (Simo, Taylor & Pister, Comput. Methods Appl. Mech. Eng. 51, 1985; Bonet &
+    Wood, section 8.6).
 
     Args:
         strain: Green–Lagrange strain E, (3, 3).
         p: pressure (MPa), positive in tension.
-        bulk: bulk modulus K (MPa).
+        bulk: bulk modulus K (MPa), or the factor λ beside the neo-Hookean energy of μ.
 
     Example:
         A cube whose sides are held has P = p/λ: 3/2 at a stretch of 2.

@@ -3,10 +3,12 @@
 from collections.abc import Sequence
 from functools import reduce
 from operator import add
+from typing import Any
 
 from ufl.core.expr import Expr
 
-from dolfingrip.forms import isotropic, stretch_powers
+from dolfingrip.forms import isotropic
+from dolfingrip.forms.isotropic import Invariants
 from dolfingrip.forms.jet import Jet
 
 
@@ -31,13 +33,10 @@ def energy(strain: Expr, mu: Sequence[Expr], alpha: Sequence[Expr]) -> Expr:
         >>> round(nominal_stress(lambda strain: energy(strain, [1.0], [-2.0]), 2.0), 6)
         0.875
     """
+    return isotropic.energy(strain, lambda invariants: of_powers(invariants, mu, alpha))
 
-    def function(first: Expr, second: Expr) -> Jet:
-        log = stretch_powers.logarithm(first, second)
-        terms = [
-            stretch_powers.power_sum(log, a / 2) * (2 * m / a**2)
-            for m, a in zip(mu, alpha, strict=True)
-        ]
-        return reduce(add, terms)
 
-    return isotropic.energy(strain, function)
+def of_powers(invariants: Invariants, mu: Sequence[Any], alpha: Sequence[Any]) -> Jet:
+    """The energy from the sums of the stretches' powers, of UFL or in numbers."""
+    terms = [invariants.power_sum(a) * (2 * m / a**2) for m, a in zip(mu, alpha, strict=True)]
+    return reduce(add, terms)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import isotropic
-from dolfingrip.forms.jet import Jet, series, variables
+from dolfingrip.forms.jet import series
 
 
 def energy(strain: Expr, c: Mapping[tuple[int, int], Expr]) -> Expr:
@@ -29,8 +29,4 @@ def energy(strain: Expr, c: Mapping[tuple[int, int], Expr]) -> Expr:
         >>> round(nominal_stress(lambda strain: energy(strain, c), 2.0), 9)
         15.75
     """
-
-    def function(first: Expr, second: Expr) -> Jet:
-        return series(c, *variables(first, second))
-
-    return isotropic.energy(strain, function)
+    return isotropic.energy(strain, lambda each: series(c, each.first, each.second))

@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import ufl
 from ufl.core.expr import Expr
 
+from dolfingrip.forms.isotropic import Invariants
+from dolfingrip.forms.jet import Jet
+from dolfingrip.sections.laws.law import Fittable
 from dolfingrip.sections.section import Section
 
 if TYPE_CHECKING:
@@ -78,12 +81,15 @@ class Effect(Section):
             do not; those of lower place act first.
         neutral: values of its parameters at which it changes nothing.
         mixed: whether its energy also holds beside a pressure field (``P2-P1``).
+        fits: what of it is fitted to coupons with neo-Hooke's law, whose modulus comes first; its
+            numbers follow from ``in_numbers``.
     """
 
     kind: ClassVar[Kind]
     mixed: ClassVar[bool] = True
     place: ClassVar[int] = 0
     neutral: ClassVar[Mapping[str, Any]]
+    fits: ClassVar[tuple[Fittable, ...]] = ()
 
     # -- before anything is built ----------------------------------------------------------------
 
@@ -111,6 +117,17 @@ class Effect(Section):
         ``site.further`` terms that are no forms, as ``site.add_friction`` does.
         """
         return ()
+
+    @classmethod
+    def in_numbers(cls, c: Mapping[str, Any], mu_MPa: float, invariants: Invariants) -> Jet:
+        """Its strain energy at constant volume in numbers, for fits to coupons.
+
+        Args:
+            c: its parameters by key.
+            mu_MPa: shear modulus of the base material.
+            invariants: of the isochoric stretches.
+        """
+        raise NotImplementedError
 
     # -- loading and measurement -----------------------------------------------------------------
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
 from dolfingrip.forms import gent
+from dolfingrip.forms.isotropic import Invariants
+from dolfingrip.forms.jet import Jet
+from dolfingrip.sections.laws.law import Fittable
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -32,6 +36,17 @@ class Gent(Effect):
 
     kind: ClassVar = "elastic"
     neutral: ClassVar = {"inverse_J_m": 0.0}
+    fits: ClassVar = (
+        Fittable(
+            "gent",
+            "Gent",
+            ("inverse_J_m",),
+            lambda shear_MPa: [[1e-3], [1e-2], [0.1]],
+            (0.0,),
+            (10.0,),
+            linear=False,
+        ),
+    )
 
     inverse_J_m: Annotated[float, Prior(0.025, 0.0125, "engineering guess", positive=True)] = Field(
         0.025, ge=0, le=10, description="1 by the limit of I1 - 3"
@@ -44,3 +59,7 @@ class Gent(Effect):
             return base(strain) + gent.energy(strain, site.mu, inverse)
 
         return density
+
+    @classmethod
+    def in_numbers(cls, c: Mapping[str, Any], mu_MPa: float, invariants: Invariants) -> Jet:
+        return gent.in_numbers(invariants.first, mu_MPa, c["inverse_J_m"])

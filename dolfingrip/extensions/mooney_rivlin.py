@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import mooney_rivlin
+from dolfingrip.forms import polynomial
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -19,7 +19,7 @@ class MooneyRivlin(Effect):
 
     ψ += C₀₁ [(Ī₂ − 3) − (Ī₁ − 3)]: what Mooney–Rivlin has over neo-Hooke. The initial shear
     modulus stays ``material.mu_MPa``, so C₁₀ = μ/2 − C₀₁ (Rivlin & Saunders, Phil. Trans. R. Soc.
-    A 243, 1951). See :mod:`dolfingrip.forms.mooney_rivlin`.
+    A 243, 1951). See :mod:`dolfingrip.forms.polynomial`.
 
     Prior: the nominal stresses of eight printed NinjaFlex coupons from 2 to 100 % strain fit
     2 C₀₁/μ = 0.93, which is 1.36 MPa at the default modulus. The spread is an engineering guess.
@@ -42,6 +42,6 @@ class MooneyRivlin(Effect):
         c01 = site.constant(self, "C01_MPa")
 
         def density(strain: Expr) -> Expr:
-            return base(strain) + mooney_rivlin.energy(strain, c01)
+            return base(strain) + polynomial.energy(strain, {(0, 1): c01, (1, 0): -c01})
 
         return density

@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import ogden
+from dolfingrip.forms import ogden_terms
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -18,8 +18,8 @@ class Ogden(Effect):
     """Softening or stiffening by the exponent of the stretches (Ogden, one term).
 
     ψ += 2μ/α² (λ̄₁ᵅ + λ̄₂ᵅ + λ̄₃ᵅ − 3) − μ/2 (Ī₁ − 3): Ogden's term replaces the neo-Hookean
-    one of the same initial modulus (Ogden, Proc. R. Soc. A 326, 1972). The stress is right to 1e-3
-    at a stretch of 1.5; see :mod:`dolfingrip.forms.ogden`.
+    one of the same initial modulus (Ogden, Proc. R. Soc. A 326, 1972), which is Ogden's with α = 2.
+    See :mod:`dolfingrip.forms.ogden_terms`.
 
     Prior: α = 1 ± 0.4, an engineering guess; α = 2 is neo-Hooke. The softening of printed
     NinjaFlex asks for the lowest exponents (mooney_rivlin fits it better, with one parameter, too).
@@ -40,6 +40,6 @@ class Ogden(Effect):
         alpha = site.constant(self, "alpha")
 
         def density(strain: Expr) -> Expr:
-            return base(strain) + ogden.energy(strain, site.mu, alpha)
+            return base(strain) + ogden_terms.energy(strain, [site.mu, -site.mu], [alpha, 2.0])
 
         return density

@@ -9,8 +9,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
 from dolfingrip.forms import ogden_terms
-from dolfingrip.sections.material import ALPHA
-from dolfingrip.sections.section import outside
+from dolfingrip.sections.laws.ogden import check_terms
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -44,17 +43,7 @@ class OgdenTerms(Effect):
 
     @model_validator(mode="after")
     def _terms(self) -> OgdenTerms:
-        low, high = ALPHA
-        if len(self.alpha) != len(self.mu_MPa):
-            raise outside(
-                "alpha", list(self.alpha), f"allowed: as many numbers as mu_MPa, {len(self.mu_MPa)}"
-            )
-        if not all(low <= abs(alpha) <= high for alpha in self.alpha):
-            raise outside(
-                "alpha",
-                list(self.alpha),
-                f"allowed: each from {low:g} to {high:g}, or below 0 likewise",
-            )
+        check_terms("mu_MPa", self.mu_MPa, "alpha", self.alpha)
         return self
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:

@@ -9,7 +9,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
 from dolfingrip.forms import polynomial
-from dolfingrip.sections.material import POLYNOMIAL
+from dolfingrip.sections.laws.polynomial import POWERS
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -31,7 +31,7 @@ class Polynomial(Effect):
     """
 
     kind: ClassVar = "elastic"
-    neutral: ClassVar = dict.fromkeys(POLYNOMIAL, 0.0)
+    neutral: ClassVar = dict.fromkeys(POWERS, 0.0)
 
     C10_MPa: Annotated[float, Prior(0.0, 0.3, GUESS)] = Field(
         0.0, ge=-1000, le=1000, description="of (I1 - 3)"
@@ -53,7 +53,7 @@ class Polynomial(Effect):
     )
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        c = {powers: site.constant(self, key) for key, powers in POLYNOMIAL.items()}
+        c = {powers: site.constant(self, key) for key, powers in POWERS.items()}
 
         def density(strain: Expr) -> Expr:
             return base(strain) + polynomial.energy(strain, c)

@@ -8,7 +8,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import yeoh
+from dolfingrip.forms import polynomial
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -18,7 +18,7 @@ class Yeoh(Effect):
     """Stiffening at large strain (Yeoh).
 
     ψ += C₂₀ (Ī₁ − 3)² + C₃₀ (Ī₁ − 3)³, added to the base model, whose C₁₀ is μ/2 (Yeoh, Rubber
-    Chem. Technol. 66, 1993). See :mod:`dolfingrip.forms.yeoh`.
+    Chem. Technol. 66, 1993). See :mod:`dolfingrip.forms.polynomial`.
 
     Prior: an engineering guess, in the range of soft thermoplastic polyurethane. Printed NinjaFlex
     stiffens only beyond a stretch of 2.5.
@@ -42,6 +42,6 @@ class Yeoh(Effect):
         c20, c30 = site.constant(self, "C20_MPa"), site.constant(self, "C30_MPa")
 
         def density(strain: Expr) -> Expr:
-            return base(strain) + yeoh.energy(strain, c20, c30)
+            return base(strain) + polynomial.energy(strain, {(2, 0): c20, (3, 0): c30})
 
         return density

@@ -13,14 +13,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from dolfingrip.config import Config
-from dolfingrip.sections.material import POLYNOMIAL, Material
-
-OF_LAW: Final = {
-    "neo-hooke": ("mu_MPa",),
-    "ogden": ("ogden_mu_MPa",),
-    "polynomial": tuple(POLYNOMIAL),
-}
-"""Keys of a material's moduli by its law."""
+from dolfingrip.sections.material import Material
 
 OF_FILM: Final = ("Et_N_per_mm", "fibre_Et_N_per_mm")
 
@@ -48,7 +41,7 @@ def _all(config: Config) -> Iterator[tuple[str, Modulus]]:
     own = {f"material.{name}": config.material.of(name) for name in config.material.own}
     materials: dict[str, Material] = {"material": config.material, **own}
     for table, material in materials.items():
-        for key in (*OF_LAW[material.law], "bulk_MPa"):
+        for key in (*material.chosen.moduli, "bulk_MPa"):
             yield f"{table}.{key}", getattr(material, key)
     for name, film in config.film.all.items():
         for key in OF_FILM:

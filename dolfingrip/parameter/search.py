@@ -140,8 +140,8 @@ def _of_table(
     for key, info in type(table).model_fields.items():
         if f"{path}.{key}" in NUMERICAL:
             continue
-        if isinstance(table, Material) and key == "mu_MPa" and table.law != "neo-hooke":
-            continue  # another law has numbers of its own
+        if isinstance(table, Material) and key in table.foreign:
+            continue
         value = getattr(table, key)
         if isinstance(table, Geometry) and not table.movable(key):
             continue

@@ -16,7 +16,7 @@ from dolfingrip.experiments.material_fit.homogeneous import EXPONENTS, Mode, str
 from dolfingrip.experiments.material_fit.law import LAWS
 from dolfingrip.forms import chain_rule, gent, neo_hookean, ogden_terms, polynomial
 from dolfingrip.forms.evaluate import number
-from dolfingrip.sections.material import POLYNOMIAL
+from dolfingrip.sections.laws.polynomial import POWERS
 
 COUPONS = Path(__file__).resolve().parents[2] / "examples" / "coupons"
 VALUES = {
@@ -41,7 +41,7 @@ def density(name: str, strain: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
     if name.startswith("ogden"):
         half = len(values) // 2
         return ogden_terms.energy(strain, values[:half], values[half:])
-    powers = [POLYNOMIAL[key.rpartition(".")[2]] for key in LAWS[name].keys]
+    powers = [POWERS[key.rpartition(".")[2]] for key in LAWS[name].keys]
     return polynomial.energy(strain, dict(zip(powers, values, strict=True)))
 
 

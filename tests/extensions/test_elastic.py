@@ -58,11 +58,11 @@ def test_gent(limit: float) -> None:
 
 @pytest.mark.parametrize("alpha", [0.5, 1.3, 2.5])
 def test_ogden(alpha: float) -> None:
-    """P = 2μ/α (λ^(α−1) − λ^(−α/2−1)), to the error of the powers' rule at a stretch of 1.5."""
+    """P = 2μ/α (λ^(α−1) − λ^(−α/2−1)), at stretches to 1.5."""
     half = (*PULL, "coupon.max_strain=0.5")
     stretch, found = bars.stress(bars.pull(*half, f"extensions.ogden.alpha={alpha}"))
     expected = 2 * MU / alpha * (stretch ** (alpha - 1) - stretch ** (-alpha / 2 - 1))
-    np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-9)
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-9)
 
 
 def test_bulk_modulus() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import ufl
 
-from dolfingrip.forms import mixed_neo_hookean, neo_hookean, plate
-from dolfingrip.forms.evaluate import number
+from dolfingrip.forms import mixed_bulk_modulus, neo_hookean, ogden_terms, plate, polynomial
+from dolfingrip.forms.evaluate import nominal_stress, number
 
 SEED = 23
 MU, LMBDA = 2.93, 26.37
@@ -46,12 +46,23 @@ def test_mixed_energy_is_stationary_where_it_is_the_same() -> None:
     best = LMBDA * np.log(np.linalg.det(2 * strain + np.eye(3))) / 2
 
     def mixed(p: float) -> float:
-        return number(mixed_neo_hookean.energy(ufl.as_matrix(strain.tolist()), p, MU, LMBDA))
+        given = ufl.as_matrix(strain.tolist())
+        volumetric = mixed_bulk_modulus.energy(given, p, LMBDA)
+        return number(neo_hookean.energy(given, MU, 0.0) + volumetric)
 
     assert mixed(best) == pytest.approx(psi(strain), rel=1e-12)
     for away in (-0.5, 0.5):
         drop = away**2 / (2 * LMBDA)
         assert mixed(best) - mixed(best + away) == pytest.approx(drop, rel=1e-9)
+
+
+def test_mixed_stress_of_a_cube_whose_sides_are_held() -> None:
+    """P = μ (λ − 1/λ) + p/λ: 1.5 + 3 at a stretch of 2."""
+
+    def mixed(strain: ufl.core.expr.Expr) -> ufl.core.expr.Expr:
+        return neo_hookean.energy(strain, 1.0, 0.0) + mixed_bulk_modulus.energy(strain, 6.0, 9.0)
+
+    assert nominal_stress(mixed, 2.0, held=True) == pytest.approx(4.5, abs=1e-9)
 
 
 def test_small_strain_is_hooke() -> None:
@@ -72,6 +83,20 @@ def test_value_in_uniaxial_strain() -> None:
         log = np.log(stretch)
         expected = MU / 2 * (stretch**2 - 1 - 2 * log) + LMBDA / 2 * log**2
         assert psi(strain) == pytest.approx(expected, rel=1e-13)
+
+
+def test_stress_of_a_bar_of_constant_volume() -> None:
+    """P = 2 (λ − λ⁻²)(∂ψ/∂Ī₁ + ∂ψ/∂Ī₂/λ), and of Ogden's terms Σ 2μ/α (λ^(α−1) − λ^(−α/2−1)).
+
+    Yeoh's and Mooney–Rivlin's energies at a stretch of 2, where Ī₁ − 3 = 2; Ogden's with α = 1 in
+    place of neo-Hooke's at 1.5.
+    """
+    yeoh = nominal_stress(lambda e: polynomial.energy(e, {(2, 0): 0.5, (3, 0): 0.25}), 2.0)
+    assert yeoh == pytest.approx(17.5, abs=1e-9)
+    mooney = nominal_stress(lambda e: polynomial.energy(e, {(0, 1): 1.0, (1, 0): -1.0}), 2.0)
+    assert mooney == pytest.approx(-1.75, abs=1e-9)
+    ogden = nominal_stress(lambda e: ogden_terms.energy(e, [1.0, -1.0], [1.0, 2.0]), 1.5)
+    assert ogden == pytest.approx(2 * (1 - 1.5**-1.5) - (1.5 - 1.5**-2), abs=1e-9)
 
 
 def test_isotropic() -> None:

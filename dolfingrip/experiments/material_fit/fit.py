@@ -11,7 +11,6 @@ from scipy.optimize import OptimizeResult, least_squares
 from dolfingrip.experiments.material_fit.coupons import Series
 from dolfingrip.experiments.material_fit.homogeneous import Mode, stress
 from dolfingrip.experiments.material_fit.law import LAWS, Law
-from dolfingrip.sections.material import ALPHA
 
 WITHIN = 1.645
 """Standard deviations of a 90 % interval, normal."""
@@ -19,18 +18,6 @@ WITHIN = 1.645
 TOLERANCE = 0.02
 """Part of a reading's stress that no law is asked to follow better; it goes beside the noise, so
 that small stresses weigh as much as large ones."""
-
-EXPONENTS = (
-    (1.3, -2.0, 4.0),
-    (3.0, -4.0, 7.0),
-    (0.7, -1.0, 2.0),
-    (-1.0, 3.0, 6.0),
-    (2.0, 5.0, -3.0),
-)
-"""Of Ogden's terms, that a fit starts from; a fit of fewer terms takes the first ones."""
-
-SHARES = (1.0, 0.05, 0.01)
-"""Of the shear modulus, in Ogden's terms at a start."""
 
 Values = np.ndarray
 
@@ -95,7 +82,8 @@ def fit(law: Law, data: Sequence[Series]) -> Fit:
         return np.asarray((predicted_MPa(law, data, values) - measured) / tolerance)
 
     scale = shear_MPa(data)
-    found = [_solved(law, residuals, start, scale) for start in _starts(law, scale)]
+    starts = [np.array(start) for start in law.fittable.starts(scale)]
+    found = [_solved(law, residuals, start, scale) for start in starts]
     values = np.asarray(min(found, key=lambda each: float(each.cost)).x)
     left = residuals(values)
     correlation, effective = _correlation(left, data)
@@ -118,11 +106,13 @@ def fit(law: Law, data: Sequence[Series]) -> Fit:
 
 def jacobian(law: Law, values: Values, function: Callable[[Values], np.ndarray]) -> np.ndarray:
     """Derivatives of a function of the values, (n, values), by differences within the bounds."""
+    low, high = law.fittable.low, law.fittable.high
     columns = []
     for i, value in enumerate(values):
         h = 1e-6 * (abs(value) or float(np.abs(values).max()) or 1.0)
         after, before = values.copy(), values.copy()
-        after[i], before[i] = min(value + h, law.high[i]), max(value - h, law.low[i])
+        after[i] = min(value + h, high[i]) if high else value + h
+        before[i] = max(value - h, low[i]) if low else value - h
         columns.append((function(after) - function(before)) / (after[i] - before[i]))
     return np.stack(columns, axis=1)
 
@@ -169,31 +159,14 @@ def _noise_MPa(data: Sequence[Series]) -> np.ndarray:
     return np.concatenate([np.full(len(s.stretch), s.noise_MPa or 0.0) for s in data])
 
 
-def _starts(law: Law, scale: float) -> list[Values]:
-    count = len(law.keys)
-    if law.name == "neo-hooke":
-        return [np.array([scale])]
-    if law.name == "gent":
-        return [np.array([scale, inverse]) for inverse in (1e-3, 1e-2, 0.1)]
-    if law.linear:
-        return [np.array([scale / 2] + [0.0] * (count - 1))]
-    terms = count // 2
-    return [np.array([*(scale * np.array(SHARES[:terms])), *each[:terms]]) for each in EXPONENTS]
-
-
 def _solved(
     law: Law, residuals: Callable[[Values], np.ndarray], start: Values, scale: float
 ) -> OptimizeResult:
-    low, high, size = np.array(law.low), np.array(law.high), np.full(len(start), scale)
-    for i, key in enumerate(law.keys):
-        if "alpha" in key:  # an exponent keeps its sign: at 0 there is none
-            low[i], high[i] = ALPHA if start[i] > 0 else (-ALPHA[1], -ALPHA[0])
-        if "MPa" not in key:
-            size[i] = 1.0
+    size = [scale if "MPa" in key else 1.0 for key in law.keys]
     return least_squares(
         residuals,
         start,
-        bounds=(low, high),
+        bounds=law.fittable.bounds(start),
         x_scale=size,
         xtol=1e-12,
         ftol=1e-12,

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dolfingrip.experiments.material_fit.law import Law
+from dolfingrip.forms.jet import Jet
 
 Mode = Literal["uniaxial", "planar", "equibiaxial"]
 
@@ -21,6 +22,41 @@ EXPONENTS: Final[dict[Mode, np.ndarray]] = {
 
 Values = Sequence[float] | np.ndarray
 """Of a law's parameters, in the order of its keys."""
+
+
+class OfStretches:
+    """Invariants of isochoric stretches, with derivatives by the logarithms of the first two.
+
+    Args:
+        logarithms: of the principal stretches, whose sum is 0, (3, n).
+    """
+
+    def __init__(self, logarithms: np.ndarray) -> None:
+        self._logarithms = logarithms
+
+    @property
+    def first(self) -> Jet:
+        """Ī₁ − 3."""
+        return self.power_sum(2.0)
+
+    @property
+    def second(self) -> Jet:
+        """Ī₂ − 3."""
+        return self.power_sum(-2.0)
+
+    def power_sum(self, exponent: float) -> Jet:
+        """Sum of the principal stretches to this power, less 3."""
+        a, b, c = np.exp(exponent * self._logarithms)
+        square = exponent**2
+        return Jet(
+            a + b + c - 3,
+            exponent * (a - c),
+            exponent * (b - c),
+            square * (a + c),
+            square * c,
+            square * (b + c),
+        )
+
 
 WIDEST = 3.0
 """Largest logarithm of a lateral stretch that is sought."""
@@ -48,9 +84,8 @@ def stress(
     """
     stretch, numbers = np.asarray(stretch, dtype=float), np.asarray(values, dtype=float)
     if bulk_MPa is None:
-        stretches = stretch ** EXPONENTS[mode][:, None]
-        kirchhoff = stretches * law.slopes(stretches, numbers)
-        return np.asarray((kirchhoff[0] - kirchhoff[2]) / stretch)
+        logarithms = EXPONENTS[mode][:, None] * np.log(stretch)
+        return np.asarray(law.energy(numbers, OfStretches(logarithms)).x / stretch)
     found = [_compressible(law, mode, float(each), numbers, bulk_MPa) for each in stretch.ravel()]
     return np.reshape(found, stretch.shape)
 
@@ -61,10 +96,10 @@ def _compressible(
     def kirchhoff(ln_lateral: float) -> np.ndarray:
         lateral = np.exp(ln_lateral)
         second = {"uniaxial": lateral, "planar": 1.0, "equibiaxial": stretch}[mode]
-        stretches = np.array([stretch, second, lateral])
-        ln_j = np.log(stretches).sum()
-        isochoric = stretches * np.exp(-ln_j / 3)
-        tau = isochoric * law.slopes(isochoric[:, None], values)[:, 0]
+        logarithms = np.log([stretch, second, lateral])
+        ln_j = logarithms.sum()
+        energy = law.energy(values, OfStretches(logarithms - ln_j / 3))
+        tau = np.array([energy.x, energy.y, 0.0])
         return np.asarray(tau - tau.mean() + bulk_MPa * ln_j)
 
     middle = float(EXPONENTS[mode][2] * np.log(stretch))
@@ -122,18 +157,9 @@ def stable_to(law: Law, mode: Mode, values: Values, highest: float = 8.0) -> tup
     grid = np.linspace(0, np.log(highest), 300)
 
     def stable(ln_stretch: np.ndarray) -> np.ndarray:
-        strains, h = EXPONENTS[mode][:, None] * ln_stretch, 1e-5
-        numbers = np.asarray(values, dtype=float)
-
-        def gradient(moved: np.ndarray) -> np.ndarray:
-            stretches = np.exp(strains + moved[:, None])
-            tau = stretches * law.slopes(stretches, numbers)
-            return tau[:2] - tau[2]
-
-        ways = np.array([[h, 0, -h], [0, h, -h]])
-        hessian = np.stack([(gradient(way) - gradient(-way)) / (2 * h) for way in ways])
-        minor = hessian[0, 0] * hessian[1, 1] - hessian[0, 1] * hessian[1, 0]
-        return np.asarray((hessian[0, 0] > 0) & (minor > 0))
+        strains = OfStretches(EXPONENTS[mode][:, None] * ln_stretch)
+        energy = law.energy(np.asarray(values, dtype=float), strains)
+        return np.asarray((energy.xx > 0) & (energy.xx * energy.yy > energy.xy**2))
 
     ends = []
     for way in (-1, 1):

@@ -10,15 +10,9 @@ from dolfinx import fem
 from petsc4py import PETSc
 from ufl.core.expr import Expr
 
-from dolfingrip.forms import (
-    bulk_modulus,
-    mixed_bulk_modulus,
-    mixed_neo_hookean,
-    neo_hookean,
-    ogden_terms,
-    polynomial,
-)
-from dolfingrip.sections.material import POLYNOMIAL, Material
+from dolfingrip.forms import bulk_modulus, mixed_bulk_modulus
+from dolfingrip.sections.laws.law import MaterialLaw
+from dolfingrip.sections.material import Material
 
 TABLE = "material"
 """Table of the configuration with the material of all regions that have none of their own."""
@@ -54,36 +48,25 @@ class BaseMaterial:
         """Energy per reference volume (mJ/mm³), mixed where there is a pressure field p."""
         if p is None:
             return self.of_shape(strain) + self.of_volume(strain)
-        if self.material.law == "neo-hooke":
-            return mixed_neo_hookean.energy(strain, p, self.mu, self.lmbda)
-        return self.of_shape(strain) + mixed_bulk_modulus.energy(strain, p, self._bulk)
+        return self.of_shape(strain) + mixed_bulk_modulus.energy(strain, p, self._volumetric)
 
     def of_shape(self, strain: Expr) -> Expr:
         """That part of the energy that is not :meth:`of_volume`."""
-        if self.material.law == "neo-hooke":
-            return neo_hookean.energy(strain, self.mu, 0.0)
-        return self._isochoric(strain)
+        law = self._law
+        own = {key: self.constants[f"{self.table}.{key}"] for key in law.constants()}
+        return law.of_shape(strain, own)
 
     def of_volume(self, strain: Expr) -> Expr:
         """The part that a change of volume alone decides, stiff where ν is near 0.5."""
-        stiffness = self.lmbda if self.material.law == "neo-hooke" else self._bulk
-        return bulk_modulus.energy(strain, stiffness)
+        return bulk_modulus.energy(strain, self._volumetric)
 
     @property
-    def _bulk(self) -> Expr:
-        return self.lmbda + 2 / 3 * self.mu
+    def _law(self) -> MaterialLaw:
+        return self.material.chosen
 
-    def _isochoric(self, strain: Expr) -> Expr:
-        if self.material.law == "ogden":
-            mu, alpha = (self.constants[f"{self.table}.ogden_{key}"] for key in ("mu_MPa", "alpha"))
-            terms = range(len(self.material.ogden_alpha))
-            return ogden_terms.energy(strain, [mu[k] for k in terms], [alpha[k] for k in terms])
-        given = {
-            powers: self.constants[f"{self.table}.{key}"]
-            for key, powers in POLYNOMIAL.items()
-            if getattr(self.material, key) is not None
-        }
-        return polynomial.energy(strain, given)
+    @property
+    def _volumetric(self) -> Expr:
+        return self._law.volumetric(self.mu, self.lmbda)
 
 
 def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | float]:
@@ -92,11 +75,8 @@ def values(material: Material, table: str = TABLE) -> dict[str, np.ndarray | flo
         f"{table}.mu_MPa": material.shear_MPa,
         f"{table}.lmbda_MPa": material.lmbda_MPa,
     }
-    if material.law == "ogden":
-        for key in ("ogden_mu_MPa", "ogden_alpha"):
-            found[f"{table}.{key}"] = np.array(getattr(material, key), dtype=float)
-    if material.law == "polynomial":
-        for key in POLYNOMIAL:
-            if getattr(material, key) is not None:
-                found[f"{table}.{key}"] = getattr(material, key)
+    for key, value in material.chosen.constants().items():
+        found[f"{table}.{key}"] = (
+            np.array(value, dtype=float) if isinstance(value, tuple) else value
+        )
     return found

@@ -1,0 +1,96 @@
+"""Ogden's law: powers of the principal stretches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Final
+
+from pydantic import Field
+
+from dolfingrip.forms import ogden_terms
+from dolfingrip.forms.isotropic import Invariants
+from dolfingrip.forms.jet import Jet
+from dolfingrip.sections.laws.law import Fittable, MaterialLaw
+from dolfingrip.sections.section import outside
+
+Terms = Annotated[tuple[float, ...], Field(strict=False)]
+
+ALPHA: Final = (0.05, 10.0)
+"""Smallest and largest exponent, of either sign."""
+
+EXPONENTS: Final = (
+    (1.3, -2.0, 4.0),
+    (3.0, -4.0, 7.0),
+    (0.7, -1.0, 2.0),
+    (-1.0, 3.0, 6.0),
+    (2.0, 5.0, -3.0),
+)
+"""Of the terms, that a fit starts from; a fit of fewer terms takes the first ones."""
+
+SHARES: Final = (1.0, 0.05, 0.01)
+"""Of the shear modulus, in the terms at a start."""
+
+
+def check_terms(mu_key: str, mu: Sequence[float], alpha_key: str, alpha: Sequence[float]) -> None:
+    """Refuse exponents that are not one for each modulus, or out of :data:`ALPHA`.
+
+    Args:
+        mu_key, alpha_key: keys that name them.
+        mu, alpha: moduli and exponents.
+    """
+    if len(alpha) != len(mu):
+        raise outside(
+            alpha_key, list(alpha), f"allowed: as many numbers as {mu_key} has, {len(mu)}"
+        )
+    low, high = ALPHA
+    if not all(low <= abs(each) <= high for each in alpha):
+        raise outside(
+            alpha_key, list(alpha), f"allowed: each from {low:g} to {high:g}, or below 0 likewise"
+        )
+
+
+def _fit(terms: int) -> Fittable:
+    """The law with so many terms."""
+
+    def starts(shear_MPa: float) -> list[list[float]]:
+        moduli = [shear_MPa * share for share in SHARES[:terms]]
+        return [[*moduli, *each[:terms]] for each in EXPONENTS]
+
+    return Fittable(
+        f"ogden-{terms}",
+        f"Ogden, {terms} term{'s' if terms > 1 else ''}",
+        tuple(f"ogden_{key}[{k}]" for key in ("mu_MPa", "alpha") for k in range(terms)),
+        starts,
+        (0.0,) * terms + (-ALPHA[1],) * terms,
+        (float("inf"),) * terms + (ALPHA[1],) * terms,
+        (0.0,) * terms + (ALPHA[0],) * terms,
+        linear=False,
+    )
+
+
+class Ogden(MaterialLaw):
+    """ψ = Σ 2μ/α² (λ̄₁ᵅ + λ̄₂ᵅ + λ̄₃ᵅ − 3) + K/2 (ln J)²; see :mod:`dolfingrip.forms.ogden_terms`."""
+
+    moduli: ClassVar = ("ogden_mu_MPa",)
+    fits: ClassVar = tuple(_fit(terms) for terms in (1, 2, 3))
+
+    ogden_mu_MPa: Terms = Field((), description="ogden: shear moduli of the terms")
+    ogden_alpha: Terms = Field((), description="ogden: exponents of the stretches")
+
+    @property
+    def shear_MPa(self) -> float:
+        """Initial shear modulus."""
+        return sum(self.ogden_mu_MPa)
+
+    def check(self) -> None:
+        """One term at least, and an exponent for each."""
+        if not self.ogden_mu_MPa:
+            raise outside("ogden_mu_MPa", [], 'allowed: a list of numbers with law = "ogden"')
+        check_terms("ogden_mu_MPa", self.ogden_mu_MPa, "ogden_alpha", self.ogden_alpha)
+
+    @classmethod
+    def energy(cls, c: Mapping[str, Any], invariants: Invariants) -> Jet:
+        """The sum of the terms."""
+        mu, alpha = c["ogden_mu_MPa"], c["ogden_alpha"]
+        terms = range(len(alpha))
+        return ogden_terms.of_powers(invariants, [mu[k] for k in terms], [alpha[k] for k in terms])
