@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.blind.protocols import Protocol
+from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.inference.noise import ChannelNoise
-from dolfingrip.experiments.synthetic import NOISE
 
 SHARE: Final = 0.25
 """Of the variance, of the part that drifts along a run."""
@@ -34,7 +34,7 @@ class Instruments:
 
     def of(self, column: str) -> ChannelNoise:
         """Noise of a column that is there, in its unit."""
-        total = self.factor * NOISE.get(column, NOISE["angle_deg"])
+        total = self.factor * CHANNELS[column].noise
         return ChannelNoise(
             std=total * np.sqrt(1 - SHARE), correlated_std=total * np.sqrt(SHARE), length=LASTS_S
         )

@@ -11,6 +11,7 @@ import numpy as np
 from mpi4py import MPI
 from rich.console import Console
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import check_writable
 from dolfingrip.config import Config, ConfigError
@@ -23,7 +24,6 @@ from dolfingrip.experiments.results.result import Result, Row
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.report import curve, gripper, render
 from dolfingrip.report.table import tabulate
-from dolfingrip.sections.units import unit
 
 DEMO = ("bending", "blocked_force")
 DEMO_RENDERS_KPA = (0.0, 100.0, 200.0)
@@ -204,9 +204,9 @@ def _bar(
         def advance(row: Row) -> None:
             nonlocal rows
             rows += 1
-            column = controls[row["experiment"]]
+            control = controls[row["experiment"]]
             # nobody knows the stops after a change to volume control before it
-            show(rows, max(rows, total), f"{row[column]:zg} {unit(column)}")
+            show(rows, max(rows, total), f"{row[control.name]:zg} {control.symbol}")
 
         yield advance
 
@@ -229,7 +229,7 @@ def _pictures(
             curve_file = curve.plot(experiment, columns, out / "curve.png", result.turning_point)
             if experiment.gripper:
                 return [curve_file, *gripper.draw(out, result.config, columns)]
-            reached = [p for p in wanted if np.isclose(result.column("pressure_kPa"), p).any()]
+            reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
             if not reached:
                 return [curve_file]
             drawn = render.draw(

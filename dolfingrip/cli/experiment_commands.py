@@ -237,7 +237,7 @@ def _poses(
         if specimen is not None:
             raise ConfigError(f"--specimen {specimen}: allowed: with --protocol FILE.csv")
         return [(out, configuration.load(config, assignments))]
-    table, poses = protocol_file.read(protocol, experiment.name, experiment.control, specimen)
+    table, poses = protocol_file.read(protocol, experiment.name, experiment.control.name, specimen)
     settings = [
         (out / pose.name, configuration.load(config, [*assignments, *pose.set])) for pose in poses
     ] or [(out, configuration.load(config, assignments))]

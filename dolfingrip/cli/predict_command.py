@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import CHORD_ANGLE, PRESSURE
 from dolfingrip.cli.options import Out, Overrides, check_writable, console, one_process
 from dolfingrip.config import ConfigError
 
@@ -74,7 +75,7 @@ def _table(found: object) -> str:
     from dolfingrip.experiments.prediction import Prediction
 
     assert isinstance(found, Prediction)
-    lines = ["pressure_kPa,chord_angle_deg,low_deg,high_deg"]
+    lines = [f"{PRESSURE.name},{CHORD_ANGLE.name},low_deg,high_deg"]
     for pressure, (low, middle, high) in zip(found.pressure_kPa, found.angle_deg.T, strict=True):
         lines.append(f"{pressure:g},{middle:z.2f},{low:z.2f},{high:z.2f}")
     low, middle, high = found.ballooning_kPa

@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from dolfingrip.channels import FORCE
 from dolfingrip.diagnosis.conclude import Conclusion
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Vector
@@ -103,8 +104,8 @@ def start(problem: Problem) -> dict[str, float]:
     by_gap = problem.take(base.simulated.slope(GAP))[force]
     slope = problem.take(base.by_control)[force]
     run = next(run for run in base.simulated.runs if run.group.experiment == "blocked_force")
-    curve_kPa = np.array(run.route.value)[: len(run.result.columns["force_N"])]
-    curve_N = run.result.columns["force_N"]
+    curve_kPa = np.array(run.route.value)[: len(run.result.columns[FORCE.name])]
+    curve_N = run.result.columns[FORCE.name]
     steepest = int(np.abs(by_gap).argmax())
     by_mm = float(by_gap[steepest]) / max(float(slope[steepest]), 1e-12)
     pressure = problem.index["pressure_kPa"].to_numpy(dtype=float)[force]
@@ -134,7 +135,7 @@ def start(problem: Problem) -> dict[str, float]:
 def _blocked_forces(problem: Problem) -> np.ndarray:
     """Which readings are forces of a blocked finger, shape (n,) of bool."""
     index = problem.index
-    found = (index["channel"] == "force_N") & (index["experiment"] == "blocked_force")
+    found = (index["channel"] == FORCE.name) & (index["experiment"] == "blocked_force")
     return np.asarray(found.to_numpy())
 
 

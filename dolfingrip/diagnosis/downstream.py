@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError, from_dict
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.cluster import Where
@@ -22,7 +23,6 @@ from dolfingrip.diagnosis import extend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.parameter import scaled
 
-FORCE: Final = "force_N"
 COG: Final = "cog_offset_mm"
 LEADING: Final = 5
 """Designs that are computed once more."""
@@ -109,21 +109,21 @@ def compare(
     within = [row for row in rows if row["outputs"][COG] <= LARGEST_COG_mm]
     if not within:
         raise ConfigError(f"{folder}: no design with a COG offset up to {LARGEST_COG_mm:g} mm")
-    leading = sorted(within, key=lambda row: -row["outputs"][FORCE])[:count]
+    leading = sorted(within, key=lambda row: -row["outputs"][FORCE.name])[:count]
     points = tuple(row["inputs"] for row in leading)
     base = from_dict(facts["base"])
     extended = _extended(base, config, fit)
-    after = _forces(Plan(extended, tuple(parameters), (neutral, *points), (COG, FORCE),
+    after = _forces(Plan(extended, tuple(parameters), (neutral, *points), (COG, FORCE.name),
                          facts["objective"]), out / "extended", where)  # fmt: skip
-    before = _forces(Plan(base, tuple(parameters), (neutral,), (COG, FORCE),
+    before = _forces(Plan(base, tuple(parameters), (neutral,), (COG, FORCE.name),
                           facts["objective"]), out / "configured", where)  # fmt: skip
     first, original = before[0], after[0]
     if first is None or original is None:
         raise ConfigError(f"{folder}: the original finger could not be computed")
     designs = [
         DesignChange(
-            row["inputs"], row["outputs"][COG], row["outputs"][FORCE], force,
-            row["outputs"][FORCE] / first - 1, None if force is None else force / original - 1,
+            row["inputs"], row["outputs"][COG], row["outputs"][FORCE.name], force,
+            row["outputs"][FORCE.name] / first - 1, None if force is None else force / original - 1,
         )
         for row, force in zip(leading, after[1:], strict=True)
     ]  # fmt: skip
@@ -139,8 +139,8 @@ def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     with Store(folder) as store:
         facts = store.facts()
         rows = [row for row in store.rows() if row["status"] == "done"]
-    if facts is None or not {COG, FORCE} <= set(facts["quantities"]):
-        raise ConfigError(f"--campaign {folder}: allowed: one with {COG} and {FORCE}")
+    if facts is None or not {COG, FORCE.name} <= set(facts["quantities"]):
+        raise ConfigError(f"--campaign {folder}: allowed: one with {COG} and {FORCE.name}")
     return facts, rows
 
 
@@ -163,5 +163,5 @@ def _forces(plan: Plan, out: Path, where: Where) -> list[float | None]:
     found = []
     for point in plan.points:
         row = rows[keys[tuple(point.items())]]
-        found.append(row["outputs"][FORCE] if row["status"] == "done" else None)
+        found.append(row["outputs"][FORCE.name] if row["status"] == "done" else None)
     return found

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest, in_proportion
 from dolfingrip.diagnosis.inference import candidate as inference
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
@@ -73,7 +74,7 @@ def _design(test: SpecimenTest) -> str:
 
 def _pressure_rate(measurement: Measurement, test: SpecimenTest) -> float:
     """Rate of the ramps in kPa/s; NaN where there is none, or another quantity is controlled."""
-    rate = measurement.ramp_rate(test) if test.control == "pressure_kPa" else None
+    rate = measurement.ramp_rate(test) if test.control == PRESSURE.name else None
     return np.nan if rate is None else rate
 
 

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
@@ -36,7 +37,7 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
     notes: list[str] = []
     for test in measurement.tests:
         rows = measurement.rows(test.number)
-        finger = test.control == "pressure_kPa"
+        finger = test.control == PRESSURE.name
         for inside, why in _of_finger(test, rows) if finger else _of_coupon(test, rows, config):
             if inside.all() or (not finger and inside.sum() < FEWEST):
                 continue

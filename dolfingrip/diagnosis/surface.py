@@ -21,6 +21,7 @@ from typing import ClassVar, Final
 import numpy as np
 from scipy.optimize import least_squares
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.laplace import MARGIN, to_value, to_values, to_zeta, zeta_bounds
@@ -226,7 +227,7 @@ def _by_modulus(problem: Problem, change: Vector) -> Vector:
             if len(at) > 2 and (np.diff(load[order]) > 0).all():
                 by_load = np.gradient(change[at][order], load[order])
                 found[at[order]] = -load[order] * by_load
-        if column == "force_N":
+        if CHANNELS[column].in_proportion:
             found[at] += change[at]
     return found
 

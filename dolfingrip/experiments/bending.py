@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from dolfingrip.channels import ANGLE, CHORD_ANGLE, PRESSURE, readings
 from dolfingrip.config import Config
-from dolfingrip.experiments.description import PRESSURE, Column, Curve, Plot
+from dolfingrip.experiments.description import Curve, Plot
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 
 if TYPE_CHECKING:
@@ -21,16 +22,11 @@ class Bending(FingerExperiment):
     name: ClassVar = "bending"
     command: ClassVar = "bend"
     title: ClassVar = "Free bending"
-    table: ClassVar = (
-        PRESSURE,
-        Column("angle_deg", "Angle (°)", ".1f"),
-        Column("chord_angle_deg", "Chord angle (°)", ".1f"),
-        Column("tip_x_mm", "Tip x (mm)", ".2f"),
-        Column("tip_z_mm", "Tip z (mm)", ".2f"),
-    )
+    parts: ClassVar = ("finger",)
+    table: ClassVar = (PRESSURE, *readings("finger"))
     plot: ClassVar = Plot(
         "Bending angle (°)",
-        (Curve("angle_deg", "tip face"), Curve("chord_angle_deg", "chord, clamp to tip")),
+        (Curve(ANGLE.name, "tip face"), Curve(CHORD_ANGLE.name, "chord, clamp to tip")),
     )
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:

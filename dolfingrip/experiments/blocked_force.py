@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from dolfingrip.channels import FORCE, PRESSURE, readings
 from dolfingrip.config import Config
-from dolfingrip.experiments.description import PRESSURE, Column, Curve, Plot
+from dolfingrip.experiments.description import Curve, Plot
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 
 if TYPE_CHECKING:
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
+BLOCKED = FORCE.called("Blocked force")
+
 
 class BlockedForce(FingerExperiment):
     """Press the tip on the force sensor's plate: blocked force against pressure."""
@@ -22,8 +25,9 @@ class BlockedForce(FingerExperiment):
     name: ClassVar = "blocked_force"
     command: ClassVar = "force"
     title: ClassVar = "Blocked force"
-    table: ClassVar = (PRESSURE, Column("force_N", "Blocked force (N)", ".3f"))
-    plot: ClassVar = Plot("Blocked force (N)", (Curve("force_N", "simulation"),))
+    parts: ClassVar = ("plate", "finger")
+    table: ClassVar = (PRESSURE, *(BLOCKED if c is FORCE else c for c in readings("plate")))
+    plot: ClassVar = Plot(BLOCKED.label, (Curve(FORCE.name, "simulation"),))
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
         from dolfingrip.experiments.rigs.finger_rig import FingerRig
@@ -41,8 +45,8 @@ class BlockedForce(FingerExperiment):
         result.plate = rig.plate
         loading = [i for i, row in enumerate(result.rows) if row["branch"] == "loading"]
         result.turning_point = turning_point.find(
-            result.column("pressure_kPa")[loading],
-            result.column("force_N")[loading],
+            result.column(PRESSURE.name)[loading],
+            result.column(FORCE.name)[loading],
             [rig.gaps_mm[i] for i in loading],
             result.config.contact.barrier_mm,
         )

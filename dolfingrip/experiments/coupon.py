@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from dolfingrip.channels import DISPLACEMENT, NOMINAL_STRAIN, NOMINAL_STRESS, TIME, readings
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.description import Column, Curve, Option, Plot
+from dolfingrip.experiments.description import Curve, Option, Plot
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.protocol import schedule
 from dolfingrip.experiments.protocol.schedule import Stop
@@ -25,21 +26,11 @@ class Coupon(Experiment):
     name: ClassVar = "coupon"
     command: ClassVar = "coupon"
     title: ClassVar = "Uniaxial tension"
-    control: ClassVar = "displacement_mm"
-    columns: ClassVar = ("nominal_strain", "nominal_stress_MPa", "transverse_strain")
-    table: ClassVar = (
-        Column("displacement_mm", "Travel (mm)", ".2f"),
-        Column("time_s", "Time (s)", ".1f"),
-        Column("nominal_strain", "Nominal strain (–)", ".3f"),
-        Column("nominal_stress_MPa", "Nominal stress (MPa)", ".3f"),
-        Column("force_N", "Force (N)", ".2f"),
-        Column("transverse_strain", "Transverse strain (–)", ".4f"),
-    )
+    control: ClassVar = DISPLACEMENT
+    parts: ClassVar = ("bar",)
+    table: ClassVar = (DISPLACEMENT, TIME, NOMINAL_STRAIN, NOMINAL_STRESS, *readings("bar"))
     plot: ClassVar = Plot(
-        "Nominal stress (MPa)",
-        (Curve("nominal_stress_MPa", "simulation"),),
-        "nominal_strain",
-        "Nominal strain (–)",
+        NOMINAL_STRESS.label, (Curve(NOMINAL_STRESS.name, "simulation"),), NOMINAL_STRAIN
     )
     drawable: ClassVar = False
     options: ClassVar = (

@@ -5,20 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """A column of the table that is printed.
-
-    Attributes:
-        name: name of the result's column, with its unit.
-        heading: text above the column.
-        form: format of its numbers, such as ``.2f``.
-    """
-
-    name: str
-    heading: str
-    form: str
+from dolfingrip.channels import PRESSURE, Channel
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,14 +23,12 @@ class Plot:
     Attributes:
         label: label of the vertical axis.
         curves: the first curve must be in the result; the others are drawn if they are.
-        over: result's column on the horizontal axis.
-        over_label: label of the horizontal axis.
+        over: what the horizontal axis shows.
     """
 
     label: str
     curves: tuple[Curve, ...]
-    over: str = "pressure_kPa"
-    over_label: str = "Pressure (kPa)"
+    over: Channel = PRESSURE
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +53,3 @@ class Option:
     def name(self) -> str:
         """The flag as a Python name."""
         return self.flag.lstrip("-").replace("-", "_")
-
-
-PRESSURE = Column("pressure_kPa", "Pressure (kPa)", "g")

@@ -10,8 +10,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from dolfingrip.channels import PRESSURE, Channel, Part
 from dolfingrip.config import Config
-from dolfingrip.experiments.description import Column, Option, Plot
+from dolfingrip.experiments.description import Option, Plot
 from dolfingrip.experiments.protocol.schedule import Stop
 
 if TYPE_CHECKING:
@@ -29,9 +30,10 @@ class Experiment(ABC):
         name: its name in the column ``experiment`` of results and measurements.
         command: the subcommand of ``dolfingrip``.
         title: heading of its table.
-        control: column of the prescribed quantity, such as ``pressure_kPa``.
+        control: the prescribed quantity.
+        parts: parts of its rig whose channels it reads.
         columns: columns of the result that only this experiment has.
-        table: columns of the result that are printed; results are joined by the first one.
+        table: channels of the result that are printed; results are joined by the first one.
         plot: what is drawn of the result.
         options: options of its command in addition to the common options.
         protocol: whether it may follow a protocol.
@@ -44,9 +46,10 @@ class Experiment(ABC):
     name: ClassVar[str]
     command: ClassVar[str]
     title: ClassVar[str]
-    control: ClassVar[str] = "pressure_kPa"
+    control: ClassVar[Channel] = PRESSURE
+    parts: ClassVar[tuple[Part, ...]] = ()
     columns: ClassVar[tuple[str, ...]] = ()
-    table: ClassVar[tuple[Column, ...]]
+    table: ClassVar[tuple[Channel, ...]]
     plot: ClassVar[Plot]
     options: ClassVar[tuple[Option, ...]] = ()
     protocol: ClassVar[bool] = True

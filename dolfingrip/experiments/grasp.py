@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from dolfingrip.channels import PRESSURE, TIME, Channel
 from dolfingrip.config import Config
-from dolfingrip.experiments.description import Column, Curve, Option, Plot
+from dolfingrip.experiments.description import Curve, Option, Plot
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.protocol import grasping
@@ -53,15 +55,15 @@ class Grasp(Experiment):
     title: ClassVar = "Grasp"
     columns: ClassVar = COLUMNS
     table: ClassVar = (
-        Column("pressure_kPa", "Pressure (kPa)", "g"),
-        Column("time_s", "Time (s)", ".2f"),
-        Column("angle_A_deg", "Thumb angle (°)", ".1f"),
-        Column("angle_B_deg", "Finger angle (°)", ".1f"),
-        Column("normal_A_N", "Thumb force (N)", ".3f"),
-        Column("normal_B_N", "Finger force (N)", ".3f"),
-        Column("table_N", "Table force (N)", ".3f"),
-        Column("object_z_mm", "Food z (mm)", ".2f"),
-        Column("slip_mm", "Slip (mm)", ".2f"),
+        PRESSURE,
+        replace(TIME, form=".2f"),
+        Channel(name="angle_A_deg", unit="deg", title="Thumb angle", form=".1f"),
+        Channel(name="angle_B_deg", unit="deg", title="Finger angle", form=".1f"),
+        Channel(name="normal_A_N", unit="N", title="Thumb force", form=".3f"),
+        Channel(name="normal_B_N", unit="N", title="Finger force", form=".3f"),
+        Channel(name="table_N", unit="N", title="Table force", form=".3f"),
+        Channel(name="object_z_mm", unit="mm", title="Food z", form=".2f"),
+        Channel(name="slip_mm", unit="mm", title="Slip", form=".2f"),
     )
     plot: ClassVar = Plot(
         "Normal force (N)",
@@ -71,8 +73,7 @@ class Grasp(Experiment):
             Curve("normal_C_N", "finger C"),
             Curve("table_N", "table"),
         ),
-        over="time_s",
-        over_label="Time (s)",
+        over=TIME,
     )
     options: ClassVar = (
         Option("--food", str, None, "What is grasped, e.g. potato-large.", "food.kind"),

@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import CAVITY_VOLUME, PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.results.result import Row
@@ -145,9 +146,9 @@ def simulated(
                 f"fit {i + 1} of {len(posterior.fit)}: its simulation ends at once; "
                 f"{folder / 'run.json'} says why"
             )
-        volume = rows["cavity_volume_mm3"].to_numpy()
+        volume = rows[CAVITY_VOLUME.name].to_numpy()
         growth, pressure, angle = further(
-            volume / volume[0], rows["pressure_kPa"].to_numpy(), rows[posterior.reading].to_numpy()
+            volume / volume[0], rows[PRESSURE.name].to_numpy(), rows[posterior.reading].to_numpy()
         )
         curve = Curve.of(pressure * fit.correction(growth), angle)
         found.append(replace(curve, simulated_deg=float(rows[posterior.reading].max())))

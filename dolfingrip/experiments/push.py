@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import ufl
 
+from dolfingrip.channels import ANGLE, PRESSURE, Channel
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.description import PRESSURE, Column, Curve, Plot
+from dolfingrip.experiments.description import Curve, Plot
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 
 if TYPE_CHECKING:
@@ -22,6 +23,13 @@ if TYPE_CHECKING:
     from dolfingrip.mechanics.readings.reading import Reading
 
 AXES = "xy"
+
+STIFFNESSES = tuple(
+    Channel(
+        name=f"stiffness_{axis}_N_per_mm", unit="N_per_mm", title=f"Stiffness {axis}", form=".4f"
+    )
+    for axis in AXES
+)
 
 
 def load(axis: str) -> str:
@@ -41,18 +49,14 @@ class Push(FingerExperiment):
     name: ClassVar = "push"
     command: ClassVar = "push"
     title: ClassVar = "Stiffness at the tip"
-    columns: ClassVar = tuple(f"stiffness_{axis}_N_per_mm" for axis in AXES)
-    table: ClassVar = (
-        PRESSURE,
-        Column("angle_deg", "Angle (°)", ".1f"),
-        Column("stiffness_x_N_per_mm", "Stiffness x (N/mm)", ".4f"),
-        Column("stiffness_y_N_per_mm", "Stiffness y (N/mm)", ".4f"),
-    )
+    parts: ClassVar = ("finger",)
+    columns: ClassVar = tuple(each.name for each in STIFFNESSES)
+    table: ClassVar = (PRESSURE, ANGLE, *STIFFNESSES)
     plot: ClassVar = Plot(
         "Stiffness at the tip (N/mm)",
         (
-            Curve("stiffness_x_N_per_mm", "x, in the plane of bending"),
-            Curve("stiffness_y_N_per_mm", "y, sideways"),
+            Curve(STIFFNESSES[0].name, "x, in the plane of bending"),
+            Curve(STIFFNESSES[1].name, "y, sideways"),
         ),
     )
     measured: ClassVar = False

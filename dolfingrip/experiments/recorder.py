@@ -10,6 +10,7 @@ from typing import Any
 
 import tomlkit
 
+from dolfingrip.channels import CHANNELS, WHO, measured, read_of
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
@@ -19,22 +20,19 @@ from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 
-COLUMNS = (
-    "experiment", "specimen", "cycle", "branch", "time_s", "pressure_kPa", "angle_deg",
-    "force_N", "displacement_mm", "tip_x_mm", "tip_z_mm", "chord_angle_deg",
-    "cavity_pressure_kPa", "cavity_volume_mm3", "contact_gap_mm", "plate_gap_mm",
-    "iterations", "load_steps",
-)  # fmt: skip
-"""Columns of all experiments: first those of the format of measured data, then others."""
-
 EFFORT = ("iterations", "load_steps")
-"""The last ones of these columns; they tell the solver's effort."""
+"""The solver's effort."""
 
 
 def columns(experiment: Experiment) -> tuple[str, ...]:
-    """Columns of an experiment's ``result.csv``; its own stand before those of :data:`EFFORT`."""
-    shared = [name for name in COLUMNS if name not in EFFORT]
-    return (*shared, *experiment.columns, *EFFORT)
+    """Columns of an experiment's ``result.csv``.
+
+    First those of the measured-data format and what else is read of its parts, then its own, last
+    those of :data:`EFFORT`.
+    """
+    own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
+    shared = [name for name in CHANNELS if name in own]
+    return (*WHO, *shared, *experiment.columns, *EFFORT)
 
 
 def write_outcome(

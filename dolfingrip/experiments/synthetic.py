@@ -14,10 +14,10 @@ import tomlkit
 from mpi4py import MPI
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import WHO, measured
 from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.loop import run
-from dolfingrip.experiments.recorder import COLUMNS
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
@@ -25,22 +25,11 @@ from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.parameter.priors import priors_beside
 
-MEASURED = (*COLUMNS[: COLUMNS.index("tip_z_mm") + 1], "transverse_strain")
-"""The columns of the format of measured data; a synthetic measurement has no others."""
+MEASURED = (*WHO, *(each.name for each in measured() if each.synthetic))
+"""The columns of a synthetic measurement."""
 
-NOISE: Mapping[str, float] = {
-    "pressure_kPa": 0.5,
-    "angle_deg": 0.3,
-    "force_N": 0.02,
-    "displacement_mm": 0.005,
-    "tip_x_mm": 0.1,
-    "tip_z_mm": 0.1,
-    "transverse_strain": 0.002,
-}
-"""Standard deviation of each column's noise, for an ordinary camera, load cell and regulator
-(engineering guess). That of the displacement is the crosshead's with the NinjaFlex coupons. For the
-transverse strain a camera of 2,448 pixels sees 60 mm, so 3 mm of width are 120 pixels; each of both
-edges is found to a sixth of a pixel, which makes 0.002."""
+NOISE: Mapping[str, float] = {each.name: each.noise for each in measured() if each.noise}
+"""Standard deviation of each column's noise, for an ordinary camera, load cell and regulator."""
 
 TRIES = 1000
 """Largest number of draws from a prior until one is an allowed value."""

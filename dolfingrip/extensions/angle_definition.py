@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from dolfingrip.channels import ANGLE, CHORD_ANGLE
 from dolfingrip.extensions.effect import Effect, Prior
 
 
@@ -32,7 +33,7 @@ class AngleDefinition(Effect):
     )
 
     def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        if "angle_deg" not in true:
+        if ANGLE.name not in true:
             return {}
-        face, chord = true["angle_deg"], true["chord_angle_deg"]
-        return {"angle_deg": (1 - self.chord_share) * face + self.chord_share * chord}
+        face, chord = true[ANGLE.name], true[CHORD_ANGLE.name]
+        return {ANGLE.name: (1 - self.chord_share) * face + self.chord_share * chord}

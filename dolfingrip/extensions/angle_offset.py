@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from dolfingrip.channels import ANGLE
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.instrument import Instrument
 
@@ -25,11 +26,11 @@ class AngleOffset(Instrument):
     kind: ClassVar = "measurement"
     place: ClassVar = 3
     neutral: ClassVar = {"offset_deg": 0.0}
-    column: ClassVar = "angle_deg"
+    channel: ClassVar = ANGLE
 
     offset_deg: Annotated[float, Prior(0.0, 0.5, "engineering guess")] = Field(
         0.5, ge=-360, le=360, description="displayed angle at rest"
     )
 
     def displayed(self, true: Mapping[str, float]) -> float:
-        return true[self.column] + self.offset_deg
+        return true[self.channel.name] + self.offset_deg

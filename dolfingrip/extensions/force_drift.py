@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from dolfingrip.channels import FORCE, TIME
 from dolfingrip.extensions.effect import Effect, Prior
 
 
@@ -30,6 +31,6 @@ class ForceDrift(Effect):
     )
 
     def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        if "force_N" not in true:
+        if FORCE.name not in true:
             return {}
-        return {"force_N": true["force_N"] + self.rate_N_per_s * true["time_s"]}
+        return {FORCE.name: true[FORCE.name] + self.rate_N_per_s * true[TIME.name]}

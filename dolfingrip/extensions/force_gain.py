@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from dolfingrip.channels import FORCE
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.instrument import Instrument
 
@@ -25,11 +26,11 @@ class ForceGain(Instrument):
     kind: ClassVar = "measurement"
     place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
-    column: ClassVar = "force_N"
+    channel: ClassVar = FORCE
 
     gain: Annotated[float, Prior(1.0, 0.01, "engineering guess", positive=True)] = Field(
         1.02, gt=0, le=10, description="displayed force by true force"
     )
 
     def displayed(self, true: Mapping[str, float]) -> float:
-        return self.gain * true[self.column]
+        return self.gain * true[self.channel.name]

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from dolfingrip.channels import FORCE
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.instrument import Instrument
 
@@ -26,11 +27,11 @@ class ForceOffset(Instrument):
     kind: ClassVar = "measurement"
     place: ClassVar = 2
     neutral: ClassVar = {"offset_N": 0.0}
-    column: ClassVar = "force_N"
+    channel: ClassVar = FORCE
 
     offset_N: Annotated[float, Prior(0.0, 0.02, "engineering guess")] = Field(
         0.02, ge=-1000, le=1000, description="displayed force at no force"
     )
 
     def displayed(self, true: Mapping[str, float]) -> float:
-        return true[self.column] + self.offset_N
+        return true[self.channel.name] + self.offset_N

@@ -1,24 +1,25 @@
-"""What effects on a measurement share: an instrument that displays one column wrongly."""
+"""What effects on a measurement share: an instrument that displays one channel wrongly."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import ClassVar
 
+from dolfingrip.channels import Channel
 from dolfingrip.extensions.effect import Effect
 
 
 class Instrument(Effect):
-    """An effect that changes one column of the readings and nothing else.
+    """An effect that changes one channel and nothing else.
 
     Attributes:
-        column: name of that column, with its unit.
+        channel: what it displays.
     """
 
-    column: ClassVar[str]
+    channel: ClassVar[Channel]
 
     def displayed(self, true: Mapping[str, float]) -> float:
-        """What the instrument displays, in the column's unit.
+        """What the instrument displays, in the channel's unit.
 
         Args:
             true: a row of readings, by column.
@@ -27,4 +28,5 @@ class Instrument(Effect):
 
     def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
         # a free finger's row has no force, and a coupon's no angle
-        return {self.column: self.displayed(true)} if self.column in true else {}
+        name = self.channel.name
+        return {name: self.displayed(true)} if name in true else {}

@@ -10,6 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from dolfingrip.channels import PRESSURE
+
 
 class Columns(Protocol):
     """What a dict of columns and a pandas DataFrame have in common."""
@@ -57,7 +59,7 @@ def branches(table: Columns) -> npt.NDArray[np.str_]:
     Every row counts as ``loading`` if the table has no such column.
     """
     if "branch" not in table:
-        return np.array(["loading"] * len(list(table["pressure_kPa"])), dtype=np.str_)
+        return np.array(["loading"] * len(list(table[PRESSURE.name])), dtype=np.str_)
     names = [entry if isinstance(entry, str) and entry else "loading" for entry in table["branch"]]
     return np.array(names, dtype=np.str_)
 

@@ -68,14 +68,14 @@ def plot(
         ValueError: One line naming a column that is missing.
     """
     plot_of = experiment.plot
-    with _axes(path, plot_of.label, plot_of.over_label) as axes:
+    with _axes(path, plot_of.label, plot_of.over.label) as axes:
         for i, (curve, (colour, marker)) in enumerate(zip(plot_of.curves, _LINES, strict=False)):
             if i == 0 or numbers(result, curve.column) is not None:
-                _draw(axes, result, curve.column, curve.label, colour, marker, plot_of.over)
+                _draw(axes, result, curve.column, curve.label, colour, marker, plot_of.over.name)
         if measured is not None:
             _draw_measured(axes, measured, experiment)
         if turning_point is not None:
-            over = required(result, plot_of.over)
+            over = required(result, plot_of.over.name)
             _draw_turning_point(axes, turning_point, np.nanmin(over), np.nanmax(over))
     return path
 
@@ -140,7 +140,7 @@ def _draw_measured(axes: Axes, measured: Columns, experiment: Experiment) -> Non
     table = select_rows(measured, "experiment", experiment.name)
     plot_of = experiment.plot
     axes.plot(
-        required(table, plot_of.over),
+        required(table, plot_of.over.name),
         required(table, plot_of.curves[0].column),
         "D",
         color=INK,

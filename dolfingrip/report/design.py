@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from dolfingrip.channels import ANGLE, FORCE
 from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme
 from dolfingrip.sections.units import unit
 
@@ -22,8 +23,8 @@ LABELS = {
     "morph.xi1": "ξ₁",
     "morph.xi2": "ξ₂",
     "cog_offset_mm": "COG offset (mm)",
-    "force_N": "Blocked force (N)",
-    "angle_deg": "Tip angle (°)",
+    FORCE.name: FORCE.called("Blocked force").label,
+    ANGLE.name: ANGLE.label,
 }
 """Axis labels of some quantities; the others are labelled by their names, which carry units."""
 
@@ -151,7 +152,7 @@ def plot_front(picture: FrontPicture, path: Path) -> None:
                 label="original",
             )
         _draw_chosen(axes, picture.chosen)
-        axes.set(xlabel=LABELS["cog_offset_mm"], ylabel=LABELS["force_N"])
+        axes.set(xlabel=LABELS["cog_offset_mm"], ylabel=LABELS[FORCE.name])
         # the legend stands above: labels of the limits or the cloud may fill any corner
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
 

@@ -15,16 +15,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from dolfingrip.channels import CHANNELS, DISPLACEMENT, PRESSURE
 from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, tint
 
-LABELS = {
-    "angle_deg": "Tip angle (°)",
-    "chord_angle_deg": "Chord angle (°)",
-    "force_N": "Force (N)",
-    "tip_x_mm": "Tip displacement x (mm)",
-    "tip_z_mm": "Tip displacement z (mm)",
-    "transverse_strain": "Transverse strain (–)",
-}
 FEWEST_SHOWN = 0.002
 """Probability below which a class has no bar."""
 WIDEST = 40
@@ -96,9 +89,8 @@ def _figure(path: Path, rows: int, columns: int, size: tuple[float, float]) -> I
 
 
 def _over(part: pd.DataFrame) -> tuple[str, str]:
-    if part["pressure_kPa"].notna().all():
-        return "pressure_kPa", "Pressure (kPa)"
-    return "displacement_mm", "Travel (mm)"
+    control = PRESSURE if part[PRESSURE.name].notna().all() else DISPLACEMENT
+    return control.name, control.label
 
 
 def _overlay(data: Mapping[str, Any], path: Path) -> Path:
@@ -114,7 +106,7 @@ def _overlay(data: Mapping[str, Any], path: Path) -> Path:
             _lines(ax, part, over, "before", "nuisances fitted", BLUE, "--")
             if data["cause"]:
                 _lines(ax, part, over, "after", f"with {data['cause']}", ORANGE, "-", band=True)
-            ax.set(xlabel=label, ylabel=LABELS.get(channel, channel), title=title)
+            ax.set(xlabel=label, ylabel=CHANNELS[channel].label, title=title)
             ax.legend(loc="best", fontsize=7)
     return path
 
@@ -171,7 +163,7 @@ def _residuals(data: Mapping[str, Any], path: Path) -> Path:
             pair = [axes[row * len(kinds) + kind][column] for kind in range(len(kinds))]
             for ax, (name, what, colour) in zip(pair, kinds, strict=True):
                 _residual(ax, part, name, colour)
-                ax.set_ylabel(f"Δ {LABELS.get(channel, channel)}", fontsize=8)
+                ax.set_ylabel(f"Δ {CHANNELS[channel].label}", fontsize=8)
                 ax.set_title(f"{title}, {what}", fontsize=8)
             low = min(ax.get_ylim()[0] for ax in pair)
             high = max(ax.get_ylim()[1] for ax in pair)
@@ -233,6 +225,6 @@ def _gain(data: Mapping[str, Any], path: Path) -> Path:
             ax.vlines(place + 0.3, ends[:, 0], ends[:, 1], color=INK, lw=1.0)
             ax.set_yscale("log")
             ax.set_xticks(place, [f"{name}\nleft out" for name in rows["left_out"]])
-            ax.set(ylabel=f"Error on left-out readings\n{LABELS.get(channel, channel)}")
+            ax.set(ylabel=f"Error on left-out readings\n{CHANNELS[channel].label}")
             ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return path

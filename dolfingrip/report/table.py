@@ -12,7 +12,7 @@ from rich.cells import cell_len
 from rich.console import JustifyMethod
 from rich.table import Table
 
-from dolfingrip.experiments.description import Column
+from dolfingrip.channels import Channel
 from dolfingrip.report.columns import Columns, branches, numbers, required
 
 BRANCH = "Branch"
@@ -21,7 +21,7 @@ BRANCH = "Branch"
 Key = tuple[float, str, int]
 
 
-def tabulate(*results: tuple[Sequence[Column], Columns], title: str | None = None) -> Table:
+def tabulate(*results: tuple[Sequence[Channel], Columns], title: str | None = None) -> Table:
     """A table of one result, or of several results side by side.
 
     Args:

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import numpy as np
 import tomlkit
 from pydantic import Field, model_validator
 
+from dolfingrip.channels import ANGLE, CHORD_ANGLE, readings
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.section import Section, outside
@@ -61,14 +62,19 @@ class Fit(Section):
 class Posterior(Section):
     """Fits, and the deviations from the best of them, as pressures at an equal angle."""
 
-    reading: Literal["chord_angle_deg", "angle_deg"] = Field(
-        "chord_angle_deg", description="that was fitted, and is predicted"
-    )
+    reading: str = Field(CHORD_ANGLE.name, description="that was fitted, and is predicted")
     model_kPa: float = Field(0.0, ge=0, description="what fits leave: pressure at an equal angle")
     specimen: float = Field(0.0, ge=0, le=1, description="one specimen's pressure from another's")
     angle: float = Field(0.0, ge=0, le=1, description="what fits leave: relative, of the angle")
     reading_deg: float = Field(0.0, ge=0, description="noise of the reading")
     fit: Fits = Field(description="fits")
+
+    @model_validator(mode="after")
+    def _angle(self) -> Posterior:
+        angles = [each.name for each in readings("finger") if each.unit == ANGLE.unit]
+        if self.reading not in angles:
+            raise outside("reading", self.reading, f"allowed: {', '.join(angles)}")
+        return self
 
     @property
     def shares(self) -> np.ndarray:

@@ -25,9 +25,9 @@ def test_says_what_it_is(experiment: Experiment) -> None:
     known = columns(experiment)
     assert len(set(known)) == len(known)
     shown = {column.name for column in experiment.table}
-    drawn = {curve.column for curve in experiment.plot.curves} | {experiment.plot.over}
-    assert {experiment.control, *shown, *drawn} <= set(known)
-    assert experiment.table[0].name == experiment.control
+    drawn = {curve.column for curve in experiment.plot.curves} | {experiment.plot.over.name}
+    assert {experiment.control.name, *shown, *drawn} <= set(known)
+    assert experiment.table[0] is experiment.control
 
 
 @every

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.channels import ANGLE, FORCE, TIP_X, TIP_Z, TRANSVERSE_STRAIN
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data import planned
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
@@ -31,7 +32,7 @@ camera, the plate or the clamp."""
 OTHER_GAP_mm: Final = 2.0
 """By how much the plate is moved away."""
 
-FORCE_AND_WIDTH: Final = ("force_N", "transverse_strain")
+FORCE_AND_WIDTH: Final = (FORCE.name, TRANSVERSE_STRAIN.name)
 """What is read of a coupon: the force, and by a camera the width. Laws whose forces agree may
 differ in how far the volume changes."""
 
@@ -77,7 +78,7 @@ def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list
     """The same set-up controlled another way."""
     rows = measurement.rows(test.number)
     top, rate = _top(rows, test), _rate(measurement, test, config)
-    reading = "force_N" if test.experiment == "blocked_force" else "angle_deg"
+    reading = (FORCE if test.experiment == "blocked_force" else ANGLE).name
     done = set(rows["branch"])
     ways = [
         ("cycles", "three cycles, loading and unloading", planned.cycles(3), rate),
@@ -98,20 +99,20 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
     rows = measurement.rows(test.number)
     top, rate = _top(rows, test), _rate(measurement, test, config)
     loading = [("loading", 1)]
-    if test.experiment == "bending" and rows["tip_x_mm"].isna().all():
+    if test.experiment == "bending" and rows[TIP_X.name].isna().all():
         found.append(_again(measurement, "tip", "the tip tracked (x and z)", "camera", test,
-                            ("tip_x_mm", "tip_z_mm")))  # fmt: skip
+                            (TIP_X.name, TIP_Z.name)))  # fmt: skip
     blocked = next((t for t in measurement.tests if t.experiment == "blocked_force"), None)
     if blocked is not None:
         own = measurement.rows(blocked.number)
-        if own["angle_deg"].isna().all():
+        if own[ANGLE.name].isna().all():
             found.append(_again(measurement, "blocked_angle", "the angle while blocked", "camera",
-                                blocked, ("angle_deg",)))  # fmt: skip
+                                blocked, (ANGLE.name,)))  # fmt: skip
         gap_mm = blocked.setup.applied(config).plate.gap_mm + OTHER_GAP_mm
         away = _with(blocked.setup, "plate", {"gap_mm": gap_mm})
         high = _top(own, blocked)
         found.append(_proposal("gap", f"the blocked force at a gap of {gap_mm:g} mm", "plate",
-                               blocked, away, loading, high, rate, ("force_N",)))  # fmt: skip
+                               blocked, away, loading, high, rate, (FORCE.name,)))  # fmt: skip
     if test.experiment == "bending":
         poses = [
             _with(test.setup, "gravity", {"direction": [0.0, 0.0, z],
@@ -119,7 +120,7 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
             for z in (1.0, -1.0)
         ]  # fmt: skip
         tests = [replace(test, number=i, setup=pose) for i, pose in enumerate(poses)]
-        lines = [_rows(each, loading, top, rate, ("angle_deg",)) for each in tests]
+        lines = [_rows(each, loading, top, rate, (ANGLE.name,)) for each in tests]
         minutes = SETUP_MIN["plate"] + 2 * top / rate / 60
         found.append(Proposal("free bending with the tip up and with the tip down", minutes,
                               Measurement(pd.concat(lines, ignore_index=True), tests),

@@ -22,6 +22,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions import memory
 from dolfingrip.diagnosis.additions.protocols import Proposal
@@ -31,7 +32,6 @@ from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.classes import TIED
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.laplace import slope
-from dolfingrip.diagnosis.inference.noise import DEFAULTS
 from dolfingrip.diagnosis.inference.verdict import REFUTED
 from dolfingrip.diagnosis.model import FitFailure
 from dolfingrip.diagnosis.problem import AREA, MODULUS, Problem
@@ -299,4 +299,4 @@ def _noise_std(problem: Problem, column: str) -> float:
     same = (problem.index["channel"] == column).to_numpy()
     if same.any():
         return float(np.median(problem.noise_std[same]))
-    return DEFAULTS[column].std
+    return CHANNELS[column].noise

@@ -6,8 +6,9 @@ import difflib
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from dolfingrip.channels import DISPLACEMENT, PRESSURE, TIME, WHO, readings
 from dolfingrip.experiments.index import EXPERIMENTS
-from dolfingrip.experiments.recorder import COLUMNS
+from dolfingrip.experiments.recorder import columns
 
 EXPERIMENT_NAMES: Final = tuple(name for name, each in EXPERIMENTS.items() if each.measured)
 """Experiments that the format has and the package simulates."""
@@ -15,53 +16,30 @@ EXPERIMENT_NAMES: Final = tuple(name for name, each in EXPERIMENTS.items() if ea
 NOT_SIMULATED: Final = ("grasp", "pick_up")
 """Experiments that the format has and the package does not simulate."""
 
-WHO: Final = ("experiment", "specimen", "cycle", "branch")
-"""Columns that say what a row belongs to."""
-
-CONTROL: Final[Mapping[str, str]] = {name: EXPERIMENTS[name].control for name in EXPERIMENT_NAMES}
-"""Column of what each experiment is controlled by."""
+CONTROL: Final[Mapping[str, str]] = {
+    name: EXPERIMENTS[name].control.name for name in EXPERIMENT_NAMES
+}
+"""Column of what each experiment controls."""
 
 READINGS: Final[Mapping[str, tuple[str, ...]]] = {
-    "bending": ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm"),
-    "blocked_force": ("force_N", "angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm"),
-    "coupon": ("force_N", "transverse_strain"),
+    name: tuple(each.name for each in readings(*EXPERIMENTS[name].parts))
+    for name in EXPERIMENT_NAMES
 }
 """Columns that each experiment reads; any of them may be absent."""
 
-READING_COLUMNS: Final = (
-    "angle_deg", "chord_angle_deg", "force_N", "tip_x_mm", "tip_z_mm", "transverse_strain",
-)  # fmt: skip
+READING_COLUMNS: Final = tuple(sorted({name for own in READINGS.values() for name in own}))
 """All columns of readings."""
 
-NUMBERS: Final = ("time_s", "pressure_kPa", "displacement_mm", *READING_COLUMNS)
+NUMBERS: Final = (TIME.name, PRESSURE.name, DISPLACEMENT.name, *READING_COLUMNS)
 """All columns of numbers."""
 
 MEASURED: Final = (*WHO, *NUMBERS)
 """All columns of the format."""
 
 IGNORED: Final = frozenset(
-    {*COLUMNS, *(name for each in EXPERIMENTS.values() for name in each.columns)} - {*MEASURED}
+    {name for each in EXPERIMENTS.values() for name in columns(each)} - {*MEASURED}
 )
 """What a simulation's ``result.csv`` has besides, which no instrument reads."""
-
-RATIOS: Final = ("transverse_strain",)
-"""Columns of pure numbers; others end in their unit."""
-
-LOWEST_PRESSURE_kPa: Final = -10.0
-"""A gauge that is off by its zero shows no less (three standard deviations of its offset)."""
-
-RANGES: Final[Mapping[str, tuple[float, float]]] = {
-    "time_s": (0.0, 1e9),
-    "pressure_kPa": (LOWEST_PRESSURE_kPa, 1e4),
-    "displacement_mm": (-1e3, 1e4),
-    "angle_deg": (-720.0, 720.0),
-    "chord_angle_deg": (-720.0, 720.0),
-    "force_N": (-1e5, 1e5),
-    "tip_x_mm": (-1e3, 1e3),
-    "tip_z_mm": (-1e3, 1e3),
-    "transverse_strain": (-1.0, 1.0),
-}
-"""Values that are no slip of the pen, by column, in its unit."""
 
 
 def near(name: str, known: Sequence[str]) -> str:

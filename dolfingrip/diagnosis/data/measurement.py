@@ -17,6 +17,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.channels import CHANNELS, CHORD_ANGLE, DISPLACEMENT, PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.data.columns import CONTROL, READING_COLUMNS
@@ -109,13 +110,13 @@ class Measurement:
         experiments = data["experiment"].to_numpy()[row]
         control = np.array([CONTROL[name] for name in experiments], dtype=object)
         pressure, travel = (
-            data[name].to_numpy()[row] for name in ("pressure_kPa", "displacement_mm")
+            data[name].to_numpy()[row] for name in (PRESSURE.name, DISPLACEMENT.name)
         )
         found: dict[str, object] = {
             "row": row,
             "column": np.array(READING_COLUMNS, dtype=object)[column],
             "value": wide[row, column],
-            "control": np.where(control == "pressure_kPa", pressure, travel),
+            "control": np.where(control == PRESSURE.name, pressure, travel),
         }
         for name in ("test", "experiment", "specimen", "cycle", "branch", "time_s"):
             found[name] = data[name].to_numpy()[row]
@@ -128,7 +129,8 @@ def in_proportion(measurement: Measurement) -> np.ndarray:
     How far a coupon narrows depends neither on its modulus nor on its cross-section.
     """
     listed = measurement.listed()
-    return ((listed["experiment"] == "coupon") & (listed["column"] == "force_N")).to_numpy()
+    scaled = [name for name in READING_COLUMNS if CHANNELS[name].in_proportion]
+    return ((listed["experiment"] == "coupon") & listed["column"].isin(scaled)).to_numpy()
 
 
 def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
@@ -196,7 +198,7 @@ def _doubts(test: SpecimenTest, rows: pd.DataFrame) -> list[str]:
     """What the set-up says that the simulation does not do."""
     setup = test.setup
     other = setup.chord != CENTRES and "camera" not in setup.sections
-    if rows["chord_angle_deg"].notna().any() and other:
+    if rows[CHORD_ANGLE.name].notna().any() and other:
         start, end = setup.chord
         return [
             f"{test}: chord_angle_deg is from {start} to {end}; simulated is the line from the "

@@ -20,9 +20,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from dolfingrip.diagnosis.data.columns import READING_COLUMNS
+from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.experiments.synthetic import NOISE
 
 DENSE: Final = 20
 """Rows of a branch from which on its third differences are noise."""
@@ -91,7 +90,7 @@ def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tup
     repeated = np.concatenate([np.empty(0), *_repeats(rows, test.control, column)])
     if len(repeated) >= _REPEATS:
         return float(np.sqrt(np.mean(repeated**2))), "estimated from repeated cycles"
-    usual = NOISE.get(column, NOISE["angle_deg"] if column in READING_COLUMNS else 0.0)
+    usual = CHANNELS[column].noise
     return usual, "an engineering guess, as the readings are too few to estimate it"
 
 

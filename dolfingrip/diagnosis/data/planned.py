@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.channels import TIME
 from dolfingrip.diagnosis.data.columns import NUMBERS
 from dolfingrip.diagnosis.data.measurement import SpecimenTest
 
@@ -65,7 +66,7 @@ def rows(
             {
                 "line": 0, "test": test.number, "experiment": test.experiment,
                 "specimen": test.specimen, "cycle": cycle, "branch": branch,
-                **dict.fromkeys(NUMBERS, np.nan), "time_s": moment, test.control: value,
+                **dict.fromkeys(NUMBERS, np.nan), TIME.name: moment, test.control: value,
                 **dict.fromkeys(columns, 0.0),
             }
             for value, moment in steps

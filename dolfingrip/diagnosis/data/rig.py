@@ -25,6 +25,7 @@ import numpy as np
 import pandas as pd
 from pydantic import Field
 
+from dolfingrip.channels import ANGLE, FORCE, TIP_X, TIP_Z, TRANSVERSE_STRAIN
 from dolfingrip.config import Config, ConfigError, checked
 from dolfingrip.diagnosis.data import planned
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, SetupFile
@@ -111,17 +112,17 @@ def _rows(test: SpecimenTest, protocol: RigProtocol, config: Config) -> pd.DataF
     if test.experiment == "coupon":
         top, count = applied.coupon.max_strain * applied.coupon.gauge_length_mm, None
         rate = test.setup.rate or applied.coupon.rate_mm_per_s
-        columns: tuple[str, ...] = ("force_N",)
+        columns: tuple[str, ...] = (FORCE.name,)
         if protocol.coupon_width:
-            columns += ("transverse_strain",)
+            columns += (TRANSVERSE_STRAIN.name,)
     else:
         top, count = protocol.highest_pressure_kPa, protocol.step_kPa
         rate = test.setup.rate or applied.experiment.rate_kPa_per_s
-        columns = ("force_N",) if test.experiment == "blocked_force" else ("angle_deg",)
+        columns = ((FORCE if test.experiment == "blocked_force" else ANGLE).name,)
         if test.experiment == "bending" and protocol.tip:
-            columns += ("tip_x_mm", "tip_z_mm")
+            columns += (TIP_X.name, TIP_Z.name)
         if test.experiment == "blocked_force" and protocol.blocked_angle:
-            columns += ("angle_deg",)
+            columns += (ANGLE.name,)
     steps = protocol.coupon_readings if count is None else max(round(top / count), 1)
     ramp = top * np.arange(1, steps + 1) / steps
     way = planned.cycles(protocol.cycles, unload=protocol.unload)

@@ -8,12 +8,15 @@ response is nearly proportional at first, every reading is then too large by abo
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Final
 
 import numpy as np
 
+from dolfingrip.channels import ANGLE, CHANNELS, FORCE
+from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 
 NEAR: Final = 1.8
@@ -28,8 +31,6 @@ BETTER: Final = 0.6
 
 _DEGREES: Final = 180 / math.pi
 
-_ANGLES: Final = ("angle_deg", "chord_angle_deg")
-
 
 @dataclass(frozen=True, slots=True)
 class Factor:
@@ -39,26 +40,31 @@ class Factor:
     meaning: str
 
 
-_OF_COLUMN: Final = {
-    "angle": (
+_OF_READING: Final[Mapping[str, Sequence[Factor]]] = {
+    "deg": (
         Factor(_DEGREES, "an angle in radians"),
         Factor(1 / _DEGREES, "degrees turned twice"),
     ),
-    "force": (
+    "N": (
         Factor(1 / 101.97, "a force in grams"),
         Factor(1 / 1000, "a force in mN"),
         Factor(9.81, "a force in kg"),
         Factor(1 / 9.81, "a force multiplied by g"),
     ),
-    "length": (Factor(1000.0, "a length in m"), Factor(10.0, "a length in cm")),
-    "transverse": (Factor(0.01, "a strain in percent"),),
+    "mm": (Factor(1000.0, "a length in m"), Factor(10.0, "a length in cm")),
+    "": (Factor(0.01, "a strain in percent"),),
 }
-_OF_PRESSURE: Final = (
-    Factor(100.0, "a pressure in bar"),
-    Factor(1000.0, "a pressure in MPa"),
-    Factor(6.895, "a pressure in psi"),
-)
-_OF_TRAVEL: Final = (Factor(1000.0, "a displacement in m"), Factor(10.0, "a displacement in cm"))
+"""By the channel's unit."""
+
+_OF_CONTROL: Final[Mapping[str, Sequence[Factor]]] = {
+    "kPa": (
+        Factor(100.0, "a pressure in bar"),
+        Factor(1000.0, "a pressure in MPa"),
+        Factor(6.895, "a pressure in psi"),
+    ),
+    "mm": (Factor(1000.0, "a displacement in m"), Factor(10.0, "a displacement in cm")),
+}
+"""By the control's unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,8 +128,7 @@ def _scaled(
         if ratio < 0 and 1 / FAR < -ratio < FAR:
             found += _kept(test, name, [Factor(-1.0, "the sign is reversed")], columns[name])
             continue
-        kind = "angle" if name in _ANGLES else name.partition("_")[0]
-        known = _OF_COLUMN.get(kind, _OF_COLUMN["length"])
+        known = _OF_READING.get(CHANNELS[name].unit, ())
         off = [f for f in known if _alike(abs(ratio), 1 / f.value)]
         off = [Factor(math.copysign(f.value, ratio), f.meaning) for f in off]
         found += _kept(test, name, off, columns[name])
@@ -137,7 +142,7 @@ def _of_control(
     columns: dict[str, tuple[np.ndarray, np.ndarray]],
 ) -> list[Suspicion]:
     """Slips of the pressure's or displacement's unit, which every reading shows."""
-    known = _OF_TRAVEL if test.control == "displacement_mm" else _OF_PRESSURE
+    known = _OF_CONTROL[CHANNELS[test.control].unit]
     found = []
     for factor in known:
         if not ratios or not all(_alike(ratio, factor.value) for ratio in ratios.values()):
@@ -165,16 +170,18 @@ def _swapped(
     test: SpecimenTest, columns: dict[str, tuple[np.ndarray, np.ndarray]]
 ) -> list[Suspicion]:
     """Whether an angle's readings are a force's, and the other way round."""
-    for angle in _ANGLES:
-        if angle not in columns or "force_N" not in columns:
-            continue
-        (turned, turned_simulated), (force, force_simulated) = columns[angle], columns["force_N"]
+    angles, forces = (
+        [name for name in READING_COLUMNS if name in columns and CHANNELS[name].unit == unit]
+        for unit in (ANGLE.unit, FORCE.unit)
+    )
+    for angle, other in product(angles, forces):
+        (turned, turned_simulated), (force, force_simulated) = columns[angle], columns[other]
         if len(turned) != len(force):
             continue
         straight = _misfit(turned, turned_simulated) + _misfit(force, force_simulated)
         crossed = _misfit(turned, force_simulated) + _misfit(force, turned_simulated)
         if crossed < BETTER * straight and crossed < 1:
-            meaning = f"swapped with force_N, {angle} and force_N fit far better so"
+            meaning = f"swapped with {other}, {angle} and {other} fit far better so"
             return [Suspicion(test, angle, math.nan, meaning, crossed / straight)]
     return []
 

@@ -11,6 +11,7 @@ from typing import Any, get_args
 
 import pandas as pd
 
+from dolfingrip.channels import CHANNELS, TIME
 from dolfingrip.config import Branch, ConfigError
 from dolfingrip.diagnosis.data.columns import (
     CONTROL,
@@ -19,8 +20,6 @@ from dolfingrip.diagnosis.data.columns import (
     MEASURED,
     NOT_SIMULATED,
     NUMBERS,
-    RANGES,
-    RATIOS,
     READING_COLUMNS,
     READINGS,
     near,
@@ -162,9 +161,10 @@ def _cycle(line: _Line, text: str) -> int:
 
 
 def _number(line: _Line, name: str, text: str) -> float:
-    low, high = RANGES[name]
-    unit = "(no percent)" if name in RATIOS else name.rpartition("_")[2]
-    allowed = f"allowed: {low:g} to {high:g} {unit}"
+    channel = CHANNELS[name]
+    assert channel.plausible is not None
+    low, high = channel.plausible
+    allowed = f"allowed: {low:g} to {high:g} {channel.unit or '(no percent)'}"
     try:
         value = float(text)
     except ValueError:
@@ -196,7 +196,7 @@ def _check_together(file: Path, table: pd.DataFrame) -> None:
 
 
 def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
-    time_s = rows["time_s"].to_numpy()
+    time_s = rows[TIME.name].to_numpy()
     absent = pd.isna(time_s)
     if absent.any():
         if not absent.all():
@@ -213,7 +213,7 @@ def _check_time(file: Path, rows: pd.DataFrame, who: str) -> None:
 def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
     entries = rows.drop(columns="line")
     again = entries.duplicated(keep="first")
-    if again.any() and rows["time_s"].notna().all():
+    if again.any() and rows[TIME.name].notna().all():
         second = int(again.to_numpy().argmax())
         same = entries.eq(entries.iloc[second]) | (entries.isna() & entries.iloc[second].isna())
         first = int(rows["line"].iloc[int(same.all(axis=1).to_numpy().argmax())])

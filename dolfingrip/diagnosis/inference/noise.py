@@ -98,17 +98,6 @@ class ChannelNoise:
         return np.asarray(matrix)
 
 
-DEFAULTS: Mapping[str, ChannelNoise] = {
-    "angle_deg": ChannelNoise(0.3),
-    "chord_angle_deg": ChannelNoise(0.3),
-    "force_N": ChannelNoise(0.02),
-    "tip_x_mm": ChannelNoise(0.2),
-    "tip_z_mm": ChannelNoise(0.2),
-    "transverse_strain": ChannelNoise(0.002),
-}
-"""Ordinary noise of cameras and force sensors on a bench; an engineering guess."""
-
-
 def noise_matrix(index: pd.DataFrame, noise: Mapping[str, ChannelNoise]) -> Matrix:
     """Covariance of the noise of all readings.
 

@@ -8,19 +8,12 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.sections.units import unit
 
 LEVEL = 0.05
 """Corrected p below which a difference is said to be there."""
 
-NAMES = {
-    "angle_deg": "tip angle",
-    "chord_angle_deg": "chord angle",
-    "force_N": "force",
-    "tip_x_mm": "tip's displacement along x",
-    "tip_z_mm": "tip's displacement along z",
-    "transverse_strain": "transverse strain",
-}
 WAYS = {"loading": "on loading", "unloading": "on unloading", "hold": "on hold"}
 """Branches in the order in which they are told."""
 
@@ -39,7 +32,7 @@ class Deviation:
 
 def name_of(channel: str) -> str:
     """A channel in words."""
-    return NAMES.get(channel, channel)
+    return CHANNELS[channel].title.lower()
 
 
 def sentences(table: pd.DataFrame, level: float = LEVEL, band_unit: str = "kPa") -> list[str]:

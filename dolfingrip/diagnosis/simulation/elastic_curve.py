@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
@@ -52,14 +53,14 @@ def change(
         way = run.group.in_time
         (curve,) = run.route.legs
         here = there = np.array(way.value)
-        if way.control == "pressure_kPa":
+        if way.control == PRESSURE.name:
             here, there = here / factor, load(way) / factor
         mine = np.isin(test, run.group.tests)
         for name in set(column[mine]):
             values = run.result.columns.get(str(name), np.empty(0))
             if not values.size:
                 continue
-            size = factor if name == "force_N" else 1.0
+            size = factor if CHANNELS[name].in_proportion else 1.0
             elastic, readings = (size * curve.read(values, at, FAR) for at in (here, there))
             if shown is not None:
                 readings = shown(way, str(name), readings)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import routes
@@ -72,7 +73,7 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
             together.append((test.experiment, applied, [(test.number, own)]))
     for experiment, applied, members in together:
         control = measurement.tests[members[0][0]].control
-        headroom = routes.HEADROOM if control == "pressure_kPa" else 1.0
+        headroom = routes.HEADROOM if control == PRESSURE.name else 1.0
         for part in _alike(members):
             ways = [own for _, own in part]
             numbers = {number for number, _ in part}

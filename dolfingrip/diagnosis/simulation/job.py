@@ -9,24 +9,20 @@ from typing import Any, Final
 
 import numpy as np
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, from_dict
 from dolfingrip.design.campaign.answer import DesignFailure, Outcome
 from dolfingrip.design.campaign.plan import SCHEMA, Design, content_key, decisive, digest_of
-from dolfingrip.diagnosis.data.columns import READING_COLUMNS
+from dolfingrip.diagnosis.data.columns import NUMBERS, READINGS
 from dolfingrip.sections.geometry.index import TABLES
 
 FORMAT: Final = 1
 """Version of what a result holds and a key means; to be raised where the same configuration gives
-other results. A result of another version is computed again."""
-
-OF_COUPONS: Final = 2
-"""The same of coupons, whose results have the transverse strain from 2 on."""
+other results. A result of another version is computed again, and of an experiment that had fewer
+channels."""
 
 OBJECTIVE: Final = "dolfingrip.diagnosis.simulation.job:simulate"
 """Import path of what computes a job."""
-
-COLUMNS: Final = ("time_s", "pressure_kPa", "displacement_mm", *READING_COLUMNS)
-"""Columns of a result that are kept."""
 
 _OF_COUPON: Final = ("material", "solver", "coupon", "protocol", "extensions")
 _OF_FINGER: Final = (
@@ -64,10 +60,9 @@ class Job:
     def _content(self) -> dict[str, Any]:
         plain = self.config.model_dump(mode="json")
         felt = decisive(plain, digest_of(self.config.mesh.file))
-        coupon = self.experiment == "coupon"
-        sections = _OF_COUPON if coupon else _OF_FINGER
+        sections = _OF_COUPON if self.experiment == "coupon" else _OF_FINGER
         return {
-            "format": OF_COUPONS if coupon else FORMAT,
+            "format": FORMAT + max(CHANNELS[name].added for name in READINGS[self.experiment]),
             "experiment": self.experiment,
             "gradients": sorted(self.gradients),
             "config": {name: felt[name] for name in sections},
@@ -147,11 +142,11 @@ def simulate(job: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Ou
     gradients = job["gradients"] or None
     result = run(job["experiment"], resolved, comm=MPI.COMM_SELF, gradients=gradients)
     curve: dict[str, list[float]] = {}
-    for name in COLUMNS:
+    for name in NUMBERS:
         if any(name in row for row in result.rows):
             curve[name] = [float(value) for value in result.column(name)]
     for slope in result.sensitivities:
-        if slope["column"] in COLUMNS:
+        if slope["column"] in NUMBERS:
             name = json.dumps([slope["column"], slope["parameter"]])
             curve.setdefault(name, []).append(float(slope["derivative"]))
     if result.failure is not None:

@@ -15,11 +15,12 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.simulated import Simulated
 
-MAPPED: Final = frozenset({"angle_deg", "chord_angle_deg", "force_N"})
+MAPPED: Final = frozenset(each.name for each in CHANNELS.values() if each.grows)
 """Readings that grow with the load."""
 
 
@@ -31,7 +32,7 @@ class _Curve:
     delta: PchipInterpolator
     low: float
     high: float
-    is_force: bool
+    in_proportion: bool
 
 
 @dataclass
@@ -68,7 +69,9 @@ class MeshMap:
                     places = np.flatnonzero(mine & (column == name))
                     order, own = rising
                     smooth = PchipInterpolator(own, (values[:count] - at[:count])[order])
-                    self._curves.append(_Curve(places, smooth, own[0], own[-1], name == "force_N"))
+                    self._curves.append(
+                        _Curve(places, smooth, own[0], own[-1], CHANNELS[name].in_proportion)
+                    )
 
     def to_graded(
         self, readings: np.ndarray, jacobian: np.ndarray, factor: float = 1.0
@@ -82,7 +85,7 @@ class MeshMap:
         found = readings + np.nan_to_num(self.graded.readings - self.plain.readings)
         slopes = jacobian.copy()
         for curve in self._curves:
-            scale = factor if curve.is_force else 1.0
+            scale = factor if curve.in_proportion else 1.0
             own = readings[curve.places] / scale
             delta, slope = _interpolated(own, curve)
             found[curve.places] = readings[curve.places] + scale * delta

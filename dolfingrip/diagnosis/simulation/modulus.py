@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from dolfingrip import parameter
+from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import path_independent
@@ -77,5 +78,5 @@ def scaled(measurement: Measurement, base: Simulated, factor: float) -> np.ndarr
             rows = np.full(len(measurement.readings), np.nan)
             # a softer model may end before a reading that the base reaches
             rows[leg.rows] = leg.read(values, leg.rows_at * by, MOST_BEYOND)
-            found[at] = rows[place[at]] * (factor if name == "force_N" else 1.0)
+            found[at] = rows[place[at]] * (factor if CHANNELS[name].in_proportion else 1.0)
     return found

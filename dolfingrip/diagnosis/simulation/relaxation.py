@@ -24,6 +24,7 @@ from typing import Final
 
 import numpy as np
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import elastic_curve
 from dolfingrip.diagnosis.simulation.legs import Route
@@ -110,6 +111,8 @@ def change(
         return elastic_load(prony, np.array(way.time_s), np.array(way.value))
 
     def shown(way: Route, column: str, elastic: np.ndarray) -> np.ndarray:
-        return relaxed(prony, np.array(way.time_s), elastic) if column == "force_N" else elastic
+        if not CHANNELS[column].in_proportion:  # no load
+            return elastic
+        return relaxed(prony, np.array(way.time_s), elastic)
 
     return elastic_curve.change(measurement, base, load, factor, shown)

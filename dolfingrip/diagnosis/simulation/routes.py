@@ -19,6 +19,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.diagnosis.simulation import nominal
 from dolfingrip.diagnosis.simulation.legs import Leg, Route
 
@@ -125,11 +126,11 @@ def segments(rows: pd.DataFrame, control: str, sigma: float = 0.0) -> list[Segme
             # where the ramp before it led to was read once more, as its last row
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
             mean = float(np.concatenate([before, own]).mean())
-            spread = sigma / math.sqrt(b - a) if control == "pressure_kPa" else 0.0
+            spread = sigma / math.sqrt(b - a) if control == PRESSURE.name else 0.0
             own = np.full(b - a, nominal.end(mean, size / MOST, spread))
             if before.size and found[-1].branch != "hold":
                 found[-1] = replace(found[-1], leads_to=float(own[0]))
-        noisy = sigma > 0 and control == "pressure_kPa"
+        noisy = sigma > 0 and control == PRESSURE.name
         part = Segment(
             int(cycle[a]), str(branch[a]), places[a:b], time_s[a:b], own, size, sigma, rounds=noisy
         )

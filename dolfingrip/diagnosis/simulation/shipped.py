@@ -17,18 +17,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.design.campaign.answer import Answer
+from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.simulation import sources
 from dolfingrip.diagnosis.simulation.job import FORMAT, Job, JobResult
 
 FILE: Final = Path(__file__).with_name("reference.npz")
-
-TOLERANCE: Final[Mapping[str, float]] = {
-    "angle_deg": 0.01, "chord_angle_deg": 0.01, "force_N": 1e-3, "tip_x_mm": 0.01, "tip_z_mm": 0.01,
-    "transverse_strain": 1e-4,
-}  # fmt: skip
-"""By what the simulation that is computed anew may differ, by column: a tenth of the usual noise or
-less, and well above Newton's tolerance."""
 
 DIGITS: Final = 7
 """Of a result."""
@@ -139,11 +134,12 @@ class Shipped:
         return bool(self.agrees)
 
     def _checked(self, computed: Callable[[Job], JobResult], job: Job, own: Known) -> bool:
-        """Whether a job comes out as it did."""
+        """Whether a job comes out as it did, within the tolerance of each channel."""
         anew = computed(job).columns
         return all(
-            len(anew.get(name, ())) == len(values) and np.allclose(anew[name], values, 0.0, limit)
-            for name, limit in TOLERANCE.items()
+            len(anew.get(name, ())) == len(values)
+            and np.allclose(anew[name], values, 0.0, CHANNELS[name].tolerance)
+            for name in READING_COLUMNS
             if (values := np.asarray((own.answer(job).curve or {}).get(name, ()))).size
         )
 

@@ -11,6 +11,7 @@ from typing import Any, get_args
 import numpy as np
 import pandas as pd
 
+from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.homogeneous import Mode
 
@@ -60,7 +61,7 @@ def read(file: Path, max_stretch: float | None = None) -> list[Series]:
     if area is None:
         area = _number(file, setup, "width_mm") * _number(file, setup, "thickness_mm")
     table = table.assign(
-        stretch=1 + table["displacement_mm"] / length, stress=table["force_N"] / float(area)
+        stretch=1 + table[DISPLACEMENT.name] / length, stress=table[FORCE.name] / float(area)
     )
     table = table[table["stretch"] > 0]
     if max_stretch is not None:
@@ -88,12 +89,12 @@ def _table(file: Path) -> pd.DataFrame:
         raise ConfigError(f"--fit {file}: {error.strerror}") from None
     except ValueError as error:
         raise ConfigError(f"--fit {file}: no table: {str(error).splitlines()[0]}") from None
-    for column in ("displacement_mm", "force_N"):
+    for column in (DISPLACEMENT.name, FORCE.name):
         if column not in table:
             raise ConfigError(f"--fit {file}: missing column {column}")
         if not np.issubdtype(table[column].dtype, np.number):
             raise ConfigError(f"--fit {file}: column {column}: allowed: numbers")
-    return table.dropna(subset=["displacement_mm", "force_N"])
+    return table.dropna(subset=[DISPLACEMENT.name, FORCE.name])
 
 
 def _setup(file: Path) -> dict[str, Any]:
@@ -125,10 +126,10 @@ def _noise(
     stress: np.ndarray,
 ) -> float | None:
     known = setup.get("noise", {})
-    if "force_N" not in known:
+    if FORCE.name not in known:
         return None
     steepness = 0.0
     if len(stretch) > 2 and np.ptp(stretch) > 0:
         steepness = abs(float(np.polyfit(stretch, stress, 1)[0]))
-    travel = steepness * float(known.get("displacement_mm", 0.0)) / length_mm
-    return float(np.hypot(float(known["force_N"]) / area_mm2, travel))
+    travel = steepness * float(known.get(DISPLACEMENT.name, 0.0)) / length_mm
+    return float(np.hypot(float(known[FORCE.name]) / area_mm2, travel))

@@ -10,6 +10,7 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.extensions.site import Site
@@ -20,7 +21,6 @@ from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.readings.reaction import Reaction
-from dolfingrip.mechanics.readings.transverse import TransverseStrain
 
 CLAMPED_CELLS = 2
 """Elements across the thinner side of a bar that is held fast."""
@@ -65,8 +65,6 @@ class CouponModel:
         model: what is solved.
         history: its internal variables.
         moved: owned displacement nodes of the end that moves.
-        sides: owned displacement nodes of the two sides that its width is between, as near as there
-            are any to half its length.
         parameters: constants of the potential by name.
     """
 
@@ -74,16 +72,11 @@ class CouponModel:
     model: Model
     history: History
     moved: np.ndarray
-    sides: tuple[np.ndarray, np.ndarray]
     parameters: dict[str, fem.Constant]
 
     def force(self) -> Reaction:
         """Tensile force: the moved end's reaction."""
-        return Reaction(self.model, "force_N", self.moved, axis=2)
-
-    def transverse_strain(self) -> TransverseStrain:
-        """How far the bar narrows along its width."""
-        return TransverseStrain(self.model, self.sides, axis=0)
+        return Reaction(self.model, FORCE.name, self.moved, axis=2)
 
 
 def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
@@ -131,23 +124,9 @@ def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
         u,
         potential,
         supports,
-        {"displacement_mm": crosshead},
+        {DISPLACEMENT.name: crosshead},
         memories=[crosshead, history],
     )
     owned = space.dofmap.index_map.size_local
     moved = np.flatnonzero(head[:owned])
-    return CouponModel(config, model, history, moved, _sides(x[:owned], comm), site.parameters)
-
-
-def _sides(x: np.ndarray, comm: MPI.Comm) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes on both sides across the width, those of the cross-section nearest to the middle.
-
-    Args:
-        x: (n, 3) owned nodes, as parts of the bar's width, thickness and length.
-        comm: of all nodes.
-    """
-    away = np.abs(x[:, 2] - 0.5)
-    nearest = comm.allreduce(float(away.min(initial=np.inf)), MPI.MIN)
-    middle = np.isclose(away, nearest)
-    lower, upper = (np.flatnonzero(middle & np.isclose(x[:, 0], at)) for at in (0.0, 1.0))
-    return lower, upper
+    return CouponModel(config, model, history, moved, site.parameters)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from mpi4py import MPI
 
+from dolfingrip.channels import DISPLACEMENT, FORCE, NOMINAL_STRAIN, NOMINAL_STRESS, TIME
 from dolfingrip.config import Config, Solver
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.rigs.bar import CouponModel, build
@@ -15,6 +16,7 @@ from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation, of_c
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.readings.of_model import of_model
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.parameter import Parameter
@@ -33,13 +35,8 @@ class BarRig(Rig):
         super().__init__(Newton(bar.model, _strict(bar.config), profile), bar)
         self._config = config
         model = bar.model
-        travel = ControlValue(model, "displacement_mm", model.controls["displacement_mm"])
-        found: list[Reading] = [
-            Time(model),
-            travel,
-            bar.force(),
-            bar.transverse_strain(),
-        ]
+        travel = ControlValue(model, DISPLACEMENT.name, model.controls[DISPLACEMENT.name])
+        found: list[Reading] = [Time(model), travel, bar.force(), *of_model(model, "bar")]
         self.readings = {reading.column: reading for reading in found}
         self._bar = bar
 
@@ -53,18 +50,18 @@ class BarRig(Rig):
     def longest(self) -> dict[str, float]:
         sides = self._config.coupon
         return {
-            "displacement_mm": sides.step_strain * sides.gauge_length_mm,
-            "time_s": self._config.solver.max_step_s or math.inf,
+            DISPLACEMENT.name: sides.step_strain * sides.gauge_length_mm,
+            TIME.name: self._config.solver.max_step_s or math.inf,
         }
 
     def controls(self, stop: Stop) -> Mapping[str, float]:
-        return {"displacement_mm": stop.value, "time_s": stop.time_s}
+        return {DISPLACEMENT.name: stop.value, TIME.name: stop.time_s}
 
     def displayed(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
         sides = config.coupon
         row = displayed(config, true)
-        row["nominal_strain"] = row["displacement_mm"] / sides.gauge_length_mm
-        row["nominal_stress_MPa"] = row["force_N"] / sides.area_mm2
+        row[NOMINAL_STRAIN.name] = row[DISPLACEMENT.name] / sides.gauge_length_mm
+        row[NOMINAL_STRESS.name] = row[FORCE.name] / sides.area_mm2
         return row
 
     def read(self) -> dict[str, float]:

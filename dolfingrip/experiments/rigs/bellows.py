@@ -7,6 +7,7 @@ from itertools import pairwise
 import ipctk
 import numpy as np
 
+from dolfingrip.channels import CONTACT_GAP
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.undeformed import morph
 from dolfingrip.mechanics.readings.reading import Reading
@@ -80,7 +81,7 @@ class ContactGap(Reading):
     differentiable = False
 
     def __init__(self, finger: FingerModel) -> None:
-        super().__init__(finger.model, "contact_gap_mm")
+        super().__init__(finger.model, CONTACT_GAP.name)
         self._gaps = BellowsGaps(finger)
         self.gaps_mm: dict[str, float] = {}
 

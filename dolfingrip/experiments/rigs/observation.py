@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from dolfingrip.channels import CAVITY_PRESSURE, CAVITY_VOLUME, CHORD_ANGLE, PRESSURE
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.rigs.bellows import ContactGap
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.mechanics.readings.chord import LineAngle, back_edge, point
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.integrals import Integral
+from dolfingrip.mechanics.readings.of_model import of_model
 from dolfingrip.mechanics.readings.plate import PlateForce, PlateGap
 from dolfingrip.mechanics.readings.prescribed import ControlValue, Time
 from dolfingrip.mechanics.readings.reading import Reading
@@ -36,7 +38,7 @@ class Observation:
         model, plate = finger.model, finger.plate
         self._gap = ContactGap(finger)
         turning = Turning(model)
-        self._from_rest = [
+        counted = [
             FromRest(FaceAngle(model), lambda: float(turning.deg()[-1])),
             FromRest(TipDisplacement(model, "x")),
             FromRest(TipDisplacement(model, "z")),
@@ -45,14 +47,16 @@ class Observation:
         ]
         found: list[Reading] = [
             Time(model),
-            ControlValue(model, "pressure_kPa", model.controls["pressure_kPa"]),
-            *self._from_rest,
-            ControlValue(model, "cavity_pressure_kPa", finger.cavity),
-            Integral(model, "cavity_volume_mm3", finger.enclosed),
+            ControlValue(model, PRESSURE.name, model.controls[PRESSURE.name]),
+            *counted,
+            ControlValue(model, CAVITY_PRESSURE.name, finger.cavity),
+            Integral(model, CAVITY_VOLUME.name, finger.enclosed),
             self._gap,
+            *of_model(model, "finger"),
         ]
         if plate is not None:
-            found += [PlateForce(model, plate), PlateGap(model, plate)]
+            found += [PlateForce(model, plate), PlateGap(model, plate), *of_model(model, "plate")]
+        self._from_rest = [reading for reading in found if isinstance(reading, FromRest)]
         self.from_rest = [reading.column for reading in self._from_rest]
         self.readings = {reading.column: reading for reading in found}
         self._tare_undeformed()
@@ -85,7 +89,7 @@ def chord(finger: FingerModel) -> Reading:
     Raises:
         ConfigError: one line, where one of its points is not on the finger.
     """
-    model, camera, column = finger.model, finger.config.camera, "chord_angle_deg"
+    model, camera, column = finger.model, finger.config.camera, CHORD_ANGLE.name
     if camera.chord == "centres":
         return ChordAngle(model, column)
     if camera.chord == "back edges":

@@ -6,6 +6,7 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
+from dolfingrip.channels import FORCE, PLATE_GAP
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
@@ -17,7 +18,7 @@ class PlateForce(Reading):
     """Normal force on the whole finger's plate (N)."""
 
     def __init__(self, model: Model, plate: RigidPlate) -> None:
-        super().__init__(model, "force_N")
+        super().__init__(model, FORCE.name)
         self._plate = plate
 
     def value(self) -> float:
@@ -50,7 +51,7 @@ class PlateGap(Reading):
     differentiable = False
 
     def __init__(self, model: Model, plate: RigidPlate) -> None:
-        super().__init__(model, "plate_gap_mm")
+        super().__init__(model, PLATE_GAP.name)
         self._plate = plate
 
     def value(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from dolfingrip.channels import TIME
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.unknowns import Gradient
@@ -44,7 +45,7 @@ class Time(Reading):
     """Time since the first stop (s), of which nothing depends on state or parameters."""
 
     def __init__(self, model: Model) -> None:
-        super().__init__(model, "time_s")
+        super().__init__(model, TIME.name)
 
     def value(self) -> float:
         return self.model.time_s

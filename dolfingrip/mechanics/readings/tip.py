@@ -8,6 +8,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
+from dolfingrip.channels import ANGLE, CHORD_ANGLE
 from dolfingrip.forms import tip_face
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.readings.integrals import OfIntegrals
@@ -38,7 +39,7 @@ def angle_slopes(x: float, z: float) -> np.ndarray:
 class FaceAngle(OfIntegrals):
     """Rotation of the tip face's area vector about y (deg), positive towards −x."""
 
-    def __init__(self, model: Model, column: str = "angle_deg") -> None:
+    def __init__(self, model: Model, column: str = ANGLE.name) -> None:
         vector, tip = tip_face.area_vector(model.u, model.domain.mesh), _face(model)
         super().__init__(model, column, [vector[0] * tip, vector[2] * tip])
 
@@ -74,7 +75,7 @@ class TipDisplacement(OfIntegrals):
 class ChordAngle(OfIntegrals):
     """Rotation about y of the line from the clamp's undeformed centre to the tip face's (deg)."""
 
-    def __init__(self, model: Model, column: str = "chordangle_deg") -> None:
+    def __init__(self, model: Model, column: str = CHORD_ANGLE.name) -> None:
         u, x = model.u, ufl.SpatialCoordinate(model.domain.mesh)
         tip, clamp = _face(model), model.domain.surface("clamp", quadrature_degree=1)
         integrals = [form for i in (0, 2) for form in (u[i] * tip, x[i] * tip, x[i] * clamp)]

@@ -6,36 +6,33 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
+from dolfingrip.channels import TRANSVERSE_STRAIN
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
 
-COLUMN = "transverse_strain"
+AXIS = 0
+"""Of the width."""
 
 
 class TransverseStrain(Reading):
     """Nominal strain across a bar: its width by its width at rest, less 1; no unit.
 
-    The width is the distance between the mean places of nodes on two opposite sides, along an axis
-    across the bar: what a camera sees of the bar's outline at half its length (ISO 527-1 calls its
-    ratio to the strain along the bar, with a minus sign, Poisson's ratio).
-
-    Args:
-        model: what is read.
-        sides: this rank's owned displacement nodes on the lower and on the upper side.
-        axis: 0, 1 or 2.
+    The width is the distance along x between the mean places of nodes on two opposite sides, as
+    near as there are any to half the length along z: what a camera sees of the bar's outline there
+    (ISO 527-1 calls its ratio to the strain along the bar, with a minus sign, Poisson's ratio).
     """
 
-    def __init__(self, model: Model, sides: tuple[np.ndarray, np.ndarray], axis: int) -> None:
-        super().__init__(model, COLUMN)
-        self._sides, self._axis = sides, axis
-        self._counts = [model.comm.allreduce(len(nodes), MPI.SUM) for nodes in sides]
+    def __init__(self, model: Model) -> None:
+        super().__init__(model, TRANSVERSE_STRAIN.name)
+        self._sides = _sides(model)
+        self._counts = [model.comm.allreduce(len(nodes), MPI.SUM) for nodes in self._sides]
 
     def _apart(self, at_nodes: np.ndarray) -> float:
         """Difference of the means of a field (nodes, 3) on the two sides, along the axis."""
         local = sum(
-            sign * float(at_nodes[nodes, self._axis].sum()) / count
+            sign * float(at_nodes[nodes, AXIS].sum()) / count
             for sign, nodes, count in self._weights()
         )
         return float(self.model.comm.allreduce(local, MPI.SUM))
@@ -53,7 +50,7 @@ class TransverseStrain(Reading):
         found = Gradient(self.model.unknowns)
         width_mm = self._width_mm()
         for sign, nodes, count in self._weights():
-            found.at_nodes[nodes, self._axis] += sign / (count * width_mm)
+            found.at_nodes[nodes, AXIS] += sign / (count * width_mm)
         return found.array
 
     def by_direction(self, direction: Direction) -> float:
@@ -63,3 +60,22 @@ class TransverseStrain(Reading):
         moving.interpolate(direction.velocity)
         by_s = self._apart(moving.x.array.reshape(-1, 3))
         return -self.value() * by_s / self._width_mm()
+
+
+def _sides(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """This rank's owned displacement nodes on the lower and on the upper side, near the middle."""
+    space = model.u.function_space
+    x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+    low, high = (
+        np.asarray(model.comm.allreduce(end, of))
+        for end, of in (
+            (x.min(axis=0, initial=np.inf), MPI.MIN),
+            (x.max(axis=0, initial=-np.inf), MPI.MAX),
+        )
+    )
+    part = (x - low) / (high - low)
+    away = np.abs(part[:, 2] - 0.5)
+    nearest = model.comm.allreduce(float(away.min(initial=np.inf)), MPI.MIN)
+    middle = np.isclose(away, nearest)
+    lower, upper = (np.flatnonzero(middle & np.isclose(part[:, AXIS], at)) for at in (0.0, 1.0))
+    return lower, upper

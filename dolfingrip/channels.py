@@ -1,0 +1,201 @@
+"""What is measured, or read off a simulation: one object for each column, with all about it.
+
+A new one is one entry here, and the ``Reading`` that takes it, in a file of its own in
+``mechanics/readings``. Everything else asks the channel: columns of results and of measured data,
+units, labels, noise, tolerances, ranges, and what becomes of it where all moduli change.
+
+>>> ANGLE.label, TRANSVERSE_STRAIN.label
+('Tip angle (°)', 'Transverse strain (–)')
+>>> [each.name for each in readings("bar")]
+['force_N', 'transverse_strain']
+>>> CHANNELS["force_N"] is FORCE
+True
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+Part = Literal["finger", "plate", "bar"]
+"""What readings are taken of: a finger, the plate that it presses on, a coupon."""
+
+WHO: Final = ("experiment", "specimen", "cycle", "branch")
+"""Columns that say what a row belongs to."""
+
+SYMBOLS: Final[Mapping[str, str]] = {"deg": "°", "mm3": "mm³", "N_per_mm": "N/mm", "": "–"}
+"""Units that are printed in another way than names end in them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Channel:
+    """A column of numbers.
+
+    Attributes:
+        name: of the column, with its unit at the end.
+        unit: as the name ends in it; "" of a ratio.
+        title: in words, as on an axis.
+        short: title above a column of a table; "" where it is the same.
+        form: format of a printed number, as ``.2f``.
+        of: the parts that it is read of; none of time and controls.
+        plausible: lowest and highest value that is no slip of the pen; None of what no instrument
+            reads.
+        noise: standard deviation of an ordinary instrument's readings (engineering guess).
+        tolerance: by what a simulation that is computed anew may differ from one that was kept: a
+            tenth of the noise or less, and well above Newton's tolerance.
+        from_rest: whether it counts from the pose at rest.
+        in_proportion: whether it is c times as large where all moduli and loads are; other readings
+            then stay.
+        grows: whether it grows with the load, and so tells how far the body is deformed.
+        synthetic: whether a synthetic measurement has it: of two readings of one picture only one.
+        reading: file in ``mechanics/readings`` with a ``Reading`` that needs the model alone; ""
+            where the rig makes it of other parts, too.
+        added: 1 more than that of the channels that its parts had before, so that simulations of a
+            diagnosis that were kept without it are computed again.
+    """
+
+    name: str
+    unit: str
+    title: str
+    short: str = ""
+    form: str = "g"
+    of: tuple[Part, ...] = ()
+    plausible: tuple[float, float] | None = None
+    noise: float = 0.0
+    tolerance: float = 0.0
+    from_rest: bool = False
+    in_proportion: bool = False
+    grows: bool = False
+    synthetic: bool = True
+    reading: str = ""
+    added: int = 0
+
+    @property
+    def symbol(self) -> str:
+        """The unit, as it is printed."""
+        return SYMBOLS.get(self.unit, self.unit)
+
+    @property
+    def label(self) -> str:
+        """The title with the unit, for an axis."""
+        return f"{self.title} ({self.symbol})"
+
+    @property
+    def heading(self) -> str:
+        """The short title with the unit, for a table."""
+        return f"{self.short or self.title} ({self.symbol})"
+
+    def called(self, title: str) -> Channel:
+        """The same readings under another title."""
+        return replace(self, title=title, short="")
+
+
+TIME = Channel(name="time_s", unit="s", title="Time", form=".1f", plausible=(0.0, 1e9))
+PRESSURE = Channel(
+    name="pressure_kPa",
+    unit="kPa",
+    title="Pressure",
+    plausible=(-10.0, 1e4),  # a gauge's zero is off by 3 standard deviations at most
+    noise=0.5,
+)
+ANGLE = Channel(
+    name="angle_deg",
+    unit="deg",
+    title="Tip angle",
+    short="Angle",
+    form=".1f",
+    of=("finger",),
+    plausible=(-720.0, 720.0),
+    noise=0.3,
+    tolerance=0.01,
+    from_rest=True,
+    grows=True,
+)
+FORCE = Channel(
+    name="force_N",
+    unit="N",
+    title="Force",
+    form=".3f",
+    of=("plate", "bar"),
+    plausible=(-1e5, 1e5),
+    noise=0.02,
+    tolerance=1e-3,
+    in_proportion=True,
+    grows=True,
+)
+DISPLACEMENT = Channel(
+    name="displacement_mm",
+    unit="mm",
+    title="Travel",
+    form=".2f",
+    plausible=(-1e3, 1e4),
+    noise=0.005,  # of the crosshead that pulled the NinjaFlex coupons
+)
+TIP_X = Channel(
+    name="tip_x_mm",
+    unit="mm",
+    title="Tip's displacement along x",
+    short="Tip x",
+    form=".2f",
+    of=("finger",),
+    plausible=(-1e3, 1e3),
+    noise=0.1,
+    tolerance=0.01,
+    from_rest=True,
+)
+TIP_Z = replace(TIP_X, name="tip_z_mm", title="Tip's displacement along z", short="Tip z")
+CHORD_ANGLE = replace(ANGLE, name="chord_angle_deg", title="Chord angle", short="", synthetic=False)
+CAVITY_PRESSURE = Channel(
+    name="cavity_pressure_kPa", unit="kPa", title="Pressure in the cavity", of=("finger",)
+)
+CAVITY_VOLUME = Channel(
+    name="cavity_volume_mm3", unit="mm3", title="Volume of the cavity", of=("finger",)
+)
+CONTACT_GAP = Channel(
+    name="contact_gap_mm", unit="mm", title="Smallest gap between bellows", of=("finger",)
+)
+PLATE_GAP = Channel(name="plate_gap_mm", unit="mm", title="Gap to the plate", of=("plate",))
+NOMINAL_STRAIN = Channel(
+    name="nominal_strain", unit="", title="Nominal strain", form=".3f", of=("bar",)
+)
+NOMINAL_STRESS = Channel(
+    name="nominal_stress_MPa", unit="MPa", title="Nominal stress", form=".3f", of=("bar",)
+)
+TRANSVERSE_STRAIN = Channel(
+    name="transverse_strain",
+    unit="",
+    title="Transverse strain",
+    form=".4f",
+    of=("bar",),
+    plausible=(-1.0, 1.0),
+    # a camera of 2,448 pixels sees 60 mm, so 3 mm of width are 120 pixels; each of the two edges is
+    # found to a sixth of one
+    noise=0.002,
+    tolerance=1e-4,
+    reading="transverse",
+    added=1,
+)
+
+CHANNELS: Final[Mapping[str, Channel]] = {
+    each.name: each for each in list(globals().values()) if isinstance(each, Channel)
+}
+"""All of the above by name, in their order, which is that of columns in files."""
+
+
+def read_of(*parts: Part) -> tuple[Channel, ...]:
+    """What is read of these parts, and no control."""
+    return tuple(each for each in CHANNELS.values() if set(each.of) & set(parts))
+
+
+def readings(*parts: Part) -> tuple[Channel, ...]:
+    """What instruments read of these parts, part by part, by name."""
+    found = [
+        sorted((c for c in read_of(part) if c.plausible), key=lambda c: c.name) for part in parts
+    ]
+    return tuple(dict.fromkeys(each for some in found for each in some))
+
+
+def measured() -> tuple[Channel, ...]:
+    """What instruments read, controls and time included."""
+    return tuple(each for each in CHANNELS.values() if each.plausible is not None)

@@ -1,0 +1,23 @@
+"""Readings that need nothing but the model, found by their channels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+from dolfingrip.channels import Part, read_of
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.readings.from_rest import FromRest
+from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.sections.lookup import only_class
+
+
+def of_model(model: Model, *parts: Part) -> list[Reading]:
+    """The readings of these parts whose channels name a file of this package."""
+    found = []
+    for channel in read_of(*parts):
+        if channel.reading:
+            kind = only_class(f"dolfingrip.mechanics.readings.{channel.reading}", Reading)  # type: ignore[type-abstract]
+            reading = cast(Callable[[Model], Reading], kind)(model)
+            found.append(FromRest(reading) if channel.from_rest else reading)
+    return found
