@@ -4,8 +4,8 @@
 
 A change of the code that should not change results is checked by it: each figure is compared with
 ``benchmarks/stored_values.csv``, relative to the largest of the case that has its unit. The figures
-are this code's own: they show a change, not correctness. ``--write`` replaces them. It takes about four minutes of
-processor time.
+are this code's own: they show a change, not correctness. ``--write`` replaces them. It takes about
+four minutes of processor time.
 """
 
 from __future__ import annotations
