@@ -135,9 +135,14 @@ def test_a_light_block_is_picked_up(light: tuple[Result, Path]) -> None:
     assert result.outcome is not None
     print(result.outcome)
     assert result.outcome.kind is Kind.PICKED_UP
-    last = result.rows[-1]
-    assert last["momentum_error_N"] < 1e-4
+    first, last = result.rows[0], result.rows[-1]
+    assert 0 < last["momentum_error_N"] < 6e-6
     weight = 9.81 * 300e-9 * 14 * 30 * 24
+    assert first["table_N"] == pytest.approx(weight, rel=0.02)
+    # what the equalities below compare is not 0
+    assert last["normal_B_N"] > 0.1
+    assert last["angle_B_deg"] > 5
+    assert abs(last["object_x_mm"]) > 0.1
     lifted = sum(last[f"lift_{letter}_N"] for letter in "ABC")
     assert lifted == pytest.approx(weight, rel=0.02)
     assert last["table_N"] == pytest.approx(0, abs=1e-12)
@@ -161,6 +166,25 @@ def test_fields_have_the_times_of_the_readings(light: tuple[Result, Path]) -> No
     times = [float(str(step.get("timestep"))) for step in steps]
     np.testing.assert_allclose(times, result.column("time_s"), atol=1e-9)
     assert times[0] == 0.0
+
+
+def test_friction_takes_what_it_holds_along_the_way_that_food_slides() -> None:
+    """Fingers too slippery to lift the block: μ ΣN for each mm that the table goes down."""
+    mu = 0.02
+    result = grasped(*LIGHT, f"food.friction={mu}", "gripper.lift_mm=3")
+    assert result.outcome is not None
+    assert result.outcome.kind is Kind.NOT_LIFTED
+    sliding, last = result.rows[-5], result.rows[-2]  # half of the lift, and all of it
+    normal_N = sum(last[f"normal_{letter}_N"] for letter in "ABC")
+    way_mm = last["slip_mm"] - sliding["slip_mm"]
+    assert way_mm == pytest.approx(sliding["table_z_mm"] - last["table_z_mm"], rel=0.02)
+    taken_mJ = last["friction_mJ"] - sliding["friction_mJ"]
+    print("friction (mJ)", taken_mJ, mu * normal_N * way_mm)
+    assert taken_mJ == pytest.approx(mu * normal_N * way_mm, rel=0.01)
+    assert (np.diff(result.column("friction_mJ")) >= 0).all()
+    # implicit Euler takes a part of what the table gives
+    lost = abs(last["energy_error_mJ"] - sliding["energy_error_mJ"])
+    assert lost < 0.1 * taken_mJ
 
 
 EVEN = ("mesh.size_mm=8.4", "mesh.edge_size_mm=8.4")
