@@ -63,8 +63,8 @@ def stands(
     def reach(given: float | None, less: float, *ways: Floats) -> float:
         if given is not None:
             return given
-        beside = max(extent_mm(way) for way in ways) if extent_mm is not None else 0.0
-        return max(beside + gripper.clearance - less, 0.0)
+        reached = max(extent_mm(way) for way in ways) if extent_mm is not None else 0.0
+        return max(reached + gripper.clearance - less, 0.0)
 
     thumb = reach(gripper.L_mm, 0.0, np.array([-1.0, 0.0]))
     radius = reach(gripper.R_mm, gripper.W_mm * across[1], across, mirrored)

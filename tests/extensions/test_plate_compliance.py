@@ -43,7 +43,7 @@ def test_free_bending_has_no_plate() -> None:
 def test_a_step_is_bounded_either_way() -> None:
     """A step away from the plate, taken backwards, leads into it."""
     finger = small.model(trial.configured({PlateCompliance: {}}, *COMMON), plate=True)
-    assert finger.plate.number is not None
+    assert finger.plate.unknown is not None
     away = np.zeros_like(finger.model.unknowns.local())
     away[0 : len(finger.model.u.x.array) : 3] = 1.0
     gap = finger.plate.gap_mm()
@@ -54,7 +54,7 @@ def test_a_step_is_bounded_either_way() -> None:
     assert bound == "plate"
     # the plate itself, moved towards the finger
     plate = np.zeros_like(away)
-    plate[finger.plate.number.place] = 1.0
+    plate[finger.plate.unknown.place] = 1.0
     assert finger.model.max_step(plate) == (back, "plate")
     assert finger.model.max_step(-plate) == (1.0, "")
     assert finger.model.max_step(away + plate) == (1.0, "")

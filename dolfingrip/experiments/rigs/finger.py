@@ -61,12 +61,12 @@ class FingerModel:
 
     @property
     def plate(self) -> RigidPlate | None:
-        """The force sensor's."""
+        """Plate of the force sensor, where one faces the finger."""
         return self.site.plate
 
     @property
     def contact(self) -> BarrierContact | None:
-        """Of the skin with itself, where there is any."""
+        """Contact of the skin with itself, where there is any."""
         return self.site.contact
 
     @property

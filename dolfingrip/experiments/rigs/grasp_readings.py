@@ -140,8 +140,8 @@ class GraspReadings:
         np.add.at(found, self._finger_of_point[near.rows], pushed)
         found = self._sum(found)
         nodes = gripper.contact.touching.nodes
-        rubbed = gripper.finger_friction.forces_N(dofs)[: len(nodes)]
-        np.add.at(found, self._finger_of_node[nodes], rubbed)
+        friction = gripper.finger_friction.forces_N(dofs)[: len(nodes)]
+        np.add.at(found, self._finger_of_node[nodes], friction)
         if not self._half:
             return found
         return np.array([found[0] + MIRROR * found[0], found[1], MIRROR * found[1]])

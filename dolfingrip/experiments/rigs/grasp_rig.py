@@ -22,7 +22,7 @@ from dolfingrip.mechanics.path.path import LoadPath
 
 
 class GraspRig(Rig):
-    """Leads pressure and table, and reads fingers and food.
+    """Controls pressure and table, and reads fingers and food.
 
     Args:
         config: as asked for.

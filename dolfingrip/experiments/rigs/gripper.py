@@ -30,8 +30,8 @@ from dolfingrip.mechanics.model.pose import Pose
 from dolfingrip.mechanics.model.rigid_body import RigidMotion
 from dolfingrip.meshes.gripper import Stand, stands
 
-GRAVITY = {"acceleration_m_s2": 9.81, "direction": (0.0, 0.0, -1.0)}
-"""Of the world, in which fingers hang."""
+GRAVITY_M_S2, DOWN = 9.81, (0.0, 0.0, -1.0)
+"""Gravity of the world, in which the fingers hang."""
 
 UPWARDS = Plane((0.0, 0.0, 1.0))
 """The table."""
@@ -70,7 +70,7 @@ class GripperModel:
 
     @property
     def pose(self) -> Pose:
-        """Of the food."""
+        """Pose of the food."""
         return self.motion.pose
 
     @property
@@ -97,9 +97,10 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
     food, gripper = grasped(config.food), config.gripper
     found = stands_of(config, food)
     domain = _fingers(config, comm, found, half=halved(config, food))
-    finger = build(config.changed(gravity=GRAVITY), domain, plate=False)
+    hung = config.changed(gravity={"acceleration_m_s2": GRAVITY_M_S2, "direction": DOWN})
+    finger = build(hung, domain, plate=False)
     fingers, u = finger.model, finger.model.u
-    gravity = np.multiply(GRAVITY["acceleration_m_s2"], GRAVITY["direction"])
+    gravity = GRAVITY_M_S2 * np.array(DOWN)
 
     def friction(touched: Touching, coefficient: float, title: str) -> Friction:
         return Friction(touched, u, finger.site.fixed(coefficient), title=title)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class GraspPath:
-    """How a gripper and its food are led along a path in time.
+    """How a gripper with its food is solved for, step by step in time.
 
     Attributes:
         guess_residual_ratio: 0: no state is predicted, as pairs in contact make it a bad start.

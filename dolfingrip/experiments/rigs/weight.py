@@ -43,7 +43,7 @@ def dead_weight(site: Site) -> DeadWeight | None:
     if not domain.parts:
         return DeadWeight(site.u, domain, {(): constants[REST]})
     layers = {film.region for film in config.film.layers.values()}
-    weights = {
+    weights: dict[tuple[str, ...], fem.Constant] = {
         (part,): constants.get(part, constants[REST]) for part in domain.parts if part not in layers
     }
     return DeadWeight(site.u, domain, weights)

@@ -121,7 +121,7 @@ class RigidPlate(RigidContact):
 
     @property
     def measure(self) -> ufl.Measure:
-        """Of the part of the skin that may touch it, integrated at the nodes."""
+        """Measure of the part of the skin that may touch it, integrated at the nodes."""
         return self.points.measure
 
     # -- readings --------------------------------------------------------------------------------

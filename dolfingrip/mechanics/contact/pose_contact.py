@@ -52,11 +52,11 @@ class PoseContact(Term):
         """Points that a step from ``dofs`` may bring near to the shape."""
 
     def _sum[T](self, local: T) -> T:
-        """Of what each rank's points give; the points are all on each rank by default."""
+        """Sum over the ranks' points, which are all on each rank by default."""
         return local
 
     def _least(self, local: float) -> float:
-        """Of what each rank's points give; the points are all on each rank by default."""
+        """Least value over the ranks' points, which are all on each rank by default."""
         return local
 
     def _felt(self, places: np.ndarray) -> tuple[np.ndarray, Distances, BarrierValues]:

@@ -63,7 +63,7 @@ class SampledDistance:
         spacing_mm: float,
         smoothing_mm: float = 0.0,
     ) -> Self:
-        """That of a function of (n, 3) points, sampled between two corners.
+        """A function of (n, 3) points, sampled between two corners.
 
         Args:
             distance: (n,) signed distances.
@@ -97,7 +97,7 @@ class SampledDistance:
         return Distances(value, gradient, np.where(outside[:, None, None], 0.0, hessian))
 
     def _spline(self, points: np.ndarray) -> Distances:
-        """Of points within the grid."""
+        """Value and derivatives of the spline at points within the grid."""
         place = (points - self.origin_mm) / self.spacing_mm
         cell = np.clip(np.floor(place).astype(int), 0, self._count - 2)
         weights = _weights(place - cell)  # (derivative, n, axis, 4)
@@ -122,7 +122,7 @@ class SampledDistance:
 
     @cached_property
     def bounds(self) -> Bounds:
-        """Of the spline outside the shape, by its control points (Bézier) in each cell."""
+        """Bounds on the spline outside the shape, by its control points (Bézier) in each cell."""
         cells = np.lib.stride_tricks.sliding_window_view(self._coefficients, 3 * (SUPPORT,))
         cells = cells.reshape(-1, *3 * (SUPPORT,))
         high, low = cells.max(axis=(1, 2, 3)), cells.min(axis=(1, 2, 3))

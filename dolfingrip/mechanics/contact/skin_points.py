@@ -85,7 +85,7 @@ class SkinPoints:
         return self._assembled(rate)[self.nodes]
 
     def moved(self, change: np.ndarray) -> SkinPoints:
-        """The same points where the reference nodes are moved a little by ``change`` (mm)."""
+        """The points once the reference nodes have moved a little by ``change`` (mm)."""
         other = copy(self)
         other.rest = self.rest + self.displacement(change)
         other.areas = self.areas + self.area_rates(change)

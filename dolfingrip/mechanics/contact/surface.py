@@ -85,7 +85,7 @@ class Surface(NodeSet):
         self.rest = self.weights @ rest
 
     def moved(self, change_mm: np.ndarray) -> Surface:
-        """The same surface at other reference positions; ``change_mm`` is (v, 3)."""
+        """This surface with its reference positions moved by ``change_mm``, (v, 3)."""
         other = copy(self)
         other.rest = np.asfortranarray(self.rest + change_mm)
         return other

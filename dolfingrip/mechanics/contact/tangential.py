@@ -16,7 +16,7 @@ from dolfingrip.mechanics.contact.node_set import NodeSet
 class Tangential:
     """Pairs in contact at one displacement: how they move apart, and how hard they are pressed.
 
-    The same on all ranks. The tangent plane of a pair is given by its normal, and tangential
+    All ranks hold the same pairs. A pair's tangent plane is given by its normal, and tangential
     vectors have three components: so they can be taken from one plane to another.
 
     Attributes:
@@ -107,7 +107,7 @@ class Touching(Protocol):
         ...
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
-        """Its pairs at the displacement ``dofs``."""
+        """Pairs of the contact at the displacement ``dofs``."""
         ...
 
     def facing(self, step: np.ndarray) -> np.ndarray:

@@ -26,7 +26,7 @@ class TurnedShape:
 
     @property
     def bounds(self) -> Bounds:
-        """Those of the other one."""
+        """Bounds of the other shape: turning changes none."""
         return self.shape.bounds
 
     def at(self, points: np.ndarray) -> Distances:
