@@ -27,7 +27,7 @@ from dolfingrip.diagnosis.inference.unknown import smooth_changes
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.remodulated import remodulated
 from dolfingrip.diagnosis.search import BEHIND, PART
-from dolfingrip.diagnosis.simulation.strengths import ALIKE
+from dolfingrip.extensions.index import effect
 
 STRONG: Final = 3.0
 """Strength (σ) of the leading effect from which on surfaces replace secants."""
@@ -117,7 +117,7 @@ def surface_error(problem: Problem, name: str, change: Vector) -> Matrix:
     same part of its usual size in the channel, as where a change passes 0 its error does not; and a
     little from reading to reading, as where a branch turns.
     """
-    part = UNTRIED if name in ALIKE else OFF
+    part = UNTRIED if effect(name).alike else OFF
     usual = np.zeros(len(change))
     blocks = problem.index.groupby(["experiment", "channel"], sort=False).indices
     for rows in blocks.values():

@@ -7,7 +7,6 @@ from typing import ClassVar
 from dolfingrip.diagnosis.inference.arrays import Vector
 from dolfingrip.diagnosis.simulation import line_lag
 from dolfingrip.diagnosis.surface import SecantSurface
-from dolfingrip.extensions.line_lag import LineLag
 
 
 class LagSurface(SecantSurface):
@@ -26,7 +25,6 @@ class LagSurface(SecantSurface):
 
     def change(self, zeta: Vector, factor: float = 1.0) -> Vector:
         """Of the readings, shape (n,)."""
-        (tau_s,) = self._values(zeta)
-        base, line = self._problem.base, LineLag(tau_s=tau_s)
-        found = line_lag.change(base.measurement, base.simulated, line, factor)
+        base = self._problem.base
+        found = line_lag.change(base.measurement, base.simulated, self.effect(zeta), factor)
         return self._problem.take(found)

@@ -19,7 +19,6 @@ from dolfingrip.diagnosis.simulation.nuisances import WALL, by_log_modulus, modu
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import felt_in
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure, simulate
-from dolfingrip.diagnosis.simulation.strengths import HELD
 from dolfingrip.diagnosis.simulation.walls import WallCurves
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
@@ -114,7 +113,7 @@ def free_parameters(name: str, overrides: Sequence[str], config: Config) -> list
     on = config.overridden(overrides)
     found = []
     for key, prior in priors_beside(effect(name), config.material.shear_MPa).items():
-        if key in HELD.get(name, ()):
+        if key in effect(name).shapeless:
             continue
         path = f"extensions.{name}.{key}"
         for parameter in find(on, [path]):

@@ -28,6 +28,7 @@ from dolfingrip.diagnosis.inference.laplace import MARGIN, to_value, to_values, 
 from dolfingrip.diagnosis.model import SCALE, FreeParameter
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation.secants import Candidate
+from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import effect
 from dolfingrip.sections.tables import assigned
 
@@ -90,6 +91,7 @@ class SecantSurface:
     ) -> None:
         self.parameters = tuple(parameters)
         self._problem = problem
+        self._name = candidate.name
         self.follow(np.array([problem.take(change) for change in candidate.shapes]))
         self.places = np.array([self._zeta(texts) for texts in candidate.overrides])
         own = effect(candidate.name).neutral
@@ -99,6 +101,14 @@ class SecantSurface:
         self._neutral = [_number(own[self.parameters[k].key.rpartition(".")[2]])
                          for k in self._amplitudes]  # fmt: skip
         self._middle = self._values(self.places[0])
+
+    def effect(self, zeta: Vector) -> Effect:
+        """The effect at these standard normal numbers, shape (p,)."""
+        kind, values = effect(self._name), {}
+        for parameter, value in zip(self.parameters, self._values(zeta), strict=True):
+            key = parameter.key.rpartition(".")[2]
+            values[key] = (value,) if isinstance(kind.model_fields[key].default, tuple) else value
+        return kind.model_validate(values)
 
     def follow(self, changes: Matrix) -> None:
         """Go through ``changes`` of the readings at the places that were tried, (shapes, n)."""

@@ -8,17 +8,17 @@ from typing import Final
 from dolfingrip.diagnosis.lag_surface import LagSurface
 from dolfingrip.diagnosis.model import can_be_fitted, free_parameters
 from dolfingrip.diagnosis.problem import Problem
-from dolfingrip.diagnosis.simulation import line_lag, relaxation
 from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.surface import SecantSurface
 from dolfingrip.diagnosis.viscous_surface import ViscousSurface
+from dolfingrip.extensions.index import effect
 
 BY_THE_ELASTIC_CURVE: Final[Mapping[str, type[SecantSurface]]] = {
-    line_lag.NAME: LagSurface,
-    relaxation.NAME: ViscousSurface,
+    "stage": LagSurface,
+    "relaxation": ViscousSurface,
 }
-"""Effects that change the readings by a law of the elastic curve, where there is one."""
+"""Surfaces by the law with which an effect follows from the elastic curve."""
 
 
 def surface_of(problem: Problem, candidate: Candidate, shape: int) -> SecantSurface | None:
@@ -35,5 +35,5 @@ def surface_of(problem: Problem, candidate: Candidate, shape: int) -> SecantSurf
         return None
     own = free_parameters(candidate.name, overrides, config)
     elastic = path_independent(config) and problem.base.scales
-    kind = BY_THE_ELASTIC_CURVE.get(candidate.name, SecantSurface) if elastic else SecantSurface
-    return kind(problem, candidate, own)
+    law = effect(candidate.name).by_elastic_curve if elastic else ""
+    return BY_THE_ELASTIC_CURVE.get(law, SecantSurface)(problem, candidate, own)

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
 
 from dolfingrip.config import ConfigError
-from dolfingrip.extensions.index import EFFECTS
-
-NUISANCES: Final = ("pressure_gain", "pressure_offset", "plate_gap", "wall_offset")
-"""Effects that are nuisances already, with the same change of the readings: never a cause."""
+from dolfingrip.extensions.index import NAMES, effect
 
 
 def tried(names: Sequence[str] | None) -> list[str]:
     """Names of the effects that are tried: the catalogue, or these, without nuisances."""
-    every = [effect.name() for effect in EFFECTS] if names is None else names
-    return [name for name in every if name not in NUISANCES]
+    every = NAMES if names is None else names
+    return [name for name in every if name not in NAMES or not effect(name).nuisance]
 
 
 def check_effects(names: Sequence[str] | None) -> None:

@@ -13,7 +13,6 @@ from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation import relaxation
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.surface import SecantSurface
-from dolfingrip.extensions.prony import Prony
 
 
 class ViscousSurface(SecantSurface):
@@ -41,9 +40,6 @@ class ViscousSurface(SecantSurface):
         return self._near(zeta, factor) + super().change(zeta, factor)
 
     def _near(self, zeta: Vector, factor: float) -> Vector:
-        values = dict(zip((p.key.rpartition(".")[2] for p in self.parameters),
-                          self._values(zeta), strict=True))  # fmt: skip
-        prony = Prony(g=(values["g"],), tau_s=(values["tau_s"],))
         base = self._problem.base
-        found = relaxation.change(base.measurement, base.simulated, prony, factor)
+        found = relaxation.change(base.measurement, base.simulated, self.effect(zeta), factor)
         return self._problem.take(found)

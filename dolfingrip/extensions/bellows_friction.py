@@ -33,6 +33,7 @@ class BellowsFriction(Effect):
 
     kind: ClassVar = "dissipative"
     neutral: ClassVar = {"coefficient": 0.0}
+    shapeless: ClassVar = ("slip_mm",)
 
     coefficient: Annotated[
         float,

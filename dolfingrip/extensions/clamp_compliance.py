@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from dolfinx import fem
 
     from dolfingrip.extensions.site import Site
+    from dolfingrip.sections.setup import Setup
 
 
 class ClampCompliance(Effect):
@@ -58,6 +59,11 @@ class ClampCompliance(Effect):
         site.move_clamp(turned, partial(_turned, centre))
         springs.append(site.spring(self, "moment_Nmm", turned.constant, turn, size))
         return springs
+
+    @classmethod
+    def felt_in_bending(cls, config: Setup) -> bool:
+        """A weightless finger that bends freely pulls at nothing."""
+        return bool(config.gravity.acceleration_m_s2)
 
 
 def _shifted(axis: int, x: np.ndarray) -> np.ndarray:

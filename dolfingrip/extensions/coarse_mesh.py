@@ -31,6 +31,8 @@ class CoarseMesh(Effect):
     kind: ClassVar = "numerical"
     place: ClassVar = 1
     neutral: ClassVar = {"factor": 1.0}
+    # the mesh's error is a nuisance, see :mod:`dolfingrip.diagnosis.simulation.meshes`
+    tried: ClassVar = False
 
     factor: Annotated[float, Prior(1.5, 0.5, "engineering guess", positive=True)] = Field(
         1.5, gt=0.1, le=10, description="element size by the base model's"

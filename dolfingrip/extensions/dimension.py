@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.geometry.index import GEOMETRIES
 
 if TYPE_CHECKING:
     from dolfingrip.sections.setup import Setup
@@ -15,7 +16,7 @@ class DimensionOffset(Effect):
     """An effect that adds an offset to one dimension of the finger, which is then meshed anew.
 
     Attributes:
-        dimension: key of that dimension in the table ``[finger]``.
+        dimension: key of that dimension in the table of the geometry.
         offset_mm: what is added to it (mm).
     """
 
@@ -41,3 +42,9 @@ class DimensionOffset(Effect):
             )
         printed = getattr(config.geometry, self.dimension) + self.offset_mm
         return config.changed(**{table: {self.dimension: printed}})
+
+    @classmethod
+    def slopes(cls) -> tuple[str, ...]:
+        key = cls.dimension
+        kinds = [kind for kind in GEOMETRIES.values() if key in kind.model_fields]
+        return tuple(f"{kind.table()}.{key}" for kind in kinds)

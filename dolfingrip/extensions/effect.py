@@ -81,6 +81,18 @@ class Effect(Section):
             do not; those of lower place act first.
         neutral: values of its parameters at which it changes nothing.
         mixed: whether its energy also holds beside a pressure field (``P2-P1``).
+        plate: whether it is of the force sensor's plate, which a free finger does not feel.
+        clock: whether its readings depend on the time, those of a dissipative effect aside.
+        tried: whether a diagnosis tries it as a cause.
+        nuisance: whether a laboratory never knows it exactly, so that it is no cause.
+        shapeless: parameters that give its change no other shape: they hardly matter, or multiply
+            the amplitude.
+        alike: parameters that fits find, but that are tried at one value, since what they change
+            is nearly the same at all.
+        curved: whether its change differs in shape with the amplitude, so that several are tried.
+        lopsided: whether it changes the readings otherwise on either side, so that both are tried.
+        by_elastic_curve: law by which its change follows from the elastic curve, where there is
+            one: exactly from the pressure behind its stage, or nearly by quasi-linear relaxation.
         fits: what of it is fitted to coupons with neo-Hooke's law, whose modulus comes first; its
             numbers follow from ``in_numbers``.
     """
@@ -90,6 +102,15 @@ class Effect(Section):
     place: ClassVar[int] = 0
     neutral: ClassVar[Mapping[str, Any]]
     fits: ClassVar[tuple[Fittable, ...]] = ()
+    plate: ClassVar[bool] = False
+    clock: ClassVar[bool] = False
+    tried: ClassVar[bool] = True
+    nuisance: ClassVar[bool] = False
+    shapeless: ClassVar[tuple[str, ...]] = ()
+    alike: ClassVar[tuple[str, ...]] = ()
+    curved: ClassVar[bool] = False
+    lopsided: ClassVar[bool] = False
+    by_elastic_curve: ClassVar[Literal["", "stage", "relaxation"]] = ""
 
     # -- before anything is built ----------------------------------------------------------------
 
@@ -138,6 +159,32 @@ class Effect(Section):
     def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
         """Readings that are displayed wrongly, by column, from a row of those so far."""
         return {}
+
+    # -- as a diagnosis tries it -----------------------------------------------------------------
+
+    @classmethod
+    def slopes(cls) -> tuple[str, ...]:
+        """Parameters whose derivatives its change is, one for each kind of geometry; or none."""
+        return ()
+
+    @classmethod
+    def felt_in_bending(cls, config: Setup) -> bool:
+        """Whether a finger that bends freely feels it."""
+        return not cls.plate
+
+    def branches(self) -> tuple[Sequence[float], Sequence[float]]:
+        """Parts of the instantaneous moduli that relax, and their times (s)."""
+        return (), ()
+
+    @classmethod
+    def reversal(cls, config: Setup) -> tuple[str, str] | None:
+        """Where ``config`` has made this choice of the model: an override and its label."""
+        return None
+
+    @classmethod
+    def tilt_deg(cls, config: Setup) -> float | None:
+        """Where it is tried as a turn of the gravity that ``config`` has: by how much."""
+        return None
 
     # -- what is known of it ---------------------------------------------------------------------
 

@@ -25,6 +25,7 @@ class ForceDrift(Effect):
     kind: ClassVar = "measurement"
     place: ClassVar = 3
     neutral: ClassVar = {"rate_N_per_s": 0.0}
+    clock: ClassVar = True
 
     rate_N_per_s: Annotated[float, Prior(0.0, 1e-4, "engineering guess")] = Field(
         1e-4, ge=-1000, le=1000, description="change of the displayed force with time"

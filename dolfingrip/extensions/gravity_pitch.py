@@ -30,6 +30,7 @@ class GravityPitch(Effect):
 
     kind: ClassVar = "set-up"
     neutral: ClassVar = {"acceleration_m_s2": 0.0}
+    shapeless: ClassVar = ("pitch_deg",)
 
     acceleration_m_s2: Annotated[float, Prior(9.81, 0.01, "standard gravity")] = Field(
         9.81, ge=0, le=1000, description="of free fall"
@@ -44,3 +45,9 @@ class GravityPitch(Effect):
         return config.changed(
             gravity={"acceleration_m_s2": self.acceleration_m_s2, "direction": direction}
         )
+
+    @classmethod
+    def tilt_deg(cls, config: Setup) -> float | None:
+        """Mounted a little askew, where weight is simulated already."""
+        weighs = config.gravity.acceleration_m_s2
+        return cls.priors()["pitch_deg"].spread if weighs else None

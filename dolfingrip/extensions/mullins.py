@@ -36,6 +36,8 @@ class Mullins(Effect):
     kind: ClassVar = "dissipative"
     place: ClassVar = 1
     neutral: ClassVar = {"inverse_r": 0.0}
+    # on the first cycle softening of any m and β has a cosine of 0.996 and more with any other
+    alike: ClassVar = ("m_MPa", "beta")
     # the energy at the isochoric strain is not stationary in the pressure
     mixed: ClassVar = False
 

@@ -27,6 +27,8 @@ class PlateGap(Effect):
 
     kind: ClassVar = "set-up"
     neutral: ClassVar = {"offset_mm": 0.0}
+    plate: ClassVar = True
+    nuisance: ClassVar = True
 
     offset_mm: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
         0.3, ge=-1000, le=1000, description="added to plate.gap_mm"
@@ -34,3 +36,7 @@ class PlateGap(Effect):
 
     def adapt[S: Setup](self, config: S) -> S:
         return config.changed(plate={"gap_mm": config.plate.gap_mm + self.offset_mm})
+
+    @classmethod
+    def slopes(cls) -> tuple[str, ...]:
+        return ("plate.gap_mm",)

@@ -25,6 +25,7 @@ class PressureGain(Effect):
     kind: ClassVar = "loading"
     place: ClassVar = 1
     neutral: ClassVar = {"gain": 1.0}
+    nuisance: ClassVar = True
 
     gain: Annotated[float, Prior(1.0, 0.015, "regulators, ±1 to 2 %", positive=True)] = Field(
         1.02, gt=0, le=10, description="cavity pressure by regulator pressure"
@@ -32,3 +33,7 @@ class PressureGain(Effect):
 
     def outlet_kPa(self, flow: Flow) -> float:
         return self.gain * flow.inlet_kPa
+
+    @classmethod
+    def slopes(cls) -> tuple[str, ...]:
+        return ("extensions.pressure_gain.gain",)

@@ -25,6 +25,7 @@ class PressureOffset(Effect):
     kind: ClassVar = "loading"
     place: ClassVar = 2
     neutral: ClassVar = {"offset_kPa": 0.0}
+    nuisance: ClassVar = True
 
     offset_kPa: Annotated[float, Prior(0.0, 3.0, "regulators, ±3 kPa")] = Field(
         1.0, ge=-100, le=100, description="cavity pressure at a regulator pressure of 0"
@@ -32,3 +33,7 @@ class PressureOffset(Effect):
 
     def outlet_kPa(self, flow: Flow) -> float:
         return flow.inlet_kPa + self.offset_kPa
+
+    @classmethod
+    def slopes(cls) -> tuple[str, ...]:
+        return ("extensions.pressure_offset.offset_kPa",)

@@ -35,6 +35,7 @@ class PrintAnisotropy(Effect):
 
     kind: ClassVar = "elastic"
     neutral: ClassVar = {"k_MPa": 0.0}
+    shapeless: ClassVar = ("raster_deg",)
 
     k_MPa: Annotated[float, Prior(0.0, 0.3, "engineering guess")] = Field(
         0.3, ge=-1000, le=1000, description="of (I4 - 1)²/2; below 0 softer along the axis"

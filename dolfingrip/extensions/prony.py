@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
@@ -38,6 +39,7 @@ class Prony(Effect):
     kind: ClassVar = "dissipative"
     place: ClassVar = 3
     neutral: ClassVar = {"g": [0.0]}
+    by_elastic_curve: ClassVar = "relaxation"
 
     g: Annotated[
         tuple[Annotated[float, Field(ge=0, lt=1)], ...],
@@ -91,3 +93,6 @@ class Prony(Effect):
             return base(strain) + sum(over[1:], start=over[0])
 
         return density
+
+    def branches(self) -> tuple[Sequence[float], Sequence[float]]:
+        return self.g, self.tau_s

@@ -25,6 +25,7 @@ class WallOffset(DimensionOffset):
 
     kind: ClassVar = "geometry"
     neutral: ClassVar = {"offset_mm": 0.0}
+    nuisance: ClassVar = True
     dimension: ClassVar = "wall_mm"
 
     offset_mm: Annotated[float, Prior(0.0, 0.15, "walls ±5 to 15 % as printed")] = Field(

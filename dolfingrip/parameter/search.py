@@ -195,6 +195,6 @@ def _entry(section: str, key: str, effect: Effect | type[Effect] | None) -> Entr
         return Entry.INSTRUMENT
     if effect.kind == "geometry":
         return Entry.SHAPE
-    if effect.has("adapt") and effect.name().startswith("plate"):
+    if effect.has("adapt") and effect.plate:
         return Entry.POSE
     return Entry.CONSTANT

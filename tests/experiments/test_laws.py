@@ -23,6 +23,7 @@ from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.mechanics.model.element import displacement_element, pressure_field
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.parameter import every
+from dolfingrip.sections.laws.polynomial import POWERS
 
 OGDEN = (
     "material.law=ogden",
@@ -49,7 +50,8 @@ def slopes(material: config.Material, stretches: np.ndarray) -> np.ndarray:
         )
     first, second = (stretches**2).sum() - 3, (stretches**-2.0).sum() - 3
     by_first = by_second = 0.0
-    for (i, j), c in material.coefficients_MPa.items():
+    for key, c in material.chosen.constants().items():
+        i, j = POWERS[key]
         by_first += c * i * first ** max(i - 1, 0) * second**j
         by_second += c * j * first**i * second ** max(j - 1, 0)
     return 2 * by_first * stretches - 2 * by_second * stretches**-3.0

@@ -7,37 +7,22 @@ ordinary strength: nuisances have the same columns, and over their priors they a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Final
-
 import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import nuisances
 from dolfingrip.diagnosis.simulation.simulated import Simulated
-from dolfingrip.diagnosis.simulation.strengths import Ordinary
+from dolfingrip.diagnosis.simulation.strengths import Tried
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import find
-
-BY_SLOPE: Final[Mapping[str, tuple[str, ...]]] = {
-    "pressure_gain": (nuisances.GAIN,),
-    "pressure_offset": (nuisances.OFFSET,),
-    "plate_gap": (nuisances.GAP,),
-    "wall_offset": nuisances.WALLS,
-    "base_layer_offset": (nuisances.BASE_LAYER,),
-}
-"""Parameter whose derivative an effect's change is, by effect; one for each kind of geometry."""
 
 
 def has_closed_form(name: str) -> bool:
     """Whether an effect needs no simulation of its own."""
-    return name in BY_SLOPE or effect(name).has("reading")
+    return bool(effect(name).slopes()) or effect(name).has("reading")
 
 
-def changes(
-    measurement: Measurement, config: Config, base: Simulated, tried: Ordinary
-) -> np.ndarray:
+def changes(measurement: Measurement, config: Config, base: Simulated, tried: Tried) -> np.ndarray:
     """(k, n) changes of the readings by the shapes of an effect, at its ordinary strength.
 
     Args:
@@ -46,8 +31,9 @@ def changes(
         base: with the gradients ``nuisances.keys``.
         tried: an effect for which :func:`has_closed_form` is true.
     """
-    if tried.effect in BY_SLOPE:
-        slope = np.sum([base.slope(key) for key in BY_SLOPE[tried.effect]], axis=0)
+    keys = effect(tried.effect).slopes()
+    if keys:
+        slope = np.sum([base.slope(key) for key in keys], axis=0)
         return np.array([slope * _step(config, tried, shape.overrides) for shape in tried.shapes])
     return np.array(
         [
@@ -57,7 +43,7 @@ def changes(
     )
 
 
-def _step(config: Config, tried: Ordinary, overrides: tuple[str, ...]) -> float:
+def _step(config: Config, tried: Tried, overrides: tuple[str, ...]) -> float:
     """From the neutral value to a shape's."""
     (key,) = effect(tried.effect).neutral
     (parameter,) = find(config.overridden(overrides), [f"extensions.{tried.effect}.{key}"])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config
@@ -12,9 +11,6 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import routes
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.routes import Segment
-
-WITH_CLOCK: Final = ("line_lag", "temperature_drift", "force_drift")
-"""Effects whose readings depend on time, besides the dissipative ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +43,7 @@ class SimulationGroup:
 def path_independent(config: Config) -> bool:
     """Whether readings depend on the control alone: no effect has a memory or a clock."""
     return not any(
-        effect.kind == "dissipative" or effect.name() in WITH_CLOCK
-        for effect in config.extensions.active()
+        effect.kind == "dissipative" or effect.clock for effect in config.extensions.active()
     )
 
 

@@ -11,7 +11,6 @@ With all moduli c times as large it is y_el(p_out/c), and c y_el(p_out/c) of a f
 from __future__ import annotations
 
 from functools import partial
-from typing import Final
 
 import numpy as np
 
@@ -21,23 +20,21 @@ from dolfingrip.diagnosis.simulation import elastic_curve
 from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
-from dolfingrip.extensions.effect import Flow
-from dolfingrip.extensions.line_lag import LineLag
-
-NAME: Final = LineLag.name()
+from dolfingrip.extensions.effect import Effect, Flow
+from dolfingrip.extensions.index import effect
 
 
-def serves(effect: str, config: Config) -> bool:
-    """Whether an effect beside ``config`` is a line's lag that the elastic curve tells."""
-    return effect == NAME and path_independent(config)
+def is_stage(name: str) -> bool:
+    """Whether an effect is a stage of the supply whose readings the elastic curve tells."""
+    return effect(name).by_elastic_curve == "stage"
 
 
-def line(config: Config) -> LineLag:
-    """That of a configuration that has one."""
-    return next(each for each in config.extensions.active() if isinstance(each, LineLag))
+def serves(name: str, config: Config) -> bool:
+    """Whether an effect beside ``config`` is a stage that the elastic curve tells."""
+    return is_stage(name) and path_independent(config)
 
 
-def behind(line: LineLag, way: Route) -> np.ndarray:
+def behind(line: Effect, way: Route) -> np.ndarray:
     """(stops,) pressure behind a line at the stops of a way that begins at rest, in kPa."""
     found = []
     time_s, inlet_kPa, outlet_kPa = 0.0, 0.0, 0.0
@@ -50,7 +47,7 @@ def behind(line: LineLag, way: Route) -> np.ndarray:
 
 
 def change(
-    measurement: Measurement, base: Simulated, line: LineLag, factor: float = 1.0
+    measurement: Measurement, base: Simulated, line: Effect, factor: float = 1.0
 ) -> np.ndarray:
     """(n,) change of the readings by a line.
 

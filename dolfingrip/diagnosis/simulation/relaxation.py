@@ -20,8 +20,6 @@ third (``tests/diagnosis/test_viscous_surface.py``). It leads from one simulatio
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
@@ -29,15 +27,13 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import elastic_curve
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
-from dolfingrip.extensions.prony import Prony
-
-NAME: Final = Prony.name()
+from dolfingrip.extensions.effect import Effect
 
 
-def relaxed(prony: Prony, time_s: np.ndarray, elastic: np.ndarray) -> np.ndarray:
+def relaxed(viscous: Effect, time_s: np.ndarray, elastic: np.ndarray) -> np.ndarray:
     """(stops,) a load from the elastic one, straight between stops, at rest before the first."""
     found = []
-    branches = _Branches(prony)
+    branches = _Branches(viscous)
     for moment_s, value in zip(time_s, elastic, strict=True):
         branches.pass_time(moment_s)
         branches.load(value)
@@ -45,10 +41,10 @@ def relaxed(prony: Prony, time_s: np.ndarray, elastic: np.ndarray) -> np.ndarray
     return np.array(found)
 
 
-def elastic_load(prony: Prony, time_s: np.ndarray, load: np.ndarray) -> np.ndarray:
+def elastic_load(viscous: Effect, time_s: np.ndarray, load: np.ndarray) -> np.ndarray:
     """(stops,) the elastic load that relaxes to ``load``: the inverse of :func:`relaxed`."""
     found = []
-    branches = _Branches(prony)
+    branches = _Branches(viscous)
     for moment_s, value in zip(time_s, load, strict=True):
         branches.pass_time(moment_s)
         found.append(branches.solve(value))
@@ -60,12 +56,13 @@ class _Branches:
     """Maxwell branches under an elastic load that changes along straight lines.
 
     Args:
-        prony: their parts and times.
+        viscous: their parts and times.
     """
 
-    def __init__(self, prony: Prony) -> None:
-        g = np.array(prony.g)
-        self._tau_s: np.ndarray = np.array(prony.tau_s)
+    def __init__(self, viscous: Effect) -> None:
+        parts, times = viscous.branches()
+        g = np.array(parts)
+        self._tau_s: np.ndarray = np.array(times)
         self._ratio: np.ndarray = g / (1 - g.sum())
         self._stress: np.ndarray = np.zeros(len(g))
         self._kept: np.ndarray = np.ones(len(g))
@@ -96,23 +93,23 @@ class _Branches:
 
 
 def change(
-    measurement: Measurement, base: Simulated, prony: Prony, factor: float = 1.0
+    measurement: Measurement, base: Simulated, viscous: Effect, factor: float = 1.0
 ) -> np.ndarray:
     """(n,) change of the readings by viscosity, nearly.
 
     Args:
         measurement: that ``base`` was simulated for.
         base: without memory and clock.
-        prony: the viscosity.
+        viscous: the effect.
         factor: of all moduli; other than 1 where these scale.
     """
 
     def load(way: Route) -> np.ndarray:
-        return elastic_load(prony, np.array(way.time_s), np.array(way.value))
+        return elastic_load(viscous, np.array(way.time_s), np.array(way.value))
 
     def shown(way: Route, column: str, elastic: np.ndarray) -> np.ndarray:
         if not CHANNELS[column].in_proportion:  # no load
             return elastic
-        return relaxed(prony, np.array(way.time_s), elastic)
+        return relaxed(viscous, np.array(way.time_s), elastic)
 
     return elastic_curve.change(measurement, base, load, factor, shown)

@@ -17,7 +17,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import closed_forms, line_lag
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure
-from dolfingrip.diagnosis.simulation.strengths import Ordinary, Shape, ordinary
+from dolfingrip.diagnosis.simulation.strengths import Trial, Tried, ordinary
 from dolfingrip.extensions.index import effect
 
 ROUNDING: Final = 1e-6
@@ -65,25 +65,22 @@ class Candidate:
 def felt_in(name: str, config: Config) -> frozenset[str]:
     """Experiments that can feel an effect: elsewhere it needs no simulation.
 
-    A coupon feels what is in the material. A free finger feels nothing of the plate, nor of what
-    its clamp gives way by, unless it has weight.
+    A coupon feels what is in the material.
     """
-    found = {"bending", "blocked_force"}
-    if name.startswith("plate_"):
-        found.discard("bending")
-    if name == "clamp_compliance" and not config.gravity.acceleration_m_s2:
-        found.discard("bending")
+    found = {"blocked_force"}
+    if effect(name).felt_in_bending(config):
+        found.add("bending")
     if effect(name).has("strain_energy"):
         found.add("coupon")
     return frozenset(found)
 
 
-def tried_effects(config: Config, effects: Collection[str] | None = None) -> list[Ordinary]:
+def tried_effects(config: Config, effects: Collection[str] | None = None) -> list[Tried]:
     """What is tried beside ``config``: all effects of the catalogue, or those in ``effects``."""
     return [each for each in ordinary(config) if effects is None or each.effect in effects]
 
 
-def cases(tried: Ordinary, config: Config, mesh: tuple[str, ...]) -> list[Case]:
+def cases(tried: Tried, config: Config, mesh: tuple[str, ...]) -> list[Case]:
     """The simulations of an effect; none where the base simulation tells its change.
 
     Args:
@@ -103,7 +100,7 @@ def cases(tried: Ordinary, config: Config, mesh: tuple[str, ...]) -> list[Case]:
 def candidate(
     measurement: Measurement,
     config: Config,
-    tried: Ordinary,
+    tried: Tried,
     graded: Simulated,
     same_mesh: Simulated,
     simulated: Sequence[Simulated],
@@ -123,7 +120,7 @@ def candidate(
     if not simulated:
         shapes = _told(measurement, config, tried, graded)
         return _made(tried, list(tried.shapes), list(shapes), "graded", ())
-    kept: list[Shape] = []
+    kept: list[Trial] = []
     changes: list[np.ndarray] = []
     failures: list[SimulationFailure] = []
     for shape, run in zip(tried.shapes, simulated, strict=True):
@@ -135,13 +132,17 @@ def candidate(
     return _made(tried, kept, changes, mesh, failures)
 
 
-def _told(measurement: Measurement, config: Config, tried: Ordinary, base: Simulated) -> np.ndarray:
+def _told(measurement: Measurement, config: Config, tried: Tried, base: Simulated) -> np.ndarray:
     """(k, n) changes that follow from the base simulation alone."""
-    if tried.effect != line_lag.NAME:
+    if not line_lag.is_stage(tried.effect):
         return closed_forms.changes(measurement, config, base, tried)
     return np.array(
         [
-            line_lag.change(measurement, base, line_lag.line(config.overridden(shape.overrides)))
+            line_lag.change(
+                measurement,
+                base,
+                getattr(config.overridden(shape.overrides).extensions, tried.effect),
+            )
             / shape.part
             for shape in tried.shapes
         ]
@@ -149,8 +150,8 @@ def _told(measurement: Measurement, config: Config, tried: Ordinary, base: Simul
 
 
 def _made(
-    tried: Ordinary,
-    shapes: Sequence[Shape],
+    tried: Tried,
+    shapes: Sequence[Trial],
     changes: Sequence[np.ndarray],
     mesh: MeshName,
     failures: Sequence[SimulationFailure],

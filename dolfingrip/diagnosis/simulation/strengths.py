@@ -27,37 +27,9 @@ from dolfingrip.parameter.priors import priors_beside
 APART: Final = 1.5
 """Spreads of a prior (of its logarithm where it is positive) from the middle to either side."""
 
-HELD: Final[Mapping[str, tuple[str, ...]]] = {
-    "gravity_pitch": ("pitch_deg",),
-    "print_anisotropy": ("raster_deg",),
-    "temperature_drift": ("modulus_per_degC",),
-    "bellows_friction": ("slip_mm",),
-}
-"""Parameters that give no other shape: they hardly matter, or multiply the amplitude."""
-
-CURVED: Final = ("ogden", "line_lag")
-"""Effects whose fingerprint changes its shape much with the amplitude: several amplitudes."""
-
-LOPSIDED: Final = ("plate_tilt",)
-"""Effects of either sign that change the readings otherwise on each side: tried on both, at the
-ordinary strength and at twice that. The gap is that of the plate's nearest place, so the sign of a
-tilt tells which end of the tip touches. With ±2° alone, a hidden tilt of −3.7° had a log evidence
-of 3, and friction one of 35; with ±4°, too, the tilt has 44."""
-
-ALIKE: Final[Mapping[str, tuple[str, ...]]] = {
-    "mullins": ("m_MPa", "beta"),
-    "temperature_drift": ("tau_s",),
-}
-"""Parameters that fits find, but that are tried at one value: on the reference finger all changes
-by them have a cosine of at least 0.996 with one another, nuisances fitted (softening on the first
-cycle, warming on three), and they took a third of the screen's iterations."""
-
-LEFT_OUT: Final = ("coarse_mesh",)
-"""The mesh's error is a nuisance, see :mod:`dolfingrip.diagnosis.simulation.meshes`."""
-
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class Trial:
     """One simulation of an effect.
 
     Attributes:
@@ -75,7 +47,7 @@ class Shape:
 
 
 @dataclass(frozen=True, slots=True)
-class Ordinary:
+class Tried:
     """What is tried of an effect.
 
     Attributes:
@@ -88,35 +60,34 @@ class Ordinary:
 
     effect: str
     kind: str
-    shapes: tuple[Shape, ...]
+    shapes: tuple[Trial, ...]
     spread: float
     one_sided: bool
 
 
-def ordinary(config: Config) -> list[Ordinary]:
+def ordinary(config: Config) -> list[Tried]:
     """What is tried beside ``config``: the catalogue's effects that are not on there."""
     on = {effect.name() for effect in config.extensions.active()}
     found = []
     for effect in EFFECTS:
-        if effect.name() in on or effect.name() in LEFT_OUT:
+        if effect.name() in on or not effect.tried:
             continue
+        tilt_deg = effect.tilt_deg(config)
         if effect.kind == "numerical":
             found.append(_choice(effect, config))
-        elif effect.name() == "gravity_pitch" and config.gravity.acceleration_m_s2:
-            found.append(_askew(effect))
+        elif tilt_deg is not None:
+            found.append(_tilted(effect, tilt_deg))
         else:
             found.append(_by_prior(effect, config.material.shear_MPa))
     return found
 
 
-def _by_prior(effect: type[Effect], shear_MPa: float) -> Ordinary:
+def _by_prior(effect: type[Effect], shear_MPa: float) -> Tried:
     priors = priors_beside(effect, shear_MPa)
     amplitudes = [key for key in effect.neutral if key in priors]
     steps = {key: _step(effect, key, priors[key]) for key in amplitudes}
     middle = {key: _neutral(effect, key) + step for key, step in steps.items()}
-    free = [
-        key for key in priors if key not in amplitudes and key not in HELD.get(effect.name(), ())
-    ]
+    free = [key for key in priors if key not in amplitudes and key not in effect.shapeless]
     held = {
         key: _middle(priors[key]) if key in free else priors[key].mean
         for key in priors
@@ -124,7 +95,7 @@ def _by_prior(effect: type[Effect], shear_MPa: float) -> Ordinary:
     }
     shapes = [_shape(effect, {**middle, **held})]
     for key in free:
-        if key in ALIKE.get(effect.name(), ()):
+        if key in effect.alike:
             continue
         shapes += [
             _shape(effect, {**middle, **held, key: _away(priors[key], way * APART)})
@@ -133,13 +104,13 @@ def _by_prior(effect: type[Effect], shear_MPa: float) -> Ordinary:
     if len(amplitudes) > 1:  # each by itself, too
         neutral = {key: _neutral(effect, key) for key in amplitudes}
         shapes += [_shape(effect, {**neutral, **held, key: middle[key]}) for key in amplitudes]
-    if effect.name() in CURVED:
+    if effect.curved:
         (key,) = amplitudes
         for way in (-1, 1):
             value = _away(priors[key], way * APART)
             part = (value - _neutral(effect, key)) / steps[key]
             shapes.append(_shape(effect, {**held, key: value}, part))
-    if effect.name() in LOPSIDED:
+    if effect.lopsided:
         for part in (-1.0, 2.0, -2.0):
             there = {key: _neutral(effect, key) + part * steps[key] for key in amplitudes}
             shapes.append(_shape(effect, {**there, **held}, part))
@@ -148,35 +119,31 @@ def _by_prior(effect: type[Effect], shear_MPa: float) -> Ordinary:
         for key in amplitudes
     )
     sides = all(_one_sided(effect, key) for key in amplitudes)
-    return Ordinary(effect.name(), effect.kind, tuple(shapes), spread, sides)
+    return Tried(effect.name(), effect.kind, tuple(shapes), spread, sides)
 
 
-def _choice(effect: type[Effect], config: Config) -> Ordinary:
+def _choice(effect: type[Effect], config: Config) -> Tried:
     """The other choice: where the configuration has made it already, its reversal."""
     name = effect.name()
     (key,) = effect.neutral
-    override, label = f"extensions.{name}.{key}=true", f"{key} = true"
-    if name == "no_self_contact" and not config.contact.self_contact:
-        override, label = "contact.self_contact=true", "contact between bellows"
-    if name == "locking" and config.solver.element == "P1":
-        override, label = 'solver.element="P2"', "quadratic tetrahedra"
-    return Ordinary(name, effect.kind, (Shape(label, (override,)),), 1.0, True)
+    made = (f"extensions.{name}.{key}=true", f"{key} = true")
+    override, label = effect.reversal(config) or made
+    return Tried(name, effect.kind, (Trial(label, (override,)),), 1.0, True)
 
 
-def _askew(effect: type[Effect]) -> Ordinary:
-    """Mounted a little askew, where weight is simulated already."""
-    tilt_deg = effect.priors()["pitch_deg"].spread
-    shape = Shape(f"pitch {tilt_deg:+g} deg", (), tilt_deg=tilt_deg)
-    return Ordinary(effect.name(), effect.kind, (shape,), 1.0, False)
+def _tilted(effect: type[Effect], tilt_deg: float) -> Tried:
+    """A turn of gravity, which needs no other configuration."""
+    shape = Trial(f"pitch {tilt_deg:+g} deg", (), tilt_deg=tilt_deg)
+    return Tried(effect.name(), effect.kind, (shape,), 1.0, False)
 
 
-def _shape(effect: type[Effect], values: Mapping[str, float], part: float = 1.0) -> Shape:
+def _shape(effect: type[Effect], values: Mapping[str, float], part: float = 1.0) -> Trial:
     label = ", ".join(f"{key} = {value:.4g}" for key, value in values.items())
     overrides = tuple(
         f"extensions.{effect.name()}.{key}={_toml(effect, key, value)}"
         for key, value in values.items()
     )
-    return Shape(label, overrides, part)
+    return Trial(label, overrides, part)
 
 
 def _toml(effect: type[Effect], key: str, value: float) -> str:
