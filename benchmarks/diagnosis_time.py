@@ -20,8 +20,8 @@ import time
 from pathlib import Path
 from typing import Final
 
-from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis.outcome import Diagnosis
+from dolfingrip.jobs.store import Store
 
 SYNTHETIC: Final = (
     "--set", "experiment.cycles=3", "--set", "experiment.unload=true",

@@ -25,10 +25,11 @@ from dolfingrip.cli import progress
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, grasps
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.design.campaign.store import NAME, Store
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import SchedulerGone
+from dolfingrip.jobs.store import NAME
 
 FOOD, ALPHA, PRESSURE = "food.kind", "gripper.alpha_deg", "experiment.max_pressure_kPa"
 
@@ -75,12 +76,12 @@ def compute(points: Sequence[Inputs], shared: Config, asked: argparse.Namespace)
     """
     screen = console()
     try:
-        with progress.designs(screen) as show:
+        with progress.jobs(screen, "designs", progress.FEW) as show:
             campaign.run(
                 plan(points, shared), asked.out, Where(workers=asked.workers),
                 retry_failed=asked.retry_failed, progress=show,
             )  # fmt: skip
-    except (ConfigError, campaign.SchedulerGone) as error:
+    except (ConfigError, SchedulerGone) as error:
         raise SystemExit(str(error)) from None
     except KeyboardInterrupt:
         screen.print("interrupted; the same call goes on from there")
@@ -91,8 +92,7 @@ def outcomes(points: Sequence[Inputs], shared: Config, out: Path) -> list[Row]:
     """A row for each grasp that has an answer: what varies, the class, the figures."""
     if not (out / NAME).exists():
         return []
-    with Store(out) as store:
-        stored = {row["key"]: row for row in store.rows()}
+    stored = campaign.read(out).by_key()
     rows = []
     for number, design in enumerate(plan(points, shared).designs()):
         kept = stored.get(design.key)

@@ -21,14 +21,13 @@ from __future__ import annotations
 import argparse
 import hashlib
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Final
 
 from benchmarks.remembering import Remembering
+from dolfingrip.cli import progress
+from dolfingrip.cli.options import console
 from dolfingrip.config import Config
-from dolfingrip.design.campaign.campaign import Standing
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -38,6 +37,8 @@ from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.diagnosis.tried import tried
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
 
 PROTOCOL: Final = "protocol"
 """The part that every diagnosis of the reference finger begins with; the others are additions."""
@@ -75,15 +76,12 @@ def main() -> None:
         if part not in PARTS:
             parser.error(f"--only {part}: allowed: {', '.join(PARTS)}")
 
-    def say(standing: Standing) -> None:
-        print(f"{standing.done} of {standing.total}, {standing.failed} failed", flush=True)
-
     known = shipped.read()
     if known is not None and known.core != sources.core_digest() and not options.keep:
         known = None
-    with ExitStack() as stack:
-        where = Where(workers=options.workers)
-        workers = Remembering(options.store / code(), where, say, stack=stack, known=known)
+    where = Where(workers=options.workers)
+    with progress.jobs(console(), "simulations") as show, Pool(where) as pool:
+        workers = Remembering(options.store / code(), where, show, kept=pool, known=known)
         for part, measurement in measurements():
             if part in parts:
                 print(part, flush=True)

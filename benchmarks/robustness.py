@@ -53,10 +53,10 @@ from dolfingrip.cli.doe_commands import DEFAULTS
 from dolfingrip.cli.options import console
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Design, Plan
 from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.design.campaign.store import Store
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import SchedulerGone
 
 RANGES: dict[str, tuple[float, float]] = {
     "finger.length_mm": (60.0, 120.0),
@@ -148,8 +148,7 @@ def outcomes(out: Path, points: Sequence[Inputs], shared: Config) -> list[dict[s
     """A row for each finger: parameters, then how each run ended."""
     stored = {}
     for run in RUNS:
-        with Store(out / run) as store:
-            stored[run] = {row["key"]: row for row in store.rows()}
+        stored[run] = campaign.read(out / run).by_key()
     rows = []
     for number, inputs in enumerate(points):
         row: dict[str, Any] = {"finger": number, **inputs}
@@ -243,14 +242,14 @@ def main() -> int:
         screen.print(f"robustness: {len(points)} fingers of seed {asked.seed}", soft_wrap=True)
         for run in RUNS:
             screen.print(f"robustness: {run}", soft_wrap=True)
-            with progress.designs(screen) as show:
+            with progress.jobs(screen, "designs", progress.FEW) as show:
                 campaign.run(
                     plan(run, points, shared), asked.out / run, Where(workers=asked.workers),
                     retry_failed=asked.retry_failed, spared=[LIMIT], progress=show,
                 )  # fmt: skip
     except ConfigError as error:
         parser.error(str(error))
-    except campaign.SchedulerGone as gone:
+    except SchedulerGone as gone:
         screen.print(f"robustness: {gone}", soft_wrap=True)
         return 1
     rows = outcomes(asked.out, points, shared)

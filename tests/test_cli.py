@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import re
@@ -266,7 +267,7 @@ def test_a_mesh_file_is_written_in_the_order_asked_for(
 
 
 def test_interrupt_is_quiet(tmp_path: Path) -> None:
-    """Ctrl-C in the middle: exit code 130, no traceback, rows so far kept."""
+    """Ctrl-C in the middle: exit code 130, no traceback, rows so far kept, which one line says."""
     steps = ("--set", "experiment.step_kPa=0.5")
     run = subprocess.Popen(
         [*COMMAND, "bend", "--out", str(tmp_path), *COARSE, *steps],
@@ -279,8 +280,21 @@ def test_interrupt_is_quiet(tmp_path: Path) -> None:
         time.sleep(0.1)
     run.send_signal(signal.SIGINT)
     out, err = run.communicate(timeout=60)
-    assert (run.returncode, out, err) == (130, "", "")
-    assert len(table.read_text(encoding="utf-8").splitlines()) > 2
+    assert (run.returncode, out) == (130, "")
+    with table.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) > 1
+    reached = float(rows[-1]["pressure_kPa"])
+    sentence = (
+        f"{len(rows)} readings, up to {reached:g} kPa, are kept in {tmp_path}; "
+        "the same command starts from the beginning"
+    )
+    assert err == f"dolfingrip: interrupted: {sentence}\n"
+    record = json.loads((tmp_path / "run.json").read_text(encoding="utf-8"))
+    assert record["complete"] is False
+    assert record["failure"]["kind"] == "interrupted"
+    assert record["failure"]["sentence"] == sentence
+    assert record["failure"]["last_good"]["pressure_kPa"] == pytest.approx(reached)
 
 
 @pytest.mark.skipif(shutil.which("mpirun") is None, reason="no mpirun")

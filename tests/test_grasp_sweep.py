@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +16,17 @@ from benchmarks import grasp_sweep
 from benchmarks.grasp_sweep import FOOD, PRESSURE
 from dolfingrip import config as configuration
 from dolfingrip.design.campaign import grasps
-from dolfingrip.design.campaign.answer import Answer, DesignFailure, Outcome
-from dolfingrip.design.campaign.evaluate import Task, evaluate
-from dolfingrip.design.campaign.store import Store
+from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.jobs.job import Answer, JobFailure
+from dolfingrip.jobs.store import Store
+from dolfingrip.jobs.work import compute
 
 
 def invented(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
     """Angles grow with pressure; at 300 kPa a large potato's path fails."""
     pressure = config["experiment"]["max_pressure_kPa"]
     if config["food"]["kind"] == "potato-large" and pressure == 300:
-        raise DesignFailure("iteration limit", "stopped")
+        raise JobFailure("iteration limit", "stopped")
     outputs = dict.fromkeys(quantities, 0.4 * pressure)
     return Outcome(outputs, curve={"outcome": "picked up", "sentence": "lifted"})
 
@@ -34,12 +36,10 @@ def answered(points: list[Any], out: Path, shared: configuration.Config) -> None
     plan = grasp_sweep.plan(points, shared)
     out.mkdir()
     with Store(out, write=True) as store:
-        store.add(plan.facts(), plan.designs())
-        for design in plan.designs():
-            task = Task(
-                design.key, design.config, plan.quantities, f"{__name__}:invented", 1, str(out)
-            )
-            answer = evaluate(task)
+        store.add(plan.jobs(), plan.shared)
+        for job in plan.jobs():
+            made_up = {**job.arguments, "objective": f"{__name__}:invented"}
+            answer = compute(replace(job, arguments=made_up))
             assert isinstance(Answer.loads(answer.dumps()), Answer)
             store.record(answer)
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator
 
+import pytest
 from rich.console import Console
 
 from dolfingrip.cli import progress
-from dolfingrip.design.campaign.campaign import Standing
+from dolfingrip.jobs.run import Standing
 
 
 def times(*values: float) -> Iterator[float]:
@@ -35,6 +36,42 @@ def test_pace() -> None:
     assert pace.text(60, 60) == "27.5 a minute"
 
 
+def test_what_was_there_before_has_no_part_in_the_rate() -> None:
+    """Batches of a diagnosis that resumes: the same number of all, of which fewer are done.
+
+    The rate was the difference of what was done, and came out negative.
+    """
+    now = [0.0]
+    pace = progress.Pace(lambda: now[0])
+    assert pace.text(20, 24, 0) == ""
+    now[0] = 60.0
+    assert pace.text(22, 24, 2) == "2.0 a minute, 0:01:00 left"
+    now[0] = 120.0
+    assert pace.text(6, 24, 0) == ""  # the next batch: nothing of it has been computed
+    now[0] = 180.0
+    assert pace.text(9, 24, 3) == "3.0 a minute, 0:05:00 left"
+    now[0] = 240.0
+    assert pace.text(24, 24, 0) == ""  # all of this batch was there
+    now[0] = 300.0
+    assert pace.text(21, 24, 0) == ""
+    now[0] = 330.0
+    assert pace.text(22, 24, 1) == "2.0 a minute, 0:01:00 left"
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_resumed_batches_on_a_terminal_and_elsewhere(terminal: bool) -> None:
+    """The standing says what was computed, and both displays count that alone."""
+    now = [0.0]
+    console = screen(terminal=terminal)
+    with progress.jobs(console, "simulations", few=99, clock=lambda: now[0]) as show:
+        for second, done, computed in ((0.0, 20, 0), (60.0, 22, 2), (120.0, 6, 0), (180.0, 9, 3)):
+            now[0] = second
+            show(Standing(total=24, done=done, computed=computed))
+    last = [line for line in said(console).splitlines() if "24" in line][-1]
+    assert "3.0 a minute, 0:05:00 left" in last
+    assert "-" not in last
+
+
 def test_lines_where_there_is_no_terminal() -> None:
     now = [0.0]
     console = screen(terminal=False)
@@ -50,7 +87,7 @@ def test_lines_where_there_is_no_terminal() -> None:
 
 def test_a_campaign_says_at_once_how_far_it_was() -> None:
     console = screen(terminal=False)
-    with progress.designs(console) as show:
+    with progress.jobs(console, "designs", progress.FEW) as show:
         show(Standing(total=60, done=5, failed=3))
         show(Standing(total=60, done=6, failed=3, computed=1))
     assert said(console).splitlines() == ["8 of 60 designs, 3 failed"]
@@ -58,7 +95,7 @@ def test_a_campaign_says_at_once_how_far_it_was() -> None:
 
 def test_a_small_campaign_has_a_line_for_each_design() -> None:
     console = screen(terminal=False)
-    with progress.designs(console) as show:
+    with progress.jobs(console, "designs", progress.FEW) as show:
         for done in range(3):
             show(Standing(total=30, done=done, computed=done))
     lines = [line.partition(",")[0] for line in said(console).splitlines()]

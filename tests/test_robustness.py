@@ -13,9 +13,9 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from benchmarks import robustness
 from dolfingrip import config
 from dolfingrip.config import Config
-from dolfingrip.design.campaign.answer import Answer
 from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.design.campaign.store import Store
+from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.store import Store
 
 SEED = 4
 
@@ -76,14 +76,14 @@ def test_table_and_failures(points: list[Inputs], shared: Config, tmp_path: Path
     for run, (quantity, _) in robustness.RUNS.items():
         plan = robustness.plan(run, few, shared)
         with Store(tmp_path / run, write=True) as store:
-            store.add(plan.facts(), plan.designs())
+            store.add(plan.jobs(), plan.shared)
             for design, end in zip(plan.designs(), ends[run], strict=True):
-                answer = Answer(design.key, "failed" if end else "done", iterations=7, wall_s=1.0)
+                answer = Answer(design.key, "failed" if end else "done", wall_s=1.0)
                 if end:
                     answer.failure_class = end
                     answer.failure = f"stopped at 120 kPa ({end}): as it is"
                 else:
-                    answer.outputs = {quantity: 1.5}
+                    answer.result = {"outputs": {quantity: 1.5}, "iterations": 7}
                 assert store.record(answer)
     rows = robustness.outcomes(tmp_path, few, shared)
     assert [row["free_end"] for row in rows] == ["reached", "limit point", "contact"]

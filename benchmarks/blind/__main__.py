@@ -13,7 +13,7 @@ from benchmarks.blind.protocols import FINGERS, PROTOCOLS
 from benchmarks.blind.stages import EXTRA, ORDINARY, STAGES, Asked
 from dolfingrip.cli.options import console
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign.campaign import SchedulerGone
+from dolfingrip.jobs.pool import SchedulerGone
 
 OUT: Final = Path("out/blind")
 DRAWS: Final = 400

@@ -25,8 +25,8 @@ from benchmarks.blind.opinions import Opinion
 from benchmarks.blind.outsiders import OUTSIDERS
 from benchmarks.blind.protocols import PROTOCOLS
 from benchmarks.blind.response import NUISANCES, Hidden, Truth
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.jobs.cluster import Where
 
 EXPECTED: Final = Path(__file__).with_name("ci.csv")
 EFFECTS: Final[Mapping[str, tuple[str, ...]]] = {

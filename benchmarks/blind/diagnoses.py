@@ -21,7 +21,6 @@ from benchmarks.blind.cases import Case
 from benchmarks.blind.opinions import Interval
 from benchmarks.blind.protocols import PROTOCOLS
 from dolfingrip.config import Config
-from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import diagnose as analyser
 from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.data import measurement as measured
@@ -29,6 +28,7 @@ from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
+from dolfingrip.jobs.run import Standing
 
 RESULT: Final = "diagnosis.json"
 PACKED: Final = Path(__file__).with_name("simulated")

@@ -24,10 +24,10 @@ from benchmarks.blind.response import (
     outsider_pressure,
 )
 from dolfingrip.config import Config
-from dolfingrip.design.campaign.store import NAME, Store
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, result_of
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.jobs.store import NAME, Store
 
 Sections = Mapping[str, Mapping[str, Any]]
 

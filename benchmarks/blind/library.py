@@ -19,10 +19,10 @@ from benchmarks.blind.generator import Cause
 from benchmarks.blind.outsiders import OUTSIDERS, PARTS
 from benchmarks.blind.protocols import PROTOCOLS, PULL, Course, Protocol
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign.store import NAME, Store
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, result_of
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.secants import felt_in
+from dolfingrip.jobs.store import NAME, Store
 
 Way = Literal["curve", "history"]
 

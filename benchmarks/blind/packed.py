@@ -10,7 +10,7 @@ mechanics have changed one simulation has to agree first.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
 
 from benchmarks.blind.alarms import whole_problem
@@ -22,6 +22,7 @@ from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.workers import NotAtHand, StayingWorkers
+from dolfingrip.jobs.pool import Pool
 
 
 def file_of(store: str, folder: Path = PACKED) -> Path:
@@ -29,10 +30,10 @@ def file_of(store: str, folder: Path = PACKED) -> Path:
     return folder / f"{store}.npz"
 
 
-def at_hand(workers: Workers, stack: ExitStack, store: str) -> StayingWorkers:
+def at_hand(workers: Workers, pool: Pool, store: str) -> StayingWorkers:
     """The same workers, with a store's results of the repository where nothing is retried."""
     return StayingWorkers(
-        workers.store, workers.where, workers.progress, workers.retry_failed, stack=stack,
+        workers.store, workers.where, workers.progress, workers.retry_failed, pool,
         known=None if workers.retry_failed else shipped.read(file_of(store)),
     )  # fmt: skip
 

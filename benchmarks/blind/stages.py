@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -18,8 +18,10 @@ from benchmarks.blind.judging import CaseSet, Folders
 from benchmarks.blind.protocols import FINGERS, PROTOCOLS, PULL, WITH_COUPON
 from benchmarks.blind.response import Catalogue
 from dolfingrip.cli import progress
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.run import Progress
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,11 @@ class Asked:
         return Workers(self.folders.library, Where(workers=self.workers), show, self.retry_failed)
 
 
+def designs(asked: Asked) -> AbstractContextManager[Progress]:
+    """Shows how many simulations are done."""
+    return progress.jobs(asked.screen, "designs", progress.FEW)
+
+
 def histories(asked: Asked) -> list[str]:
     """Histories that the protocols begin like, the shortest first."""
     wanted = {PROTOCOLS[name].history for name in asked.only}
@@ -81,8 +88,8 @@ def run_library(asked: Asked) -> None:
     """Simulate the generator's responses: curves first, then histories, the shortest first."""
     for history in histories(asked):
         asked.screen.print(f"library of {history}", soft_wrap=True)
-        with progress.designs(asked.screen) as show, ExitStack() as stack:
-            workers = partial(packed.at_hand, asked.at_work(show), stack)
+        with designs(asked) as show, Pool(Where(workers=asked.workers)) as pool:
+            workers = partial(packed.at_hand, asked.at_work(show), pool)
             library.compute(history, asked.folders.library, workers)
 
 
@@ -112,7 +119,7 @@ def planned(asked: Asked) -> list[Case]:
 def run_full(asked: Asked) -> None:
     """Simulate the cases that have a simulation of their own."""
     own = [case for case in planned(asked) if case.full]
-    with progress.designs(asked.screen) as show:
+    with designs(asked) as show:
         full.compute(own, replace(asked.at_work(show), store=asked.folders.full))
 
 

@@ -29,13 +29,11 @@ from dolfingrip.cli import (
     study_command,
     train_command,
 )
-from dolfingrip.cli.options import ConfigFile, Overrides
+from dolfingrip.cli.options import INTERRUPTED, ConfigFile, Overrides
 from dolfingrip.cli.pipes import unbroken_output
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.index import EXPERIMENTS
-
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as of shells."""
+from dolfingrip.jobs.interrupts import interrupt_behind
 
 ORDER = (
     "demo",
@@ -133,9 +131,12 @@ def _main() -> None:
         sys.stderr.write(f"dolfingrip: {error}\n")
         _end(2)
     except SystemExit as ending:
+        if ending.code == INTERRUPTED:
+            _say_interrupted(ending)
         _end(ending.code)
     except Exception as error:
-        if _interrupted(error):
+        if interrupt_behind(error):
+            _say_interrupted(error)
             _end(INTERRUPTED)
         if comm.size == 1:
             raise
@@ -154,7 +155,8 @@ def _end(code: object) -> NoReturn:
     sys.exit(code)  # type: ignore[arg-type]
 
 
-def _interrupted(error: BaseException) -> bool:
-    """Whether Ctrl-C is behind an error: PETSc passes it on from a callback as its own."""
-    behind = error.__cause__ or error.__context__
-    return isinstance(error, KeyboardInterrupt) or (behind is not None and _interrupted(behind))
+def _say_interrupted(error: BaseException) -> None:
+    """Say in one line what an interrupted command kept, and how to go on."""
+    said = interrupt_behind(error)
+    sentence = str(said) if said and said.args else "the same command starts from the beginning"
+    sys.stderr.write(f"dolfingrip: interrupted: {sentence}\n")

@@ -14,7 +14,7 @@ from dolfingrip.cli.simulations import (
     StoreFolder,
     Workers,
     effect_names,
-    ending_with_workers,
+    resumable,
 )
 
 
@@ -47,9 +47,10 @@ def diagnose(
     check_writable(out)
     screen = console()
     names = effect_names(effects)
-    with ending_with_workers(screen), progress.simulations(screen) as show:
+    kept = store or out / "simulations"
+    with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         settings = work.Settings(
-                workers, store, quick, names, campaign, anew,
+                workers, kept, quick, names, campaign, anew,
                 lambda text: screen.print(text, soft_wrap=True),
                 show,
             )  # fmt: skip

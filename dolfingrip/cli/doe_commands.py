@@ -19,7 +19,7 @@ from dolfingrip.cli.options import (
     gradient_keys,
     one_process,
 )
-from dolfingrip.cli.simulations import ending_with_workers
+from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config, ConfigError
 
 app = typer.Typer()
@@ -78,7 +78,7 @@ def doe(
     from dolfingrip.cli import progress
     from dolfingrip.design.campaign import campaign, plan, space
     from dolfingrip.design.campaign import objective as ours
-    from dolfingrip.design.campaign.cluster import Where
+    from dolfingrip.jobs.cluster import Where
 
     resolved = configuration.load(config, overrides or (), DEFAULTS)
     varied = [space.parse(text) for text in parameter or space.PAPER]
@@ -95,7 +95,7 @@ def doe(
     check_writable(out)
     screen = console()
     where = Where(scheduler, slurm, workers, ranks)
-    with ending_with_workers(screen), progress.designs(screen) as show:
+    with resumable(screen, out), progress.jobs(screen, "designs", progress.FEW) as show:
         standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
     screen.print(
         f"{standing.total} designs: {standing.computed} computed now, {standing.done} done, "

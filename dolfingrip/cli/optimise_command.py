@@ -13,6 +13,7 @@ from rich.table import Table
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config
 from dolfingrip.sections import tables
 
@@ -50,11 +51,11 @@ def optimise(
     """
     one_process("--workers, without mpirun")
     from dolfingrip.cli import progress
-    from dolfingrip.design.campaign.cluster import Where
     from dolfingrip.design.optimum import files, optimum
     from dolfingrip.design.optimum.finite_elements import evaluator
     from dolfingrip.design.optimum.pareto import Settings
     from dolfingrip.design.surrogate import surrogate as network
+    from dolfingrip.jobs.cluster import Where
 
     model = network.load(surrogate)
     campaign = model.facts.get("campaign") or {}
@@ -81,7 +82,8 @@ def optimise(
     resolved: list[Resolved] = []
     if base is not None:
         objective = {"objective": campaign["objective"]} if "objective" in campaign else {}
-        with progress.designs(screen) as advance:
+        shown = progress.jobs(screen, "designs", progress.FEW)
+        with resumable(screen, out / "fem"), shown as advance:
             evaluate = evaluator(
                 base,
                 model.output_names,

@@ -12,6 +12,9 @@ from rich.console import Console
 
 from dolfingrip.sections.errors import ConfigError
 
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as of shells."""
+
 ConfigFile = Annotated[
     Path | None,
     typer.Option("--config", "-c", help="TOML file, or a run.json to repeat; see `config`."),

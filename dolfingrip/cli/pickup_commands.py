@@ -16,6 +16,7 @@ from rich.table import Table
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.index import find
 
@@ -146,7 +147,7 @@ def _trials(base: Config, out: Path, screen: Console) -> Iterator[Trials]:
     check_writable(out)
     from dolfingrip.design.campaign.trials import Trials
 
-    with screen.status("grasping") as status:
+    with resumable(screen, out), screen.status("grasping") as status:
 
         def show(trial: Trial) -> None:
             known = "" if trial.computed else " (known)"

@@ -14,7 +14,7 @@ from dolfingrip.cli.simulations import (
     StoreFolder,
     Workers,
     effect_names,
-    ending_with_workers,
+    resumable,
 )
 
 
@@ -55,9 +55,10 @@ def plan_experiment(
     names = effect_names(effects)
     check_effects(names)
     told = assigned_noise(noise or ())
-    with ending_with_workers(screen), progress.simulations(screen) as show:
+    kept = store or out / "simulations"
+    with resumable(screen, kept), progress.jobs(screen, "simulations") as show:
         settings = work.Settings(
-                store or out / "simulations", workers, quick, names,
+                kept, workers, quick, names,
                 lambda text: screen.print(text, soft_wrap=True),
                 show,
             )  # fmt: skip

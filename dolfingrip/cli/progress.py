@@ -18,7 +18,7 @@ from rich.progress import (
 from rich.table import Column
 
 if TYPE_CHECKING:
-    from dolfingrip.design.campaign.campaign import Standing
+    from dolfingrip.jobs.run import Standing
 
 EVERY_S = 30.0
 """Time between two lines where there is no terminal."""
@@ -30,27 +30,37 @@ FEW = 50
 class Show(Protocol):
     """What is called with the number done, the number of all and a note."""
 
-    def __call__(self, done: int, total: int, note: str = "") -> None:
-        """Show them."""
+    def __call__(self, done: int, total: int, note: str = "", computed: int | None = None) -> None:
+        """Show them.
+
+        Args:
+            done: number done.
+            total: number of all.
+            note: stands beside them.
+            computed: of those done, the ones that this call computed; all of them where None.
+        """
 
 
 class Pace:
-    """Rate and time left, from what is done after the first call, or the first of another total."""
+    """Rate and time left, from what was computed since the first call.
+
+    What was there before has no part in the rate. Where less is computed than at the first call,
+    other work has begun, and the rate begins anew.
+    """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._first: tuple[float, int] | None = None
-        self._total = 0
 
-    def text(self, done: int, total: int) -> str:
+    def text(self, done: int, total: int, computed: int | None = None) -> str:
         """E.g. ``5.9 a minute, 0:27:10 left``; nothing at first."""
-        now = self._clock()
-        if self._first is None or total != self._total:
-            self._first, self._total = (now, done), total
+        now, computed = self._clock(), done if computed is None else computed
+        if self._first is None or computed <= self._first[1]:
+            self._first = (now, computed)
         start, before = self._first
-        if done == before or now <= start:
+        if computed == before or now <= start:
             return ""
-        rate_per_s = (done - before) / (now - start)
+        rate_per_s = (computed - before) / (now - start)
         text = f"{60 * rate_per_s:.1f} a minute"
         return text if done == total else f"{text}, {_duration((total - done) / rate_per_s)} left"
 
@@ -81,9 +91,9 @@ def shown(
     if not console.is_terminal:
         last = clock() - (EVERY_S if at_once else 0)
 
-        def say(done: int, total: int, note: str = "") -> None:
+        def say(done: int, total: int, note: str = "", computed: int | None = None) -> None:
             nonlocal last
-            speed = pace.text(done, total)
+            speed = pace.text(done, total, computed)
             if total <= few or clock() - last >= EVERY_S:
                 last = clock()
                 console.print(_joined(f"{done} of {total} {what}", speed, note), soft_wrap=True)
@@ -100,32 +110,30 @@ def shown(
     with Progress(*columns, console=console, expand=True) as bar:
         task = bar.add_task("", total=total, note=note)
 
-        def draw(done: int, total: int, note: str = "") -> None:
-            text = _joined(note, pace.text(done, total))
+        def draw(done: int, total: int, note: str = "", computed: int | None = None) -> None:
+            text = _joined(note, pace.text(done, total, computed))
             bar.update(task, completed=done, total=total, note=text)
 
         yield draw
 
 
 @contextmanager
-def designs(console: Console) -> Iterator[Callable[[Standing], None]]:
-    """Yield the function to call with each new standing of a campaign."""
-    with _standings(console, "designs", FEW) as show:
-        yield show
+def jobs(
+    console: Console, what: str, few: int = 0, clock: Callable[[], float] = time.monotonic
+) -> Iterator[Callable[[Standing], None]]:
+    """Yield the function to call with each new standing of jobs.
 
-
-@contextmanager
-def simulations(console: Console) -> Iterator[Callable[[Standing], None]]:
-    """Likewise, where the designs are a diagnosis' simulations."""
-    with _standings(console, "simulations") as show:
-        yield show
-
-
-@contextmanager
-def _standings(console: Console, what: str, few: int = 0) -> Iterator[Callable[[Standing], None]]:
-    with shown(console, what, at_once=True, few=few) as show:
+    Args:
+        console: where it is shown.
+        what: is counted, in the plural.
+        few, clock: see :func:`shown`.
+    """
+    with shown(console, what, at_once=True, few=few, clock=clock) as show:
         yield lambda standing: show(
-            standing.done + standing.failed, standing.total, f"{standing.failed} failed"
+            standing.done + standing.failed,
+            standing.total,
+            f"{standing.failed} failed",
+            standing.computed,
         )
 
 

@@ -12,7 +12,15 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
-from dolfingrip.cli.options import ConfigFile, Out, check_writable, console, one_process
+from dolfingrip.cli.options import (
+    INTERRUPTED,
+    ConfigFile,
+    Out,
+    check_writable,
+    console,
+    one_process,
+)
+from dolfingrip.jobs.interrupts import Interrupted
 
 PAPER = {
     2.5: (0.236, -0.363, -7.7),
@@ -68,12 +76,18 @@ def reproduce(
 
 
 def step(function: Any, *arguments: object) -> int:
-    """Run a command with its options, as from the command line; its exit code."""
+    """Run a command with its options, as from the command line; its exit code.
+
+    Raises:
+        Interrupted: Ctrl-C, which typer turns into an exit code.
+    """
     app = typer.Typer(add_completion=False)
     app.command()(function)
     command = typer.main.get_command(app)
     console().rule(function.__name__)
     code = command.main([str(each) for each in arguments], standalone_mode=False)
+    if code == INTERRUPTED:
+        raise Interrupted("what was computed is kept; the same command goes on from there")
     return int(code or 0)
 
 
@@ -111,18 +125,17 @@ Forces = dict[tuple[float, ...], float]
 
 def _forces_N(campaign: Path) -> Forces:
     """Blocked force (N) at the paper's pressure by inputs, for the designs that reached it."""
-    from dolfingrip.design.campaign.store import Store
+    from dolfingrip.design.campaign.campaign import read
 
     found = {}
-    with Store(campaign) as store:
-        for row in store.rows():
-            curve = row["curve"] or {}
-            pressures = curve.get("blocked_pressure_kPa")
-            if row["status"] != "done" or pressures is None:
-                continue
-            for pressure, force in zip(pressures, curve["force_N"], strict=True):
-                if math.isclose(pressure, MEASURED_KPA):
-                    found[tuple(row["inputs"].values())] = force
+    for row in read(campaign).rows:
+        curve = row["curve"] or {}
+        pressures = curve.get("blocked_pressure_kPa")
+        if row["status"] != "done" or pressures is None:
+            continue
+        for pressure, force in zip(pressures, curve["force_N"], strict=True):
+            if math.isclose(pressure, MEASURED_KPA):
+                found[tuple(row["inputs"].values())] = force
     return found
 
 

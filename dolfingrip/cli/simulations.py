@@ -1,4 +1,4 @@
-"""What commands that simulate on a campaign's workers have in common."""
+"""What commands that compute many jobs have in common."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+
+from dolfingrip.jobs.interrupts import Interrupted
 
 Workers = Annotated[int, typer.Option(min=1, help="Processes that simulate.")]
 StoreFolder = Annotated[
@@ -27,12 +29,21 @@ def effect_names(effects: str | None) -> list[str] | None:
 
 
 @contextmanager
-def ending_with_workers(screen: Console) -> Iterator[None]:
-    """End the command with one line and code 1 where all workers are gone."""
-    from dolfingrip.design.campaign.campaign import SchedulerGone
+def resumable(screen: Console, folder: Path) -> Iterator[None]:
+    """Say what is kept where a command is interrupted, or where not all jobs can be computed.
+
+    Args:
+        screen: where the second is said; the command then ends with code 1.
+        folder: of the jobs.
+    """
+    from dolfingrip.jobs.pool import Unfinished
 
     try:
         yield
-    except SchedulerGone as gone:
-        screen.print(f"[red]{gone}[/red]", soft_wrap=True)
+    except Unfinished as ending:
+        screen.print(f"[red]{ending}[/red]", soft_wrap=True)
         raise typer.Exit(1) from None
+    except KeyboardInterrupt:
+        raise Interrupted(
+            f"what was computed is kept in {folder}; the same command goes on from there"
+        ) from None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from dolfingrip.cli.options import Out, check_writable, console, one_process
+from dolfingrip.cli.simulations import resumable
 
 if TYPE_CHECKING:
     from dolfingrip.design.optimum.scatter import Combination
@@ -59,7 +60,7 @@ def study(
     check_writable(out)
     names = network.load(surrogate).input_names
     screen = console()
-    with progress.shown(screen, "runs") as show:
+    with resumable(screen, out), progress.jobs(screen, "runs") as show:
         found = work.run(surrogate, out, plan, processes or len(os.sched_getaffinity(0)), show)
     combinations = scatter.combine(found.choices, len(names))
     best = scatter.best(combinations)

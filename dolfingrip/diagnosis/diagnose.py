@@ -14,7 +14,6 @@ from typing import Final
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis import cautions, contact_shift, selection
 from dolfingrip.diagnosis import conclude as conclusions
 from dolfingrip.diagnosis.additions import worth
@@ -39,6 +38,7 @@ from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.walls import WallCurves, simulate_walls
 from dolfingrip.diagnosis.tried import check_effects, tried
 from dolfingrip.diagnosis.workers import staying
+from dolfingrip.jobs.run import Progress, silent
 
 RIVAL: Final = 0.05
 """Probability by the leading effect's from which on an effect is worth being told apart."""
@@ -66,7 +66,7 @@ class Settings:
     campaign: Path | None = None
     anew: bool = False
     say: Callable[[str], None] = lambda text: None
-    progress: Callable[[Standing], None] = lambda standing: None
+    progress: Progress = silent
 
 
 def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Settings) -> Diagnosis:
@@ -102,7 +102,8 @@ def _compare_downstream(
     found: Diagnosis, folder: Path, config: Config, out: Path, workers: Workers
 ) -> None:
     try:
-        found.downstream = compare(folder, config, found.best, out, workers.where)
+        with workers.pool() as pool:
+            found.downstream = compare(folder, config, found.best, out, pool)
     except ConfigError as error:
         found.warnings.append(f"--campaign {folder}: {error}")
 

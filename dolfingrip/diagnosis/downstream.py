@@ -14,13 +14,13 @@ from typing import Any, Final
 
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError, from_dict
-from dolfingrip.design.campaign import campaign
-from dolfingrip.design.campaign.cluster import Where
-from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis import extend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.experiments.decisive import decisive, digest_of
+from dolfingrip.jobs.job import Data, Job, content_key
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.run import run
+from dolfingrip.jobs.store import Store, same
 from dolfingrip.parameter import scaled
 
 COG: Final = "cog_offset_mm"
@@ -42,7 +42,7 @@ class DesignChange:
         phi_before, phi_after: by the original finger's, less 1.
     """
 
-    inputs: Inputs
+    inputs: Data
     cog_offset_mm: float
     force_before_N: float
     force_after_N: float | None
@@ -86,7 +86,7 @@ class Downstream:
 
 
 def compare(
-    folder: Path, config: Config, fit: Hypothesis, out: Path, where: Where, count: int = LEADING
+    folder: Path, config: Config, fit: Hypothesis, out: Path, pool: Pool, count: int = LEADING
 ) -> Downstream:
     """Compute a campaign's leading designs with the extended model.
 
@@ -94,8 +94,8 @@ def compare(
         folder: of the campaign.
         config: that was diagnosed.
         fit: the cause at its fitted parameters.
-        out: folder of the designs that are computed, a campaign itself.
-        where: its workers.
+        out: folder of the designs that are computed.
+        pool: workers.
         count: designs beside the original one.
 
     Raises:
@@ -103,31 +103,28 @@ def compare(
     """
     facts, rows = read_campaign(folder)
     parameters: list[str] = facts["parameters"]
-    neutral: Inputs = dict.fromkeys(parameters, 0.0)
-    if not all(name.startswith("morph.") for name in parameters):
-        neutral = {}  # the configuration itself is the original
-    within = [row for row in rows if row["outputs"][COG] <= LARGEST_COG_mm]
+    base = from_dict(facts["base"])
+    if all(name.startswith("morph.") for name in parameters):  # else base itself is the original
+        base = base.overridden([f"{name}=0" for name in parameters])
+    within = [row for row in rows if _outputs(row)[COG] <= LARGEST_COG_mm]
     if not within:
         raise ConfigError(f"{folder}: no design with a COG offset up to {LARGEST_COG_mm:g} mm")
-    leading = sorted(within, key=lambda row: -row["outputs"][FORCE.name])[:count]
-    points = tuple(row["inputs"] for row in leading)
-    base = from_dict(facts["base"])
-    extended = _extended(base, config, fit)
-    after = _forces(Plan(extended, tuple(parameters), (neutral, *points), (COG, FORCE.name),
-                         facts["objective"]), out / "extended", where)  # fmt: skip
-    before = _forces(Plan(base, tuple(parameters), (neutral,), (COG, FORCE.name),
-                          facts["objective"]), out / "configured", where)  # fmt: skip
+    leading = sorted(within, key=lambda row: -_outputs(row)[FORCE.name])[:count]
+    designs = [from_dict(row["arguments"]["config"]) for row in leading]
+    changed = [_extended(each, config, fit) for each in (base, *designs)]
+    after = _forces([_job(leading[0], each) for each in changed], out / "extended", pool)
+    before = _forces([_job(leading[0], base)], out / "configured", pool)
     first, original = before[0], after[0]
     if first is None or original is None:
         raise ConfigError(f"{folder}: the original finger could not be computed")
-    designs = [
+    changes = [
         DesignChange(
-            row["inputs"], row["outputs"][COG], row["outputs"][FORCE.name], force,
-            row["outputs"][FORCE.name] / first - 1, None if force is None else force / original - 1,
+            row["inputs"], _outputs(row)[COG], _outputs(row)[FORCE.name], force,
+            _outputs(row)[FORCE.name] / first - 1, None if force is None else force / original - 1,
         )
         for row, force in zip(leading, after[1:], strict=True)
     ]  # fmt: skip
-    return Downstream(first, original, designs)
+    return Downstream(first, original, changes)
 
 
 def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -139,7 +136,7 @@ def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     with Store(folder) as store:
         facts = store.facts()
         rows = [row for row in store.rows() if row["status"] == "done"]
-    if facts is None or not {COG, FORCE.name} <= set(facts["quantities"]):
+    if facts is None or not {COG, FORCE.name} <= set(facts.get("quantities", ())):
         raise ConfigError(f"--campaign {folder}: allowed: one with {COG} and {FORCE.name}")
     return facts, rows
 
@@ -154,14 +151,25 @@ def _extended(base: Config, config: Config, fit: Hypothesis) -> Config:
     return base.overridden(scaled(base, factor)).changed(extensions=effects)
 
 
-def _forces(plan: Plan, out: Path, where: Where) -> list[float | None]:
-    """Force of each point, in order."""
-    campaign.run(plan, out, where)
-    keys = {tuple(design.inputs.items()): design.key for design in plan.designs()}
+def _outputs(row: Data) -> dict[str, float]:
+    """Quantities of a design that is done."""
+    found: dict[str, float] = row["result"]["outputs"]
+    return found
+
+
+def _job(row: Data, config: Config) -> Job:
+    """A campaign's job, of another configuration."""
+    plain = config.model_dump(mode="json")
+    changed = {"config": plain, "quantities": [COG, FORCE.name], "gradients": None}
+    arguments = {**row["arguments"], **changed}
+    felt = {**arguments, "config": decisive(plain, digest_of(config.mesh.file))}
+    return Job(content_key({"function": row["function"], **felt}), row["function"], arguments)
+
+
+def _forces(jobs: Sequence[Job], out: Path, pool: Pool) -> list[float | None]:
+    """Force of each job, in order."""
+    run(list({job.key: job for job in jobs}.values()), out, pool, same(function=jobs[0].function))
     with Store(out) as store:
         rows = {row["key"]: row for row in store.rows()}
-    found = []
-    for point in plan.points:
-        row = rows[keys[tuple(point.items())]]
-        found.append(row["outputs"][FORCE.name] if row["status"] == "done" else None)
-    return found
+    found = [rows[job.key] for job in jobs]
+    return [_outputs(row)[FORCE.name] if row["status"] == "done" else None for row in found]

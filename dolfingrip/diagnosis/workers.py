@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign.campaign import Standing
-from dolfingrip.design.campaign.cluster import Where, connected
-from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis.simulation import shipped
-from dolfingrip.diagnosis.simulation.job import Batch, Job, JobResult
+from dolfingrip.diagnosis.simulation.job import SHARED, Job, JobResult, calls
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.shipped import Shipped
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.run import Progress
+from dolfingrip.jobs.store import Store
 
 
 class NotAtHand(Exception):
@@ -26,15 +27,13 @@ class StayingWorkers(Workers):
     """Workers whose processes are started when something is to be computed, and kept.
 
     Attributes:
-        stack: what ends with them.
-        addresses: of the scheduler, once there is one.
+        kept: the processes; started for each call where None.
         spent_s: time that each simulation took, by its key.
         known: results that come with the package, which are entered instead of being computed.
         computes: whether what is not there is computed.
     """
 
-    stack: ExitStack = field(default_factory=ExitStack)
-    addresses: list[str] = field(default_factory=list)
+    kept: Pool | None = None
     spent_s: dict[str, float] = field(default_factory=dict)
     known: Shipped | None = None
     computes: bool = True
@@ -50,12 +49,12 @@ class StayingWorkers(Workers):
         """The same, which raise :class:`NotAtHand` where something is missing."""
         return replace(self, computes=False)
 
+    def pool(self) -> AbstractContextManager[Pool]:
+        """The processes that are kept."""
+        return Workers.pool(self) if self.kept is None else nullcontext(self.kept)
+
     def _computed(self, jobs: Sequence[Job]) -> list[JobResult]:
-        if not self.addresses and self._missing(jobs):
-            client = self.stack.enter_context(connected(self.where))
-            self.addresses.append(client.scheduler.address)
-        where = Where(scheduler=self.addresses[0]) if self.addresses else self.where
-        found = Workers(self.store, where, self.progress, self.retry_failed).results(jobs)
+        found = Workers.results(self, jobs)
         for job, result in zip(jobs, found, strict=True):
             self.spent_s[job.key] = result.wall_s or 0.0
         return found
@@ -67,9 +66,8 @@ class StayingWorkers(Workers):
         found = self.known.answers(missing, lambda job: self._computed([job])[0])
         if not found:
             return
-        batch = Batch([job for job, _ in found])
         with Store(self.store, write=True) as store:
-            store.add(batch.facts(), batch.designs())
+            store.add(calls([job for job, _ in found]), SHARED)
             for _, answer in found:
                 store.record(answer)
 
@@ -85,7 +83,7 @@ class StayingWorkers(Workers):
 def staying(
     store: Path,
     workers: int,
-    progress: Callable[[Standing], None],
+    progress: Progress,
     *,
     anew: bool = False,
 ) -> Iterator[StayingWorkers]:
@@ -98,5 +96,6 @@ def staying(
         anew: compute what comes with the package, too.
     """
     known = None if anew else shipped.read()
-    with ExitStack() as stack:
-        yield StayingWorkers(store, Where(workers=workers), progress, stack=stack, known=known)
+    where = Where(workers=workers)
+    with Pool(where) as pool:
+        yield StayingWorkers(store, where, progress, kept=pool, known=known)

@@ -16,9 +16,11 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
 from dolfingrip.experiments.results.fields import FieldFile
 from dolfingrip.experiments.results.result import Row
+from dolfingrip.jobs.interrupts import Interrupted, interrupt_behind
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.sections.units import unit
 
 EFFORT = ("iterations", "load_steps")
 """The solver's effort."""
@@ -58,8 +60,8 @@ def write_outcome(
 class Recorder:
     """Writes ``result.csv`` and ``.toml``, ``run.json`` and ``fields.pvd`` as the run goes.
 
-    An interrupted run keeps the rows and fields that it has written, and a ``run.json`` that says
-    how to repeat it.
+    A run that is interrupted, or ends by an error, keeps its rows and fields so far, and a
+    ``run.json`` that says how it ended and how to repeat it.
 
     Raises:
         ConfigError: on every rank, where the folder cannot be written.
@@ -72,28 +74,41 @@ class Recorder:
         self._config = config
         self._comm = model.comm
         self._profile = profile
-        self._file = on_root(self._comm, lambda: self._open(experiment))
+        self._experiment = experiment
+        self._rows = 0
+        self._last: Row = {}
+        self._finished = False
+        self._file = on_root(self._comm, self._open)
         self._fields = FieldFile(model, out / "fields.pvd")
 
-    def _open(self, experiment: Experiment) -> Any:
+    def _open(self) -> Any:
         try:
             self._out.mkdir(parents=True, exist_ok=True)
-            known = {"experiment": experiment.name, "complete": False}
-            record.write(self._out / "run.json", self._config, known)
-            described = tomlkit.dumps(experiment.described(self._config))
+            self._write_incomplete(None)
+            described = tomlkit.dumps(self._experiment.described(self._config))
             (self._out / "result.toml").write_text(described, encoding="utf-8")
             file = (self._out / "result.csv").open("w", encoding="utf-8", newline="")
         except OSError as error:
             raise ConfigError(f"--out {self._out}: {error.strerror}") from None
-        self._table = csv.DictWriter(file, columns(experiment), lineterminator="\n")
+        self._table = csv.DictWriter(file, columns(self._experiment), lineterminator="\n")
         self._table.writeheader()
         return file
+
+    def _write_incomplete(self, failure: dict[str, Any] | None) -> None:
+        """Write the ``run.json`` of a run that has not come to its end.
+
+        Args:
+            failure: why it ended; None while it goes on.
+        """
+        known = {"experiment": self._experiment.name, "complete": False, "failure": failure}
+        record.write(self._out / "run.json", self._config, known)
 
     def __enter__(self) -> Recorder:
         return self
 
     def append(self, row: Row) -> None:
         """Write one row and its fields."""
+        self._rows, self._last = self._rows + 1, row
         with self._profile.phase("output"):
             self._fields.write(row["time_s"])
             if self._file is not None:
@@ -102,13 +117,44 @@ class Recorder:
 
     def finish(self, facts: dict[str, Any], sensitivities: Sequence[Row] = ()) -> None:
         """Complete ``run.json``; write ``sensitivity.csv`` if there are derivatives."""
+        self._finished = True
         if self._comm.rank == 0:
             write_outcome(self._out, self._config, facts, sensitivities)
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: object
+    ) -> None:
+        """Close the files.
+
+        Raises:
+            Interrupted: in place of an interrupt, with what is kept.
+        """
         self._fields.close()
         if self._file is not None:
             self._file.close()
+        if error is None or self._finished:
+            return
+        interrupted = interrupt_behind(error) is not None
+        sentence = self._kept() if interrupted else f"{type(error).__name__}: {error}"
+        if self._comm.rank == 0:
+            controls = (self._experiment.control, "time_s")
+            failure = {
+                "kind": "interrupted" if interrupted else "error",
+                "last_good": {name: self._last[name] for name in controls if name in self._last},
+                "sentence": sentence,
+            }
+            self._write_incomplete(failure)
+        if interrupted:
+            raise Interrupted(sentence) from error
+
+    def _kept(self) -> str:
+        """What an interrupted run leaves, and how to go on, in one line."""
+        control = self._experiment.control
+        reached = f", up to {self._last[control]:g} {unit(control)}," if self._last else ""
+        return (
+            f"{self._rows} readings{reached} are kept in {self._out}; "
+            "the same command starts from the beginning"
+        )
 
 
 def _empty(value: Any) -> bool:

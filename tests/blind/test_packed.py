@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -10,23 +9,22 @@ import pytest
 
 from benchmarks.blind import diagnoses, library, packed
 from benchmarks.blind.library import Entry
-from dolfingrip.design.campaign.answer import Answer
-from dolfingrip.design.campaign.cluster import Where
-from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis.simulation import shipped
-from dolfingrip.diagnosis.simulation.job import Batch
+from dolfingrip.diagnosis.simulation.job import SHARED, calls
 from dolfingrip.diagnosis.workers import StayingWorkers
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.job import Answer
+from dolfingrip.jobs.store import Store
 
 
 def kept(entries: list[Entry], folder: Path) -> None:
     """Enter made-up forces, so that a simulation would not give the same."""
     for number, entry in enumerate(entries):
-        batch = Batch([entry.job])
         count = len(entry.job.config.protocol.displacement_mm)
         with Store(folder / entry.store, write=True) as store:
-            store.add(batch.facts(), batch.designs())
+            store.add(calls([entry.job]), SHARED)
             curve = {"force_N": [0.25 * (number + 1) * i for i in range(count)]}
-            store.record(Answer(entry.job.key, "done", curve=curve, wall_s=1.0, worker="here"))
+            store.record(Answer(entry.job.key, "done", {"curve": curve}, wall_s=1.0, worker="here"))
 
 
 def test_what_was_written_is_entered_and_not_computed(
@@ -38,14 +36,13 @@ def test_what_was_written_is_entered_and_not_computed(
     stores = dict.fromkeys(entry.store for entry in entries)
     assert [file.stem for file in files] == list(stores)
     monkeypatch.setattr(library, "entries", lambda history: entries)
-    with ExitStack() as stack:
-        library.compute(
-            "pull-up", tmp_path / "again",
-            lambda store: StayingWorkers(
-                tmp_path, Where(workers=1), stack=stack, computes=False,
-                known=shipped.read(tmp_path / "files" / f"{store}.npz"),
-            ),
-        )  # fmt: skip
+    library.compute(
+        "pull-up", tmp_path / "again",
+        lambda store: StayingWorkers(
+            tmp_path, Where(workers=1), computes=False,
+            known=shipped.read(tmp_path / "files" / f"{store}.npz"),
+        ),
+    )  # fmt: skip
     before = library.known(entries, tmp_path / "first")
     after = library.known(entries, tmp_path / "again")
     assert after.keys() == before.keys()

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from dolfingrip.design.campaign.answer import DesignFailure, Outcome
+from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.jobs.job import JobFailure
 
 PATH = "design.analytic:objective"
 FAILING = 0.6
@@ -34,7 +35,8 @@ def objective(
     if config["material"]["mu_MPa"] == 6.66:
         os._exit(1)
     if xi1 > FAILING:
-        raise DesignFailure("limit point", "stopped at 12 kPa", {"force_N": [0.0, 1.0]})
+        curve = {"force_N": [0.0, 1.0]}
+        raise JobFailure("limit point", "stopped at 12 kPa", {"curve": curve})
     outputs = {"cog_offset_mm": 2.8 + xi1 + 2 * xi2, "force_N": 4 + xi1 - xi2 + ranks - 1}
     slopes = {name: {key: each[key] for key in keys} for name, each in SLOPES.items()}
     return Outcome(outputs, slopes, curve={"force_N": [0.0, outputs["force_N"]]}, iterations=3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from dolfingrip.design.campaign.store import Store
+from dolfingrip.jobs.store import Store
 
 
 def failures(store: Store) -> dict[str, int]:

@@ -9,7 +9,7 @@ import pytest
 from dask_jobqueue.slurm import SLURMJob
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign.cluster import slurm_settings
+from dolfingrip.jobs import slurm
 
 FILE = """
 queue = "cpu"
@@ -36,7 +36,7 @@ def script(settings: dict[str, object]) -> list[str]:
 
 
 def test_job_script(file: Path) -> None:
-    lines = script(slurm_settings(file, ranks=4))
+    lines = script(slurm.settings(file, ranks=4))
     assert lines[0] == "#!/usr/bin/env bash"
     for directive in (
         "-p cpu", "-A gripper", "-n 1", "--cpus-per-task=12", "--mem=23G", "-t 08:00:00",
@@ -53,7 +53,7 @@ def test_job_script(file: Path) -> None:
 
 def test_workers_start_in_the_environment(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOLFINGRIP_CHECKOUT", "/home/me/dolfingrip")
-    worker = script(slurm_settings(file, ranks=1))[-1]
+    worker = script(slurm.settings(file, ranks=1))[-1]
     assert worker.startswith("/home/me/dolfingrip/scripts/run python -m distributed")
 
 
@@ -69,10 +69,10 @@ def test_workers_start_in_the_environment(file: Path, monkeypatch: pytest.Monkey
 def test_refused_settings(text: str, said: str, file: Path) -> None:
     file.write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError) as refused:
-        slurm_settings(file, 1)
+        slurm.settings(file, 1)
     assert said in str(refused.value)
 
 
 def test_no_settings(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="No such file"):
-        slurm_settings(tmp_path / "no.toml", 1)
+        slurm.settings(tmp_path / "no.toml", 1)

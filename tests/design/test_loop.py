@@ -14,8 +14,8 @@ from dolfingrip.cli import app as cli
 from dolfingrip.cli import optimise_command, reproduce_command
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, space
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Plan
+from dolfingrip.jobs.cluster import Where
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from experiments.small import short
 
 from dolfingrip.cli import small_loop
 from dolfingrip.config import load
-from dolfingrip.design.campaign.store import Store
+from dolfingrip.design.campaign.campaign import read
 
 DESIGNS = ("morph.xi1=0:0.6:4", "morph.xi2=-0.4:0:3")
 SETTINGS = short("experiment.max_pressure_kPa=25")
@@ -33,8 +33,7 @@ def test_from_designs_to_a_choice_that_is_computed_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     small_loop.run(SETTINGS, tmp_path, DESIGNS)
-    with Store(tmp_path / "doe") as store:
-        rows = {row["key"]: row for row in store.rows()}
+    rows = read(tmp_path / "doe").by_key()
     assert len(rows) == 12
     assert {row["status"] for row in rows.values()} == {"done"}
     facts = json.loads((tmp_path / "optimum" / "optimum.json").read_text(encoding="utf-8"))
@@ -50,8 +49,7 @@ def test_from_designs_to_a_choice_that_is_computed_again(
     )
     assert matplotlib.image.imread(tmp_path / "optimum" / "pareto.png")[..., :3].std() > 0.01
     small_loop.run(SETTINGS, tmp_path, DESIGNS)
-    with Store(tmp_path / "doe") as store:
-        assert {row["key"]: row for row in store.rows()} == rows
+    assert read(tmp_path / "doe").by_key() == rows
 
     # a choice that cannot be made is no success
     monkeypatch.setattr(small_loop, "COG_MAX_MM", -50.0)

@@ -6,6 +6,7 @@ import csv
 import json
 import sqlite3
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow.parquet
@@ -13,12 +14,12 @@ import pytest
 from design.stored import failures
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign import export
-from dolfingrip.design.campaign.answer import Answer
-from dolfingrip.design.campaign.evaluate import Task, evaluate, work
+from dolfingrip.design.campaign import campaign, export
 from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.design.campaign.spool import Spool
-from dolfingrip.design.campaign.store import Store
+from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.spool import Spool
+from dolfingrip.jobs.store import Store, same
+from dolfingrip.jobs.work import compute, work
 
 
 def plan(*xi1: float, **changes: object) -> Plan:
@@ -30,13 +31,12 @@ def plan(*xi1: float, **changes: object) -> Plan:
 def filled(folder: Path) -> list[str]:
     """A store of one design each way."""
     wanted = plan(0.1, 0.7, 0.3)
-    designs = wanted.designs()
+    jobs = wanted.jobs()
     with Store(folder, write=True) as store:
-        store.add(wanted.facts(), designs)
-        for design in designs[:2]:
-            task = Task(design.key, design.config, wanted.quantities, wanted.objective, 1, "")
-            assert store.record(evaluate(task))
-    return [design.key for design in designs]
+        store.add(jobs, wanted.shared)
+        for job in jobs[:2]:
+            assert store.record(compute(job))
+    return [job.key for job in jobs]
 
 
 def test_every_status_is_kept(tmp_path: Path) -> None:
@@ -45,7 +45,7 @@ def test_every_status_is_kept(tmp_path: Path) -> None:
         assert [store.status(key) for key in keys] == ["done", "failed", "pending"]
         assert store.counts() == {"done": 1, "failed": 1, "pending": 1}
         assert failures(store) == {"limit point": 1}
-        done, failed, pending = store.rows()
+    done, failed, pending = campaign.read(tmp_path).rows
     assert done["inputs"] == {"morph.xi1": 0.1}
     assert done["config"] == plan(0.1).designs()[0].config
     assert done["outputs"] == pytest.approx({"cog_offset_mm": 2.9, "force_N": 4.1})
@@ -56,16 +56,20 @@ def test_every_status_is_kept(tmp_path: Path) -> None:
     assert failed["outputs"] is failed["gradients"] is pending["outputs"] is None
 
 
+def result(value: float) -> dict[str, object]:
+    return {"outputs": {"cog_offset_mm": value, "force_N": value}}
+
+
 def test_a_result_is_never_changed_and_a_failure_only_where_reopened(tmp_path: Path) -> None:
     keys = filled(tmp_path)
     with Store(tmp_path, write=True) as store:
         for key in keys[:2]:
-            assert not store.record(Answer(key, "done", {"cog_offset_mm": 0.0, "force_N": 0.0}))
+            assert not store.record(Answer(key, "done", result(0.0)))
         assert not store.record(Answer("unknown", "done"))
         assert store.reopen(keys, spared=["limit point"]) == []
         assert store.reopen(keys) == [keys[1]]
         assert store.counts() == {"done": 1, "failed": 0, "pending": 2}
-        assert store.record(Answer(keys[1], "done", {"cog_offset_mm": 1.0, "force_N": 1.0}))
+        assert store.record(Answer(keys[1], "done", result(1.0)))
 
 
 def test_designs_that_are_there_are_entered_no_second_time(tmp_path: Path) -> None:
@@ -74,7 +78,7 @@ def test_designs_that_are_there_are_entered_no_second_time(tmp_path: Path) -> No
     with Store(tmp_path, write=True) as store:
         before = list(store.rows())
         again = plan(0.3, 0.1, 0.7, 0.2)
-        store.add(again.facts(), again.designs())
+        store.add(again.jobs(), again.shared)
         *kept, new = store.rows()
     assert kept == before
     assert (new["inputs"], new["status"]) == ({"morph.xi1": 0.2}, "pending")
@@ -83,12 +87,12 @@ def test_designs_that_are_there_are_entered_no_second_time(tmp_path: Path) -> No
 def test_a_failed_design_has_no_numbers(tmp_path: Path) -> None:
     keys = filled(tmp_path)
     with Store(tmp_path, write=True) as store:
-        store.record(Answer(keys[2], "failed", {"force_N": 9.0}, failure_class="error"))
+        store.record(Answer(keys[2], "failed", result(9.0), failure_class="error"))
     with (
         closing(sqlite3.connect(tmp_path / "campaign.sqlite")) as base,
         pytest.raises(sqlite3.IntegrityError),  # the file itself holds to it
     ):
-        base.execute("UPDATE designs SET outputs = '{}' WHERE status = 'failed'")
+        base.execute("UPDATE jobs SET result = '{}' WHERE status = 'failed'")
     found = export.table(tmp_path).to_pylist()[2]
     assert (found["status"], found["force_N"]) == ("failed", None)
 
@@ -109,16 +113,57 @@ def test_what_is_no_campaign(tmp_path: Path) -> None:
             Store(tmp_path, write=write)
 
 
+def test_tables_of_another_version_are_refused(tmp_path: Path) -> None:
+    """So that no store of before is filled anew without a word."""
+    with sqlite3.connect(tmp_path / "campaign.sqlite") as base:
+        base.execute("CREATE TABLE designs (key TEXT)")
+    base.close()
+    for write in (False, True):
+        with pytest.raises(ConfigError, match=r"has version 0 of the tables; allowed: \d"):
+            Store(tmp_path, write=write)
+
+
+def test_other_jobs_are_refused(tmp_path: Path) -> None:
+    """A folder holds what belongs together, in whichever order it comes."""
+    designs = plan(0.1)
+    other = ([Job("k", "json:loads", {})], same(surrogate="a", cog_max_mm=3.0))
+    with Store(tmp_path / "designs", write=True) as store:
+        store.add(designs.jobs(), designs.shared)
+        with pytest.raises(ConfigError, match="allowed: the same settings, or another --out"):
+            store.add(*other)
+    with Store(tmp_path / "others", write=True) as store:
+        store.add(*other)
+        with pytest.raises(ConfigError, match="schema was None, now 1"):
+            store.add(designs.jobs(), designs.shared)
+        with pytest.raises(ConfigError, match=r"cog_max_mm was 3\.0, now 3\.5"):
+            store.add(other[0], same(surrogate="a", cog_max_mm=3.5))
+        assert [row["key"] for row in store.rows()] == ["k"]
+
+
+def test_an_interrupted_job_has_no_answer(tmp_path: Path) -> None:
+    """PETSc passes Ctrl-C on as an error of its own, which is no failure of the job."""
+    with pytest.raises(KeyboardInterrupt):
+        work(Job("k", f"{__name__}:interrupted", {}), tmp_path)
+    assert list(Spool(tmp_path).answers()) == []
+
+
+def interrupted() -> None:
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as error:
+        raise RuntimeError("error code 98") from error
+
+
 def test_other_settings_are_another_campaign(tmp_path: Path) -> None:
     filled(tmp_path)
     other = plan(0.2, material={"mu_MPa": 3.0})
     with Store(tmp_path, write=True) as store:
         with pytest.raises(ConfigError, match=r"material\.mu_MPa was 2\.93, now 3\.0; allowed"):
-            store.add(other.facts(), other.designs())
+            store.add(other.jobs(), other.shared)
         # a parameter more is no contradiction: its old value stands with each design
         points = ({"material.mu_MPa": 3.0, "morph.xi1": 0.2},)
         more = Plan(other.base, tuple(points[0]), points, objective=other.objective)
-        store.add(more.facts(), more.designs())
+        store.add(more.jobs(), more.shared)
     table = export.table(tmp_path)
     assert table["material.mu_MPa"].to_pylist() == [2.93, 2.93, 2.93, 3.0]
 
@@ -132,7 +177,7 @@ def test_the_time_allowed_is_no_part_of_a_design(tmp_path: Path) -> None:
     assert plans[0].designs()[0].key == plans[1].designs()[0].key
     with Store(tmp_path, write=True) as store:
         for plan in plans:
-            store.add(plan.facts(), plan.designs())
+            store.add(plan.jobs(), plan.shared)
         assert store.counts()["pending"] == 1
 
 
@@ -152,9 +197,8 @@ def test_export_as_csv_and_parquet(tmp_path: Path) -> None:
 
 
 def test_spooled_answer_is_not_computed_again(tmp_path: Path) -> None:
-    task = Task("k", plan(0.1).designs()[0].config, ("force_N",), "no:module", 1, str(tmp_path))
     Spool(tmp_path).write(Answer("k", "done", {"force_N": 5.0}))
-    assert work(task).outputs == {"force_N": 5.0}
+    assert work(Job("k", "no:module", {}), tmp_path).result == {"force_N": 5.0}
     assert [answer.key for answer in Spool(tmp_path).answers()] == ["k"]
     Spool(tmp_path).clear()
     assert list(tmp_path.iterdir()) == []
@@ -167,12 +211,12 @@ def test_torn_spool_file_is_no_answer(text: str, tmp_path: Path) -> None:
 
 
 def test_unforeseen_error_is_an_answer(tmp_path: Path) -> None:
-    answer = work(Task("k", {}, (), "json:loads", 1, str(tmp_path)))
+    answer = work(Job("k", "json:loads", {}), tmp_path)
     assert (answer.status, answer.failure_class) == ("failed", "error")
     assert "TypeError" in str(answer.failure)
 
 
 def test_no_number_is_a_failure() -> None:
-    config = plan(0.1).designs()[0].config
-    answer = evaluate(Task("k", config, ("angle_deg",), "design.analytic:objective", 1, ""))
+    (job,) = replace(plan(0.1), quantities=("angle_deg",)).jobs()
+    answer = compute(job)
     assert (answer.status, answer.failure_class) == ("failed", "no number")

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import os
 import signal
-import sqlite3
 import subprocess
 import sys
-import time
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.optimum import scatter, study, trial, workers
+from dolfingrip.design.optimum import scatter, study, trial
 from dolfingrip.design.optimum.pareto import Settings, fronts, objectives
-from dolfingrip.design.optimum.study import Plan
-from dolfingrip.design.optimum.trials import Choice, Key, Trials
+from dolfingrip.design.optimum.study import Choice, Plan
 from dolfingrip.design.surrogate import surrogate
+from dolfingrip.jobs.pool import Unfinished
+from dolfingrip.jobs.run import Standing
+from dolfingrip.jobs.store import NAME, Store
 
 SMALL = Plan(
     populations=(20, 40), generations=(5, 10), crossovers=(0.9,), mutations=(0.1, 0.5), seeds=2
@@ -38,7 +41,7 @@ def test_a_trial_is_the_front_it_says(surrogate_folder: Path) -> None:
         "surrogate": str(surrogate_folder), "cog_max_mm": 3.0, "generations": [5, 10],
         "population": 30, "crossover": 0.6, "mutation": 0.1, "seed": 4,
     }  # fmt: skip
-    short, long = trial.run(job)["choices"]
+    short, long = trial.run(**job)["choices"]
     model = surrogate.load(surrogate_folder)
     found = fronts(
         objectives(model), model.inputs.low, model.inputs.high, Settings(30, 5, 0.6, 0.1, 4)
@@ -48,7 +51,7 @@ def test_a_trial_is_the_front_it_says(surrogate_folder: Path) -> None:
     assert short["design"] == found.designs[place].tolist()
     assert short["force_N"] == found.force_N[place]
     assert (short["generations"], long["generations"]) == (5, 10)
-    nothing = trial.run({**job, "cog_max_mm": -5.0})["choices"][0]
+    nothing = trial.run(**{**job, "cog_max_mm": -5.0})["choices"][0]
     assert nothing["design"] is None
     assert nothing["force_N"] is None
 
@@ -58,8 +61,22 @@ import sys
 from pathlib import Path
 from dolfingrip.design.optimum import study
 plan = study.Plan((20, 40), (5, 10), (0.9,), (0.1, 0.5), 2)
-study.run(Path(sys.argv[1]), Path(sys.argv[2]), plan, 1, lambda done, _: print(done, flush=True))
+show = lambda standing: print(standing.done, flush=True)
+study.run(Path(sys.argv[1]), Path(sys.argv[2]), plan, 1, show)
 """
+
+
+class Seen(list[int]):
+    """Numbers of runs done, as they are shown."""
+
+    def __call__(self, standing: Standing) -> None:
+        self.append(standing.done)
+
+
+def done(folder: Path) -> dict[str, dict[str, Any]]:
+    """Rows of the runs that are done, by key."""
+    with Store(folder) as store:
+        return {row["key"]: row for row in store.rows() if row["status"] == "done"}
 
 
 def test_a_killed_study_is_resumed(surrogate_folder: Path, tmp_path: Path) -> None:
@@ -68,88 +85,75 @@ def test_a_killed_study_is_resumed(surrogate_folder: Path, tmp_path: Path) -> No
         assert killed.stdout is not None
         while int(killed.stdout.readline()) < 3:
             pass
+        workers = psutil.Process(killed.pid).children(recursive=True)
         os.kill(killed.pid, signal.SIGKILL)
-    with sqlite3.connect(tmp_path / "killed" / study.STORE) as connection:
-        kept = connection.execute("SELECT rowid, * FROM choice").fetchall()
-    connection.close()
-    assert 3 * 2 <= len(kept) < 8 * 2
-    assert len(kept) % 2 == 0  # whole trials only
-    done: list[int] = []
-    resumed = study.run(
-        surrogate_folder, tmp_path / "killed", SMALL, 2, lambda number, _: done.append(number)
-    ).choices
-    assert done[0] == len(kept) // 2
-    assert done[-1] == 8
-    with sqlite3.connect(tmp_path / "killed" / study.STORE) as connection:
-        after = connection.execute("SELECT rowid, * FROM choice").fetchall()
-    connection.close()
-    assert set(kept) <= set(after)  # none was done again: times would differ
+    assert workers
+    assert psutil.wait_procs(workers, timeout=20)[1] == []  # they end with their parent
+    kept = done(tmp_path / "killed")
+    assert 3 <= len(kept) < 8
+    for row in kept.values():  # whole runs only
+        assert [each["generations"] for each in row["result"]["choices"]] == [5, 10]
+    seen = Seen()
+    resumed = study.run(surrogate_folder, tmp_path / "killed", SMALL, 2, seen).choices
+    assert seen[0] in (len(kept), len(kept) + 1)  # one more may have been in the spool
+    assert seen[-1] == 8
+    after = done(tmp_path / "killed")
+    assert {key: after[key] for key in kept} == kept  # none was done again: times would differ
     assert len(resumed) == 16
     for choice in resumed:  # as if it had run in one go
-        job = {
-            **choice._asdict(), "generations": list(SMALL.generations),
-            "surrogate": str(surrogate_folder), "cog_max_mm": SMALL.cog_max_mm,
-        }  # fmt: skip
-        alone = trial.run(job)["choices"][SMALL.generations.index(choice.generations)]
+        alone = trial.run(
+            str(surrogate_folder), SMALL.cog_max_mm, SMALL.generations, choice.population,
+            choice.crossover, choice.mutation, choice.seed,
+        )["choices"][SMALL.generations.index(choice.generations)]  # fmt: skip
         assert choice.design == tuple(alone["design"])
 
 
 def test_a_wider_plan_keeps_what_there_is(surrogate_folder: Path, tmp_path: Path) -> None:
-    tiny = Plan((20,), (3,), (0.9,), (0.5,), 1)
+    tiny = Plan((20,), (3, 4), (0.9,), (0.5,), 1)
     study.run(surrogate_folder, tmp_path, tiny, 1)
-    first: list[int] = []
-    wider = Plan((20,), (3,), (0.9, 0.8), (0.5,), 1)
-    found = study.run(surrogate_folder, tmp_path, wider, 1, lambda done, _: first.append(done))
+    first = Seen()
+    wider = Plan((20,), (3, 4), (0.9, 0.8), (0.5,), 1)
+    found = study.run(surrogate_folder, tmp_path, wider, 1, first)
     assert first == [1, 2]
-    assert [choice.crossover for choice in found.choices] == [0.8, 0.9]
-    assert len(study.run(surrogate_folder, tmp_path, tiny, 1).choices) == 1
+    assert [(choice.generations, choice.crossover) for choice in found.choices] == [
+        (3, 0.8), (3, 0.9), (4, 0.8), (4, 0.9),
+    ]  # fmt: skip
+    assert found.cpu_s == pytest.approx(
+        sum(row["result"]["cpu_s"] for row in done(tmp_path).values())
+    )
+    again = Seen()
+    assert len(study.run(surrogate_folder, tmp_path, tiny, 1, again).choices) == 2
+    # fewer generations are among those of the longer run, more are not
+    few = study.run(surrogate_folder, tmp_path, replace(tiny, generations=(4,)), 1, again)
+    assert again == [1, 1]
+    assert few.choices == [found.choices[3]]
+    more = Seen()
+    study.run(surrogate_folder, tmp_path, replace(tiny, generations=(4, 5)), 1, more)
+    assert more == [0, 1]
 
 
 def test_another_limit_is_another_study(surrogate_folder: Path, tmp_path: Path) -> None:
     tiny = Plan((20,), (3,), (0.9,), (0.5,), 1)
     study.run(surrogate_folder, tmp_path, tiny, 1)
-    with pytest.raises(ConfigError, match="the study of another surrogate or limit"):
+    with pytest.raises(ConfigError, match=r"cog_max_mm was 3\.0, now 3\.5; allowed: the same"):
         study.run(surrogate_folder, tmp_path, Plan((20,), (3,), (0.9,), (0.5,), 1, 3.5), 1)
     other = tmp_path / "other"
     other.mkdir()
-    (other / study.STORE).write_text("text, and long enough not to be taken for an empty file")
-    with pytest.raises(ConfigError, match="allowed: the store of a study"):
-        Trials(other / study.STORE, {})
+    (other / NAME).write_text("text, and long enough not to be taken for an empty file")
+    with pytest.raises(ConfigError, match="not a campaign's store"):
+        study.run(surrogate_folder, other, tiny, 1)
 
 
-def test_a_dead_worker_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "broken_worker.py").write_text("raise SystemExit('no memory')")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    with pytest.raises(workers.WorkerDied, match="ended with code 1: no memory"):
-        list(workers.run("broken_worker", [{"a": 1}], 1))
-
-
-def test_workers_end_with_their_parent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "slow_worker.py").write_text(
-        "import os, time\nfrom dolfingrip.design.optimum import workers\n"
-        "workers.serve(lambda job: (time.sleep(0.5), {'pid': os.getpid()})[1])"
-    )
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    parent = (
-        "from dolfingrip.design.optimum import workers\n"
-        "for _, result in workers.run('slow_worker', [{}, {}, {}], 1):\n"
-        "    print(result['pid'], flush=True)"
-    )
-    with subprocess.Popen([sys.executable, "-P", "-c", parent], stdout=subprocess.PIPE) as process:
-        assert process.stdout is not None
-        worker = int(process.stdout.readline())
-        os.kill(process.pid, signal.SIGKILL)
-    deadline = time.monotonic() + 20
-    while _alive(worker) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert not _alive(worker)
-
-
-def _alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
+def test_a_dead_worker_is_told(
+    surrogate_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And the next call tries again what it was doing."""
+    tiny = Plan((20,), (3,), (0.9,), (0.5,), 1)
+    monkeypatch.setattr(study, "FUNCTION", "design.analytic:dies")
+    with pytest.raises(Unfinished, match="1 of 1 runs failed: every worker that computed it died"):
+        study.run(surrogate_folder, tmp_path, tiny, 1)
+    monkeypatch.undo()
+    assert len(study.run(surrogate_folder, tmp_path, tiny, 1).choices) == 1
 
 
 def _choices(crossover: float, designs: list[tuple[float, float] | None]) -> list[Choice]:
@@ -173,15 +177,3 @@ def test_mean_deviation_and_best_rates() -> None:
     row = scatter.rows([first], ["morph.xi1", "morph.xi2"])[0]
     assert row["morph.xi2_sd"] == pytest.approx(0.2)
     assert scatter.best(scatter.combine(_choices(0.9, [None, None]))) == []
-
-
-def test_keys_and_choices_are_as_stored(tmp_path: Path) -> None:
-    trials = Trials(tmp_path / "s.sqlite", {})
-    key = Key(20, 0.9, 0.01, 1)
-    one = {"front_points": 3, "design": [0.1, 0.2], "cog_offset_mm": 1.0, "force_N": 2.0}
-    trials.add(key, {"cpu_s": 1.5, "choices": [{**one, "generations": g} for g in (5, 10)]})
-    assert trials.done((5, 10)) == {key}
-    assert trials.done((5, 10, 20)) == set()
-    assert trials.choices()[0].design == (0.1, 0.2)
-    assert trials.seconds() == 1.5
-    trials.close()

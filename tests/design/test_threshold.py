@@ -11,7 +11,7 @@ import pytest
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import calibration, pickup
-from dolfingrip.design.campaign.answer import Outcome
+from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.design.campaign.threshold import Threshold, least
 from dolfingrip.design.campaign.trials import Trials
 

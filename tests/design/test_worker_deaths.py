@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import psutil
@@ -16,10 +17,11 @@ from design import analytic
 
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
-from dolfingrip.design.campaign.campaign import Standing
-from dolfingrip.design.campaign.cluster import Where, connected
 from dolfingrip.design.campaign.plan import Plan
-from dolfingrip.design.campaign.spool import Spool
+from dolfingrip.jobs.cluster import Where, connected
+from dolfingrip.jobs.pool import SchedulerGone
+from dolfingrip.jobs.run import Standing
+from dolfingrip.jobs.spool import Spool
 from dolfingrip.sections.errors import ConfigError
 
 TESTS = Path(__file__).parents[1]
@@ -123,16 +125,16 @@ def test_a_scheduler_that_ends_is_told(tmp_path: Path, monkeypatch: pytest.Monke
                 cluster.close()
 
         where = Where(scheduler=cluster.scheduler_address)
-        with pytest.raises(campaign.SchedulerGone, match="what was computed is kept"):
+        with pytest.raises(SchedulerGone, match="what was computed is kept"):
             campaign.run(plan, tmp_path, where, progress=progress)
 
 
 def test_workers_that_never_start_are_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed.nanny import WorkerProcess
 
-    from dolfingrip.design.campaign import worker_supervision
+    from dolfingrip.jobs import supervision
 
-    monkeypatch.setattr(worker_supervision, "STARTS", 2)
+    monkeypatch.setattr(supervision, "POLICY", replace(supervision.POLICY, starts=2))
     monkeypatch.setattr(WorkerProcess, "_run", staticmethod(analytic.dies))
     with (
         pytest.raises(ConfigError, match=r"^--workers 1: none could be started: [^\n]*$"),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from dolfingrip.design.campaign.answer import DesignFailure, Outcome
+from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.jobs.job import JobFailure
 
 PATH = "diagnosis.invented_force:objective"
 
@@ -16,7 +17,7 @@ def objective(
     xi1, xi2 = config["morph"]["xi1"], config["morph"]["xi2"]
     softens = config["extensions"].get("mooney_rivlin") is not None
     if softens and xi2 == 0.5:
-        raise DesignFailure("limit point", "stopped at 12 kPa")
+        raise JobFailure("limit point", "stopped at 12 kPa")
     pays = -0.2 if softens else 0.3
     force_N = config["material"]["mu_MPa"] * (1 + pays * xi1 + 0.1 * xi2)
     return Outcome({"cog_offset_mm": 2.8 + xi1, "force_N": force_N})

@@ -10,11 +10,12 @@ from diagnosis.invented_force import PATH
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.hypothesis import Hypothesis
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
 
 TESTS = Path(__file__).parents[1]
 POINTS = [(0.1, 0.0), (-0.2, 0.0), (0.2, 0.1), (0.15, 0.5), (0.9, 0.0)]
@@ -35,7 +36,8 @@ def test_the_optimum_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     none = np.zeros(0)
     softening = ("extensions.mooney_rivlin.C01_MPa=1.0",)
     fit = Hypothesis(("mooney_rivlin",), (), none, none, none[:, None], overrides=softening)
-    found = compare(tmp_path / "doe", Config(), fit, tmp_path / "after", where)
+    with Pool(where) as pool:
+        found = compare(tmp_path / "doe", Config(), fit, tmp_path / "after", pool)
     assert [each.inputs["morph.xi1"] for each in found.designs] == [0.15, 0.2, 0.1, -0.2]
     first, second, *_ = found.designs
     assert first.phi_before == pytest.approx(0.3 * 0.15 + 0.1 * 0.5)

@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign.spool import Spool
-from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis.outcome import Diagnosis
+from dolfingrip.jobs.spool import Spool
+from dolfingrip.jobs.store import Store
 
 COUPONS = Path(__file__).parents[2] / "examples/coupons/ninjaflex_uniaxial.csv"
 KILLED_AFTER = 6

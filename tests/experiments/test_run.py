@@ -132,15 +132,32 @@ def test_what_is_there_is_readable_while_the_run_goes_on(tmp_path: Path) -> None
         assert reader.read()[0].n_cells > 100
         record = _record(tmp_path)
         assert record["complete"] is False
+        assert record["failure"] is None
         assert config.load(tmp_path / "run.json") == settings
         if len(seen) == 2:
             raise KeyboardInterrupt
 
     settings = small.short("experiment.step_kPa=20")
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt, match="2 readings, up to 20 kPa, are kept in"):
         run("bending", settings, out=tmp_path, progress=look, comm=MPI.COMM_SELF)
     assert seen == [0.0, 20.0]
     assert len(_table(tmp_path)) == 2
+    failure = _record(tmp_path)["failure"]
+    assert failure["kind"] == "interrupted"
+    assert failure["last_good"] == {"pressure_kPa": 20.0, "time_s": 0.8}
+
+
+def test_an_error_is_recorded(tmp_path: Path) -> None:
+    def fail(row: dict[str, Any]) -> None:
+        raise RuntimeError("no more disk")
+
+    settings = small.short("experiment.step_kPa=20")
+    with pytest.raises(RuntimeError, match="no more disk"):
+        run("bending", settings, out=tmp_path, progress=fail, comm=MPI.COMM_SELF)
+    record = _record(tmp_path)
+    assert record["complete"] is False
+    assert record["failure"]["kind"] == "error"
+    assert record["failure"]["sentence"] == "RuntimeError: no more disk"
 
 
 def test_a_path_that_ends_early_keeps_its_rows_and_says_why(tmp_path: Path) -> None:

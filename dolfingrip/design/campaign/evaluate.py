@@ -1,110 +1,74 @@
-"""One design on a worker: from its configuration to an answer, whatever happens.
-
-Nothing here imports MPI or FEniCSx before the objective does: a worker that hands the design to
-``mpirun`` must not be an MPI process itself.
-"""
+"""A design as a job: its configuration goes to an objective function, its numbers come back."""
 
 from __future__ import annotations
 
-import importlib
-import os
-import socket
-import threading
-import time
-import traceback
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
-from datetime import UTC, datetime
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
 from math import isfinite
-from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
-from dolfingrip.design.campaign.answer import Answer, DesignFailure, Outcome
-from dolfingrip.design.campaign.spool import Spool
-from dolfingrip.sections.errors import ConfigError
+from dolfingrip.jobs.job import Data, JobFailure
+from dolfingrip.jobs.work import found
+
+FUNCTION: Final = "dolfingrip.design.campaign.evaluate:evaluate"
+"""Import path of :func:`evaluate`."""
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What an objective function returns.
+
+    Attributes:
+        outputs: number by quantity, the unit in its name.
+        gradients: by output its derivatives, by key of the parameter; None where not computed.
+        curve: the readings, by column.
+        iterations: of Newton's method.
+        versions: of the software that computed it, by package.
+    """
+
+    outputs: dict[str, float]
+    gradients: dict[str, dict[str, float]] | None = None
+    curve: dict[str, Any] | None = None
+    iterations: int | None = None
+    versions: dict[str, str] = field(default_factory=dict)
+
 
 Objective = Callable[..., Outcome]
 """From a configuration, the wanted quantities and the number of MPI ranks to their numbers; where
-derivatives are asked for, also from the keys of their parameters."""
+derivatives are asked for, also from the keys of their parameters. It raises
+:class:`~dolfingrip.jobs.job.JobFailure` where there is no result, whose ``partial`` may have a
+``curve``."""
 
 
-_ALONE = threading.Lock()
-"""MPI and PETSc are a process' own, and the threads of a worker share them."""
+def evaluate(
+    config: Data,
+    quantities: Sequence[str],
+    objective: str,
+    ranks: int = 1,
+    gradients: Sequence[str] | None = None,
+) -> Data:
+    """Compute a design.
 
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """A design as it is sent to a worker.
-
-    Attributes:
-        key: of the design.
+    Args:
         config: resolved.
         quantities: outputs that are wanted.
         objective: import path ``module:function`` of an :data:`Objective`.
         ranks: MPI processes that the design runs on.
-        spool: folder of the spool; where the worker cannot see it, the answer is only sent.
-        gradients: as of a plan.
+        gradients: keys of parameters that the quantities are derived by, () for all; None for what
+            the objective derives anyway.
+
+    Returns:
+        The fields of an :class:`Outcome`.
+
+    Raises:
+        JobFailure: where there is no result.
+        ConfigError: where there is no such design.
     """
-
-    key: str
-    config: dict[str, Any]
-    quantities: tuple[str, ...]
-    objective: str
-    ranks: int
-    spool: str
-    gradients: tuple[str, ...] | None = None
-
-
-def work(task: Task) -> Answer:
-    """Compute a design, unless its answer is in the spool, and spool the answer."""
-    spool = Spool(Path(task.spool))
-    shared = spool.folder.is_dir()
-    claim: AbstractContextManager[None] = spool.claimed(task.key) if shared else nullcontext()
-    with _ALONE, claim:
-        known = spool.read(task.key) if shared else None
-        if known is not None:
-            return known
-        answer = evaluate(task)
-        if shared:
-            spool.write(answer)
-        return answer
-
-
-def evaluate(task: Task) -> Answer:
-    """Compute a design; every failure becomes an answer with its class and a sentence."""
-    started, clock = datetime.now(UTC), time.perf_counter()
-    answer = Answer(task.key, "failed", started_at=started.isoformat(timespec="milliseconds"))
-    answer.worker = f"{socket.gethostname()}:{os.getpid()}"
-    try:
-        keys = () if task.gradients is None else (task.gradients,)
-        outcome = find(task.objective)(task.config, task.quantities, task.ranks, *keys)
-        missing = [q for q in task.quantities if not isfinite(outcome.outputs.get(q, float("nan")))]
-        if missing:
-            raise DesignFailure("no number", f"{', '.join(missing)} came out as no number")
-        answer.outputs = {name: float(outcome.outputs[name]) for name in task.quantities}
-        answer.gradients, answer.curve = outcome.gradients, outcome.curve
-        answer.iterations, answer.versions = outcome.iterations, outcome.versions
-        answer.status = "done"
-    except DesignFailure as failure:
-        answer.failure_class, answer.failure = failure.kind, failure.sentence
-        answer.curve = failure.curve
-    except ConfigError as error:
-        answer.failure_class, answer.failure = "geometry", str(error)
-    except MemoryError:
-        answer.failure_class, answer.failure = "out of memory", "the worker ran out of memory"
-    except Exception as error:  # unattended: recorded in the store, and the next design goes on
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        answer.failure_class = "error"
-        answer.failure = (
-            f"{type(error).__name__}: {error} ({Path(where.filename).name}:{where.lineno})"
-        )
-    answer.wall_s = round(time.perf_counter() - clock, 3)
-    return answer
-
-
-def find(path: str) -> Objective:
-    """The function at an import path ``module:function``."""
-    module, _, name = path.partition(":")
-    objective: Objective = getattr(importlib.import_module(module), name)
-    return objective
+    function: Objective = found(objective)
+    keys = () if gradients is None else (tuple(gradients),)
+    outcome = function(config, tuple(quantities), ranks, *keys)
+    missing = [q for q in quantities if not isfinite(outcome.outputs.get(q, float("nan")))]
+    if missing:
+        raise JobFailure("no number", f"{', '.join(missing)} came out as no number")
+    outcome.outputs = {name: float(outcome.outputs[name]) for name in quantities}
+    return asdict(outcome)

@@ -11,7 +11,8 @@ import pyarrow
 import pyarrow.csv
 import pyarrow.parquet
 
-from dolfingrip.design.campaign.store import NAME, Store
+from dolfingrip.design.campaign import campaign
+from dolfingrip.jobs.store import NAME
 from dolfingrip.sections.errors import ConfigError
 
 _KEPT = ("failure_class", "failure", "iterations", "started_at", "wall_s", "worker")
@@ -33,19 +34,18 @@ def table(source: Path) -> pyarrow.Table:
     Raises:
         ConfigError: one line, where there is no campaign.
     """
-    with Store(source.parent if source.name == NAME else source) as store:
-        facts = store.facts() or {"parameters": [], "quantities": [], "base": {}}
-        rows = list(store.rows())
+    found = campaign.read(source.parent if source.name == NAME else source)
+    facts, rows = found.facts or {"parameters": [], "quantities": []}, found.rows
     columns: dict[str, pyarrow.Array] = {
         "key": pyarrow.array([row["key"] for row in rows], pyarrow.string()),
         "status": pyarrow.array([row["status"] for row in rows], pyarrow.string()),
     }
     for key in facts["parameters"]:
-        found = [reduce(operator.getitem, key.split("."), row["config"]) for row in rows]
-        columns[key] = pyarrow.array(found)
+        values = [reduce(operator.getitem, key.split("."), row["config"]) for row in rows]
+        columns[key] = pyarrow.array(values)
     for quantity in facts["quantities"]:
-        found = [(row["outputs"] or {}).get(quantity) for row in rows]
-        columns[quantity] = pyarrow.array(found, pyarrow.float64())
+        values = [(row["outputs"] or {}).get(quantity) for row in rows]
+        columns[quantity] = pyarrow.array(values, pyarrow.float64())
     kinds = {"iterations": pyarrow.int64(), "wall_s": pyarrow.float64()}
     for name in _KEPT:
         columns[name] = pyarrow.array([r[name] for r in rows], kinds.get(name, pyarrow.string()))
@@ -67,13 +67,12 @@ def sensitivities(source: Path) -> pyarrow.Table:
     Raises:
         ConfigError: one line, where there is no campaign.
     """
-    with Store(source) as store:
-        found = [
-            (row, column, parameter, derivative)
-            for row, design in enumerate(store.rows())
-            for column, slopes in (design["gradients"] or {}).items()
-            for parameter, derivative in slopes.items()
-        ]
+    found = [
+        (row, column, parameter, derivative)
+        for row, design in enumerate(campaign.read(source).rows)
+        for column, slopes in (design["gradients"] or {}).items()
+        for parameter, derivative in slopes.items()
+    ]
     kinds = (pyarrow.int64(), pyarrow.string(), pyarrow.string(), pyarrow.float64())
     return pyarrow.table(
         {

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from dolfingrip import config as configuration
-from dolfingrip.design.campaign.answer import DesignFailure, Outcome
+from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.jobs.job import JobFailure
 
 if TYPE_CHECKING:
     from dolfingrip.experiments.results.result import Result
@@ -39,7 +40,7 @@ def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) ->
         ranks: 1.
 
     Raises:
-        DesignFailure: the grasp ended early without an outcome.
+        JobFailure: the grasp ended early without an outcome.
         ConfigError: there is no such gripper.
     """
     from mpi4py import MPI
@@ -57,7 +58,8 @@ def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) ->
     if result.outcome is None:
         failure = result.failure
         kind = NO_CLASS if failure is None else str(failure.kind)
-        raise DesignFailure(kind, "" if failure is None else failure.sentence(), curve)
+        sentence = "" if failure is None else failure.sentence()
+        raise JobFailure(kind, sentence, {"curve": curve})
     curve |= {"outcome": str(result.outcome.kind), "sentence": result.outcome.sentence}
     outputs = outputs_of(result)
     return Outcome(

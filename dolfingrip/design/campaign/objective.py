@@ -22,7 +22,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from dolfingrip import config as configuration
-from dolfingrip.design.campaign.answer import DesignFailure, Outcome
+from dolfingrip.design.campaign.evaluate import Outcome
+from dolfingrip.jobs.job import JobFailure
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -58,7 +59,7 @@ def simulate(
             the adjoint gives them.
 
     Raises:
-        DesignFailure: where there is no result.
+        JobFailure: where there is no result.
         ConfigError: where there is no such finger, or no such parameter of it.
     """
     if ranks > 1:
@@ -77,7 +78,7 @@ def compute(
     """Compute a design on the ranks of ``comm``; for the rest see :func:`simulate`.
 
     Raises:
-        DesignFailure: on every rank, where the load path ended early.
+        JobFailure: on every rank, where the load path ended early.
         ConfigError: on every rank, where there is no such finger, or no such parameter of it.
     """
     from dolfingrip.design.campaign.derivatives import Derivatives
@@ -111,7 +112,9 @@ def compute(
         outcome.curve |= _curve(result, quantity, prefix)
         outcome.iterations += result.facts["newton"]["iterations"]
         if result.failure is not None:
-            raise DesignFailure(str(result.failure.kind), result.failure.sentence(), outcome.curve)
+            raise JobFailure(
+                str(result.failure.kind), result.failure.sentence(), {"curve": outcome.curve}
+            )
         highest = max(result.rows, key=lambda row: row["pressure_kPa"])
         outcome.outputs[quantity] = highest[quantity]
         if asked is not None:
@@ -158,13 +161,13 @@ def _on_ranks(
         if not answer.exists():
             said = [line for line in ended.stderr.splitlines() if line.strip()]
             last = said[-1] if said else "nothing said"
-            raise DesignFailure("crash", f"mpirun ended with {ended.returncode}: {last}")
+            raise JobFailure("crash", f"mpirun ended with {ended.returncode}: {last}")
         kind, content = json.loads(answer.read_text(encoding="utf-8"))
     if kind == "outcome":
         return Outcome(**content)
     if kind == "refused":
         raise configuration.ConfigError(content)
-    raise DesignFailure(*content)
+    raise JobFailure(*content)
 
 
 def main(request: Path, answer: Path) -> None:
@@ -178,8 +181,8 @@ def main(request: Path, answer: Path) -> None:
         content = ("outcome", asdict(compute(config, tuple(quantities), MPI.COMM_WORLD, keys)))
     except configuration.ConfigError as error:
         content = ("refused", str(error))
-    except DesignFailure as failure:
-        content = ("failure", [failure.kind, failure.sentence, failure.curve])
+    except JobFailure as failure:
+        content = ("failure", [failure.kind, failure.sentence, failure.partial])
     except Exception:
         traceback.print_exc()
         MPI.COMM_WORLD.Abort(70)  # the other ranks would wait for this one for ever

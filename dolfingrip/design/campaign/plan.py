@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign.evaluate import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
+from dolfingrip.experiments.decisive import TIME_LIMIT, decisive, digest_of
+from dolfingrip.jobs.job import Job, content_key
 
 SCHEMA = 1
 """Version of what a key means; results of other versions are not reused."""
@@ -20,40 +20,6 @@ OBJECTIVE = "dolfingrip.design.campaign.objective:simulate"
 
 QUANTITIES = ("cog_offset_mm", "force_N")
 """The paper's objectives."""
-
-TIME_LIMIT = "time_limit_s"
-"""Of the section ``solver``; it may differ from call to call of a campaign."""
-
-LATER_SWITCHES = ("both_sides",)
-"""Of the section ``mesh``, newer than stored results: they count where they are on, so that results
-from before are still found."""
-
-
-class Work(Protocol):
-    """What a campaign computes: a plan of designs, or other simulations.
-
-    Attributes:
-        quantities: outputs that are wanted of each.
-        objective: import path ``module:function`` of what computes one.
-        gradients: keys of parameters that the quantities are derived by; None for no derivatives.
-    """
-
-    @property
-    def quantities(self) -> tuple[str, ...]: ...
-
-    @property
-    def objective(self) -> str: ...
-
-    @property
-    def gradients(self) -> tuple[str, ...] | None: ...
-
-    def designs(self) -> list[Design]:
-        """What there is to compute, each once."""
-        ...
-
-    def facts(self) -> dict[str, Any]:
-        """What all of it shares, to be compared with :func:`differences`."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +83,36 @@ class Plan:
             content["gradients"] = self.gradients
         return content_key(content)
 
+    def jobs(self, ranks: int = 1) -> list[Job]:
+        """The designs as jobs.
+
+        Args:
+            ranks: MPI processes of each.
+        """
+        shared = {
+            "quantities": self.quantities,
+            "objective": self.objective,
+            "ranks": ranks,
+            "gradients": self.gradients,
+        }
+        return [
+            Job(design.key, FUNCTION, {"config": design.config, **shared}, design.inputs)
+            for design in self.designs()
+        ]
+
+    def shared(self, before: dict[str, Any] | None) -> dict[str, Any]:
+        """What all designs of a campaign share, once these are added to it.
+
+        Raises:
+            ValueError: where the campaign was begun with other settings.
+        """
+        facts = self.facts()
+        if before is None:
+            return facts
+        for difference in differences(before, facts):
+            raise ValueError(difference)
+        return merged(before, facts)
+
     def facts(self) -> dict[str, Any]:
         """What all designs share, to be compared with :func:`differences`."""
         return {
@@ -134,11 +130,9 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
 
     Values of keys that either of them varies may differ: they stand with each design.
     """
-    # stores that are older than the choice, and other work than designs, do not tell
-    before, now = ({"gradients": _told(None), **facts} for facts in (before, now))
     for name in ("schema", "objective", "quantities", "gradients"):
-        if before[name] != now[name]:
-            yield f"{name} was {before[name]}, now {now[name]}"
+        if before.get(name) != now[name]:
+            yield f"{name} was {before.get(name)}, now {now[name]}"
     free = {*before["parameters"], *now["parameters"], f"solver.{TIME_LIMIT}"}
     for section in {**before["base"], **now["base"]}:
         old, new = (facts["base"].get(section) or {} for facts in (before, now))
@@ -180,35 +174,3 @@ def quantities(asked: Sequence[str], known: Sequence[str]) -> tuple[str, ...]:
         if name not in known:
             raise ConfigError(f"--quantity {name}: allowed: {', '.join(known)}")
     return tuple(dict.fromkeys(asked))
-
-
-def decisive(config: dict[str, Any], digest: str | None) -> dict[str, Any]:
-    """What a finished result depends on of a configuration, whose mesh file has this digest."""
-    # not on the time that it was allowed
-    solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
-    mesh = {
-        name: value
-        for name, value in config["mesh"].items()
-        if name not in LATER_SWITCHES or value is not False
-    }
-    return {**config, "mesh": {**mesh, "file": digest}, "solver": solver}
-
-
-def content_key(content: dict[str, Any]) -> str:
-    """Hash of what is plain JSON."""
-    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def digest_of(file: Path | None) -> str | None:
-    """A mesh file counts by its content, wherever it lies.
-
-    Raises:
-        ConfigError: one line, where it cannot be read.
-    """
-    if file is None:
-        return None
-    try:
-        return hashlib.sha256(file.read_bytes()).hexdigest()
-    except OSError as error:
-        raise ConfigError(f"mesh.file = {file}: {error.strerror}") from None

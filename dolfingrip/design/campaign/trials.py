@@ -12,11 +12,11 @@ from typing import Any, Final
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import grasps
-from dolfingrip.design.campaign.answer import Answer
-from dolfingrip.design.campaign.evaluate import Task, work
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.design.campaign.spool import Spool
+from dolfingrip.jobs.job import REFUSED, Answer
+from dolfingrip.jobs.spool import Spool
+from dolfingrip.jobs.work import work
 
 PRESSURE: Final = "experiment.max_pressure_kPa"
 FRICTION: Final = "food.friction"
@@ -90,25 +90,25 @@ class Trials:
         step = min(self.base.experiment.step_kPa, pressure_kPa)
         base = self.base.changed(experiment={"step_kPa": step})
         plan = Plan(base, (PRESSURE, FRICTION), (inputs,), WANTED, self._objective)
-        design = plan.designs()[0]
-        if design.key in self._known:
-            return self._known[design.key]
+        (job,) = plan.jobs()
+        if job.key in self._known:
+            return self._known[job.key]
         self._spool.folder.mkdir(parents=True, exist_ok=True)
-        known = self._spool.read(design.key) is not None
-        folder = str(self._spool.folder)
-        answer = work(Task(design.key, design.config, WANTED, self._objective, 1, folder))
-        if answer.failure_class == "geometry":
-            self._spool.forget(design.key)
+        known = self._spool.read(job.key) is not None
+        answer = work(job, self._spool.folder)
+        if answer.failure_class == REFUSED:
+            self._spool.forget(job.key)
             raise ConfigError(answer.failure or "there is no such gripper")
         trial = _trial(pressure_kPa, friction, answer, computed=not known)
-        self._known[design.key] = trial
+        self._known[job.key] = trial
         self._progress(trial)
         return trial
 
 
 def _trial(pressure_kPa: float, friction: float, answer: Answer, *, computed: bool) -> Trial:
-    outputs: dict[str, Any] = answer.outputs
-    outcome = (answer.curve or {}).get("outcome") or f"failure: {answer.failure_class}"
+    result: dict[str, Any] = answer.result or {"outputs": {}, "curve": {}}
+    outputs = result["outputs"]
+    outcome = result["curve"].get("outcome") or f"failure: {answer.failure_class}"
     return Trial(
         pressure_kPa,
         friction,

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from dolfingrip.config import Config
 from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign import objective as ours
-from dolfingrip.design.campaign.campaign import Standing
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.design.campaign.plan import OBJECTIVE, Plan, quantities
-from dolfingrip.design.campaign.store import Store
 from dolfingrip.design.optimum.resolve import Evaluate, Failure, Outputs
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.run import Progress, silent
 
 
 def evaluator(
@@ -23,7 +22,7 @@ def evaluator(
     where: Where,
     *,
     objective: str = OBJECTIVE,
-    progress: Callable[[Standing], None] = lambda standing: None,
+    progress: Progress = silent,
 ) -> Evaluate:
     """Compute designs by a campaign in ``out``; what it already holds is not computed again.
 
@@ -44,8 +43,7 @@ def evaluator(
         plans = [_plan(base, (design,), wanted, objective) for design in designs]
         whole = _plan(base, tuple(designs), wanted, objective)
         campaign.run(whole, out, where, progress=progress)
-        with Store(out) as store:
-            rows = {row["key"]: row for row in store.rows()}
+        rows = campaign.read(out).by_key()
         return [_found(rows[plan.designs()[0].key]) for plan in plans]
 
     return evaluate

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from dolfingrip.design.optimum.trials import Choice
+from dolfingrip.design.optimum.study import Choice
 
 
 class Combination(NamedTuple):

@@ -1,25 +1,37 @@
-"""One trial of the hyperparameter study, and the process that does them (``python -m``)."""
+"""One trial of the hyperparameter study: a run of NSGA-II and its choices, as a job."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Final
 
-import torch
-
-from dolfingrip.design.optimum import workers
 from dolfingrip.design.optimum.pareto import Settings, fronts, objectives
-from dolfingrip.design.surrogate import surrogate
+from dolfingrip.design.surrogate import surrogate as network
+from dolfingrip.jobs.job import Data
+
+FUNCTION: Final = "dolfingrip.design.optimum.trial:run"
+"""Import path of :func:`run`."""
 
 
-def run(job: dict[str, Any]) -> dict[str, Any]:
+def run(
+    surrogate: str,
+    cog_max_mm: float,
+    generations: Sequence[int],
+    population: int,
+    crossover: float,
+    mutation: float,
+    seed: int,
+) -> Data:
     """Run NSGA-II and choose by the COG limit after several numbers of generations.
 
     Args:
-        job: ``surrogate`` (its folder), ``cog_max_mm``, ``population``, ``generations`` (a list),
-            ``crossover``, ``mutation``, ``seed``.
+        surrogate: its folder.
+        cog_max_mm: the limit.
+        generations: after which a design is chosen.
+        population, crossover, mutation, seed: as of :class:`~.pareto.Settings`.
 
     Returns:
         ``cpu_s`` of this process, and ``choices``: for each number of generations its
@@ -27,20 +39,16 @@ def run(job: dict[str, Any]) -> dict[str, Any]:
         ``force_N``, each null where no point of the front is within the limit.
     """
     start = time.process_time()
-    model = _load(job["surrogate"])
-    settings = Settings(
-        job["population"], max(job["generations"]), job["crossover"], job["mutation"], job["seed"]
-    )
-    found = fronts(
-        objectives(model), model.inputs.low, model.inputs.high, settings, job["generations"]
-    )
+    model = _load(surrogate)
+    settings = Settings(population, max(generations), crossover, mutation, seed)
+    found = fronts(objectives(model), model.inputs.low, model.inputs.high, settings, generations)
     choices = []
-    for generations, front in found.items():
-        chosen = front.choose(job["cog_max_mm"])
+    for number, front in found.items():
+        chosen = front.choose(cog_max_mm)
         none = chosen is None
         choices.append(
             {
-                "generations": generations,
+                "generations": number,
                 "front_points": len(front),
                 "design": None if none else front.designs[chosen].tolist(),
                 "cog_offset_mm": None if none else float(front.cog_mm[chosen]),
@@ -51,10 +59,5 @@ def run(job: dict[str, Any]) -> dict[str, Any]:
 
 
 @cache
-def _load(folder: str) -> surrogate.Surrogate:
-    return surrogate.load(Path(folder))
-
-
-if __name__ == "__main__":
-    torch.set_num_threads(1)  # the study fills the cores with processes
-    workers.serve(run)
+def _load(folder: str) -> network.Surrogate:
+    return network.load(Path(folder))

@@ -16,7 +16,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from dolfingrip.design.campaign import export
-from dolfingrip.design.campaign.store import NAME, Store
+from dolfingrip.jobs.store import NAME, Store
 from dolfingrip.sections.errors import ConfigError
 
 INPUTS = ("morph.xi1", "morph.xi2")

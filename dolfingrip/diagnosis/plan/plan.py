@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.campaign.campaign import Standing
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -16,6 +15,7 @@ from dolfingrip.diagnosis.plan.readings import joined, simulated
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import NotAtHand, staying
 from dolfingrip.experiments.synthetic import NOISE
+from dolfingrip.jobs.run import Progress, silent
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Settings:
     quick: bool = False
     effects: Sequence[str] | None = None
     say: Callable[[str], None] = lambda text: None
-    progress: Callable[[Standing], None] = lambda standing: None
+    progress: Progress = silent
 
 
 @dataclass(frozen=True)

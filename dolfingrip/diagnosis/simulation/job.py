@@ -11,9 +11,11 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, from_dict
-from dolfingrip.design.campaign.answer import DesignFailure, Outcome
-from dolfingrip.design.campaign.plan import SCHEMA, Design, content_key, decisive, digest_of
 from dolfingrip.diagnosis.data.columns import NUMBERS, READINGS
+from dolfingrip.experiments.decisive import decisive, digest_of
+from dolfingrip.jobs import job as jobs
+from dolfingrip.jobs.job import Data, JobFailure, content_key
+from dolfingrip.jobs.store import Shared, same
 from dolfingrip.sections.geometry.index import TABLES
 
 FORMAT: Final = 1
@@ -21,7 +23,7 @@ FORMAT: Final = 1
 other results. A result of another version is computed again, and of an experiment that had fewer
 channels."""
 
-OBJECTIVE: Final = "dolfingrip.diagnosis.simulation.job:simulate"
+FUNCTION: Final = "dolfingrip.diagnosis.simulation.job:simulate"
 """Import path of what computes a job."""
 
 _OF_COUPON: Final = ("material", "solver", "coupon", "protocol", "extensions")
@@ -68,14 +70,14 @@ class Job:
             "config": {name: felt[name] for name in sections},
         }
 
-    def design(self) -> Design:
-        """As the campaign's engine takes it."""
-        config = {
+    def call(self) -> jobs.Job:
+        """The call of :func:`simulate` that computes it."""
+        arguments = {
             "experiment": self.experiment,
             "gradients": list(self.gradients),
             "config": self.config.model_dump(mode="json"),
         }
-        return Design(self.key, {}, config)
+        return jobs.Job(self.key, FUNCTION, arguments)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,40 +99,28 @@ class JobResult:
     wall_s: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Batch:
-    """Jobs as the work of a campaign."""
-
-    jobs: Sequence[Job]
-    quantities: tuple[str, ...] = ()
-    objective: str = OBJECTIVE
-    gradients: tuple[str, ...] | None = None  # each job tells its own
-
-    def designs(self) -> list[Design]:
-        """The jobs in order, each once."""
-        return list({job.key: job.design() for job in self.jobs}.values())
-
-    def facts(self) -> dict[str, Any]:
-        """Jobs have nothing in common but the format."""
-        return {
-            "schema": SCHEMA,
-            "objective": self.objective,
-            "quantities": [],
-            "parameters": [],
-            "base": {},
-        }
+SHARED: Final[Shared] = same(function=FUNCTION)
+"""What the jobs of a store have in common."""
 
 
-def simulate(job: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Outcome:
+def calls(jobs_: Sequence[Job]) -> list[jobs.Job]:
+    """Calls in the order of the jobs, each once."""
+    return list({job.key: job.call() for job in jobs_}.values())
+
+
+def simulate(experiment: str, config: Data, gradients: Sequence[str]) -> Data:
     """Compute a job on a worker.
 
     Args:
-        job: ``experiment``, ``gradients`` and ``config`` as :meth:`Job.design` gives them.
-        quantities: of no meaning here.
-        ranks: MPI processes; one.
+        experiment: its name.
+        config: resolved.
+        gradients: keys of parameters that all readings are derived by; none where empty.
+
+    Returns:
+        ``curve`` with readings and derivatives, ``iterations``, ``versions``.
 
     Raises:
-        DesignFailure: where not all stops were reached; with what was read before.
+        JobFailure: where not all stops were reached; with what was read before.
         ConfigError: where there is no such finger.
     """
     from mpi4py import MPI
@@ -138,9 +128,7 @@ def simulate(job: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Ou
     from dolfingrip.experiments import run
     from dolfingrip.experiments.results import record
 
-    resolved = from_dict(job["config"])
-    gradients = job["gradients"] or None
-    result = run(job["experiment"], resolved, comm=MPI.COMM_SELF, gradients=gradients)
+    result = run(experiment, from_dict(config), comm=MPI.COMM_SELF, gradients=gradients or None)
     curve: dict[str, list[float]] = {}
     for name in NUMBERS:
         if any(name in row for row in result.rows):
@@ -150,16 +138,16 @@ def simulate(job: dict[str, Any], quantities: tuple[str, ...], ranks: int) -> Ou
             name = json.dumps([slope["column"], slope["parameter"]])
             curve.setdefault(name, []).append(float(slope["derivative"]))
     if result.failure is not None:
-        raise DesignFailure(str(result.failure.kind), result.failure.sentence(), curve)
+        raise JobFailure(str(result.failure.kind), result.failure.sentence(), {"curve": curve})
     iterations = result.facts["newton"]["iterations"]
-    return Outcome({}, curve=curve, iterations=iterations, versions=record.versions())
+    return {"curve": curve, "iterations": iterations, "versions": record.versions()}
 
 
 def result_of(row: Mapping[str, Any]) -> JobResult:
     """The result in a row of the store."""
     columns: dict[str, np.ndarray] = {}
     slopes: dict[tuple[str, str], np.ndarray] = {}
-    for name, values in (row["curve"] or {}).items():
+    for name, values in (row["result"] or row["partial"] or {"curve": {}})["curve"].items():
         numbers = np.array([np.nan if value is None else value for value in values], dtype=float)
         if name.startswith("["):
             column, parameter = json.loads(name)

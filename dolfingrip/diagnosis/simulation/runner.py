@@ -1,25 +1,22 @@
-"""Many jobs on the workers of a campaign, each kept in a store by its content.
+"""Many jobs on workers, each kept in a store by its content.
 
 What is in the store is not computed again, whichever data asked for it; a diagnosis that is killed
-goes on where it was (:mod:`dolfingrip.design.campaign.campaign`).
+goes on where it was (:mod:`dolfingrip.jobs.run`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from dolfingrip.config import ConfigError
-from dolfingrip.design.campaign import campaign
-from dolfingrip.design.campaign.campaign import Standing
-from dolfingrip.design.campaign.cluster import Where
-from dolfingrip.design.campaign.store import Store
-from dolfingrip.diagnosis.simulation.job import Batch, Job, JobResult, result_of
-
-
-def _silent(standing: Standing) -> None:
-    """Show nothing."""
+from dolfingrip.diagnosis.simulation.job import SHARED, Job, JobResult, calls, result_of
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.run import Progress, run, silent
+from dolfingrip.jobs.store import Store
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,14 +25,14 @@ class Workers:
 
     Attributes:
         store: folder of the results, made where there is none.
-        where: the campaign's workers; one MPI process each.
+        where: which workers; one MPI process each.
         progress: called with each simulation that is done.
         retry_failed: compute failed simulations anew.
     """
 
     store: Path
     where: Where = field(default_factory=Where)
-    progress: Callable[[Standing], None] = _silent
+    progress: Progress = silent
     retry_failed: bool = False
 
     def results(self, jobs: Sequence[Job]) -> list[JobResult]:
@@ -52,10 +49,15 @@ class Workers:
         keys = [job.key for job in jobs]
         if not keys:
             return []
-        campaign.run(
-            Batch(jobs), self.store, self.where,
-            retry_failed=self.retry_failed, progress=self.progress,
-        )  # fmt: skip
+        with self.pool() as pool:
+            run(
+                calls(jobs), self.store, pool, SHARED,
+                retry_failed=self.retry_failed, progress=self.progress,
+            )  # fmt: skip
         with Store(self.store) as store:
             found = {row["key"]: result_of(row) for row in store.rows() if row["key"] in set(keys)}
         return [found[key] for key in keys]
+
+    def pool(self) -> AbstractContextManager[Pool]:
+        """The workers that compute what is missing; they end with the ``with`` block."""
+        return Pool(self.where)

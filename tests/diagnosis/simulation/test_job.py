@@ -8,10 +8,10 @@ import numpy as np
 from diagnosis.simulation.here import Here
 
 from dolfingrip.config import load
-from dolfingrip.design.campaign.cluster import Where
-from dolfingrip.design.campaign.store import Store
 from dolfingrip.diagnosis.simulation.job import Job, result_of
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.store import Store
 
 PULL = {"time_s": [0.0, 1.0, 2.0], "displacement_mm": [0.0, 1.0, 2.0]}
 
@@ -84,7 +84,13 @@ def test_what_a_failed_simulation_read_is_kept() -> None:
     """As the store has it: NaN is null there, and a derivative has column and parameter."""
     curve = {"force_N": [0.0, None], '["force_N", "material.mu_MPa"]': [1.0, 2.0]}
     found = result_of(
-        {"curve": curve, "failure_class": "contact", "failure": "stopped", "wall_s": 1.0}
+        {
+            "result": None,
+            "partial": {"curve": curve},
+            "failure_class": "contact",
+            "failure": "stopped",
+            "wall_s": 1.0,
+        }
     )
     np.testing.assert_array_equal(found.columns["force_N"], [0.0, np.nan])
     np.testing.assert_array_equal(found.slopes["force_N", "material.mu_MPa"], [1.0, 2.0])

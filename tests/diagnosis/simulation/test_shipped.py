@@ -11,7 +11,6 @@ import pytest
 from diagnosis.simulation.here import Here
 
 from dolfingrip.config import Config
-from dolfingrip.design.campaign.cluster import Where
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import shipped, sources
@@ -25,6 +24,7 @@ from dolfingrip.diagnosis.simulation.shipped import Shipped
 from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
+from dolfingrip.jobs.cluster import Where
 
 UP_DOWN_mm = [0.0, 4.0, 8.0, 4.0, 0.0]
 
@@ -66,12 +66,12 @@ def test_a_beginning_is_served(file: Path) -> None:
     for job, answer in found:
         assert answer.key == job.key
         assert answer.status == "done"
-        own = simulate(job.design().config, (), 1)
-        assert own.curve is not None
-        assert answer.curve is not None
-        assert answer.curve.keys() == own.curve.keys()
-        for name, values in own.curve.items():
-            np.testing.assert_allclose(answer.curve[name], values, rtol=1e-5, atol=1e-5)
+        own = simulate(**job.call().arguments)["curve"]
+        assert answer.result is not None
+        curve = answer.result["curve"]
+        assert curve.keys() == own.keys()
+        for name, values in own.items():
+            np.testing.assert_allclose(curve[name], values, rtol=1e-5, atol=1e-5)
 
 
 def test_other_configurations_protocols_and_derivatives_are_not(file: Path) -> None:
@@ -94,7 +94,7 @@ def test_stale_results_are_not_used(file: Path, monkeypatch: pytest.MonkeyPatch)
 
     def as_before(job: Job, factor: float = 1.0) -> JobResult:
         again.append(job.key)
-        curve = simulate(job.design().config, (), 1).curve or {}
+        curve = simulate(**job.call().arguments)["curve"]
         return JobResult({name: factor * np.array(values) for name, values in curve.items()})
 
     assert len(opened(file).answers(asked, as_before)) == 2
@@ -132,7 +132,7 @@ def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None
 
     def computed(asked: Job) -> JobResult:
         again.append(asked.key)
-        curve = simulate(asked.design().config, (), 1).curve or {}
+        curve = simulate(**asked.call().arguments)["curve"]
         return JobResult({name: np.array(values) for name, values in curve.items()})
 
     assert len(opened(shipped.FILE).answers([job], computed)) == 1

@@ -11,10 +11,7 @@ from typing import Any
 
 from distributed import Nanny, Status
 
-STARTS = 10
-"""Attempts to start a worker until it is ready for the first time."""
-
-_LOOK_EVERY_S = 0.05
+from dolfingrip.jobs.policy import POLICY
 
 
 class WorkerSupervisor(Nanny):
@@ -23,7 +20,7 @@ class WorkerSupervisor(Nanny):
     async def instantiate(self) -> Any:
         """Start the worker and return the state in which that ended."""
         status = await super().instantiate()
-        for _ in range(STARTS - 1):
+        for _ in range(POLICY.starts - 1):
             # once it runs, Dask itself notices that the worker dies
             if status == Status.running or self.status not in (Status.init, Status.starting):
                 break
@@ -33,6 +30,6 @@ class WorkerSupervisor(Nanny):
     async def _on_worker_exit(self, exitcode: int) -> None:
         # Dask drops the report of a death between the worker's start and its supervisor's
         while self.status in (Status.init, Status.starting):
-            await asyncio.sleep(_LOOK_EVERY_S)
+            await asyncio.sleep(POLICY.start_check_s)
         if not self.is_alive():
             await super()._on_worker_exit(exitcode)

@@ -1,7 +1,7 @@
 """The spool: finished answers on disk before they are sent.
 
 A worker writes its answer here before it returns it, so that an answer outlives both the worker
-and the client. A lock on each design, which the system releases however its holder ends, keeps
+and the client. A lock on each job, which the system releases however its holder ends, keeps
 two workers from computing the same one. Local disks and network disks with flock will do.
 """
 
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from dolfingrip.design.campaign.answer import Answer
+from dolfingrip.jobs.job import Answer
 
 
 class Spool:
@@ -23,7 +23,7 @@ class Spool:
         self.folder = folder
 
     def read(self, key: str) -> Answer | None:
-        """The answer of a design, None where there is none."""
+        """The answer of a job, None where there is none."""
         try:
             return Answer.loads((self.folder / f"{key}.json").read_text(encoding="utf-8"))
         except (FileNotFoundError, ValueError):  # a file torn by a power cut is no answer
@@ -47,13 +47,13 @@ class Spool:
 
     @contextmanager
     def claimed(self, key: str) -> Iterator[None]:
-        """Alone on a design: others that claim it wait."""
+        """Hold a job alone: others that claim it wait."""
         with (self.folder / f"{key}.lock").open("w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
             yield
 
     def forget(self, key: str) -> None:
-        """Drop a design's answer."""
+        """Drop a job's answer."""
         (self.folder / f"{key}.json").unlink(missing_ok=True)
 
     def clear(self) -> None:

@@ -1,7 +1,7 @@
-"""The store of a campaign: one SQLite file, written by one process, read by any.
+"""The store: one SQLite file, written by one process, read by any.
 
-A row is a design. It is entered as ``pending``, and becomes ``done`` or ``failed`` in one
-transaction that is on the disk before it is reported; a ``done`` row never changes again.
+A row is a job. It is entered as ``pending``, and becomes ``done`` or ``failed`` in one transaction
+that is on the disk before it is reported; a ``done`` row never changes again.
 """
 
 from __future__ import annotations
@@ -9,45 +9,63 @@ from __future__ import annotations
 import fcntl
 import json
 import sqlite3
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from dolfingrip.design.campaign.answer import Answer
-from dolfingrip.design.campaign.plan import Design, differences, merged
+from dolfingrip.jobs.job import Answer, Data, Job
 from dolfingrip.sections.errors import ConfigError
 
 NAME = "campaign.sqlite"
-"""File in a campaign's folder."""
+"""File in a folder of jobs."""
 
-_TABLES = """
+FORMAT = 2
+"""Version of the tables."""
+
+Shared = Callable[[Data | None], Data]
+"""From what the jobs of a store have shared so far, None before the first, to what they share with
+further ones. It raises ValueError with one phrase where these do not belong to them."""
+
+_TABLES = f"""
+BEGIN IMMEDIATE;
+PRAGMA user_version = {FORMAT};
 CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS designs (
+CREATE TABLE IF NOT EXISTS jobs (
     number INTEGER PRIMARY KEY,
     key TEXT NOT NULL UNIQUE,
+    function TEXT NOT NULL,
+    arguments TEXT NOT NULL,
     inputs TEXT NOT NULL,
-    config TEXT NOT NULL,
     status TEXT NOT NULL DEFAULT 'pending' CHECK (status IN ('pending', 'done', 'failed')),
-    outputs TEXT,
-    gradients TEXT,
-    curve TEXT,
+    result TEXT,
+    partial TEXT,
     failure_class TEXT,
     failure TEXT,
-    iterations INTEGER,
     started_at TEXT,
     wall_s REAL,
     worker TEXT,
-    versions TEXT,
-    CHECK (status = 'done' OR (outputs IS NULL AND gradients IS NULL)),
+    CHECK (status = 'done' OR result IS NULL),
     CHECK ((status = 'failed') = (failure_class IS NOT NULL))
 );
+COMMIT;
 """
 
-_JSON = ("inputs", "config", "outputs", "gradients", "curve", "versions")
+_JSON = ("arguments", "inputs", "result", "partial")
 _ANSWERED = (
-    "outputs", "gradients", "curve", "failure_class", "failure", "iterations", "started_at",
-    "wall_s", "worker", "versions",
+    "result", "partial", "failure_class", "failure", "started_at", "wall_s", "worker",
 )  # fmt: skip
+
+
+def same(**facts: Any) -> Shared:
+    """What all jobs of a store share, where it is the same for all."""
+
+    def shared(before: Data | None) -> Data:
+        for name, value in (before or {}).items():
+            if facts.get(name) != value:
+                raise ValueError(f"{name} was {value}, now {facts.get(name)}")
+        return facts
+
+    return shared
 
 
 class Store:
@@ -73,18 +91,25 @@ class Store:
             raise ConfigError(f"{self.path}: no such campaign")
         try:
             self._base = self._open(write)
+            (version,) = self._base.execute("PRAGMA user_version").fetchone()
+            (entries,) = self._base.execute("SELECT COUNT(*) FROM sqlite_master").fetchone()
+            if version != FORMAT and (entries or not write):
+                self.close()
+                raise ConfigError(
+                    f"{self.path}: has version {version} of the tables; allowed: {FORMAT}, or "
+                    "another folder"
+                )
+            if write:
+                self._base.executescript(_TABLES)
         except sqlite3.Error as error:
             raise ConfigError(f"{self.path}: not a campaign's store: {error}") from None
 
     def _open(self, write: bool) -> sqlite3.Connection:
         if not write:
-            base = sqlite3.connect(f"{self.path.absolute().as_uri()}?mode=ro", uri=True)
-            base.execute("SELECT key FROM designs LIMIT 1")
-            return base
+            return sqlite3.connect(f"{self.path.absolute().as_uri()}?mode=ro", uri=True)
         base = sqlite3.connect(self.path, isolation_level=None)
         base.execute("PRAGMA journal_mode = WAL")
         base.execute("PRAGMA synchronous = FULL")  # a commit outlives a power cut too
-        base.executescript(_TABLES)
         return base
 
     def __enter__(self) -> Store:
@@ -99,82 +124,84 @@ class Store:
         if self._lock is not None:
             self._lock.close()
 
-    def facts(self) -> dict[str, Any] | None:
-        """What all designs share; None before the first."""
+    def facts(self) -> Data | None:
+        """What all jobs share; None before the first."""
         row = self._base.execute("SELECT value FROM facts WHERE name = 'plan'").fetchone()
         return None if row is None else json.loads(row[0])
 
-    def add(self, facts: dict[str, Any], designs: Iterable[Design]) -> None:
-        """Enter designs that are not there yet as pending, all or none.
+    def add(self, jobs: Iterable[Job], shared: Shared) -> None:
+        """Enter jobs that are not there yet as pending, all or none.
 
         Raises:
-            ConfigError: where the campaign was begun with other settings.
+            ConfigError: where they do not belong to those that are there.
         """
-        before = self.facts()
-        if before is not None:
-            change = next(differences(before, facts), None)
-            if change is not None:
-                raise ConfigError(
-                    f"{self.path.parent}: {change}; allowed: the same settings, or another --out"
-                )
-            facts = merged(before, facts)
-        rows = [(d.key, json.dumps(d.inputs), json.dumps(d.config)) for d in designs]
+        try:
+            facts = shared(self.facts())
+        except ValueError as error:
+            raise ConfigError(
+                f"{self.path.parent}: {error}; allowed: the same settings, or another --out"
+            ) from None
+        rows = [
+            (job.key, job.function, json.dumps(job.arguments), json.dumps(job.inputs))
+            for job in jobs
+        ]
         with _transaction(self._base):
             self._base.execute("REPLACE INTO facts VALUES ('plan', ?)", (json.dumps(facts),))
             self._base.executemany(
-                "INSERT OR IGNORE INTO designs (key, inputs, config) VALUES (?, ?, ?)", rows
+                "INSERT OR IGNORE INTO jobs (key, function, arguments, inputs) VALUES (?, ?, ?, ?)",
+                rows,
             )
 
     def record(self, answer: Answer) -> bool:
-        """Enter an answer; False where its design has one already or is not known."""
+        """Enter an answer; False where its job has one already or is not known."""
         plain = json.loads(answer.dumps())
         values = {name: plain[name] for name in _ANSWERED}
         for name in set(_JSON) & set(_ANSWERED):
             values[name] = None if values[name] is None else json.dumps(values[name])
         if answer.status == "failed":
-            values["outputs"] = values["gradients"] = None
+            values["result"] = None
         columns = ", ".join(f"{name} = ?" for name in values)
         with _transaction(self._base):
             changed = self._base.execute(
-                f"UPDATE designs SET status = ?, {columns} WHERE key = ? AND status = 'pending'",
+                f"UPDATE jobs SET status = ?, {columns} WHERE key = ? AND status = 'pending'",
                 (answer.status, *values.values(), answer.key),
             )
         return changed.rowcount == 1
 
     def reopen(self, keys: Iterable[str], spared: Collection[str] = ()) -> list[str]:
-        """Make the failed designs among ``keys`` pending again; their keys.
+        """Make the failed jobs among ``keys`` pending again; their keys.
 
         Args:
-            keys: of designs.
+            keys: of jobs.
             spared: classes of failures that stay.
         """
-        query = "SELECT key, failure_class FROM designs WHERE status = 'failed'"
+        query = "SELECT key, failure_class FROM jobs WHERE status = 'failed'"
         classes = dict(self._base.execute(query))
         failed = [key for key in keys if key in classes and classes[key] not in spared]
         blank = ", ".join(f"{name} = NULL" for name in _ANSWERED)
         with _transaction(self._base):
             self._base.executemany(
-                f"UPDATE designs SET status = 'pending', {blank} WHERE key = ?",
+                f"UPDATE jobs SET status = 'pending', {blank} WHERE key = ?",
                 [(key,) for key in failed],
             )
         return failed
 
     def status(self, key: str) -> str | None:
-        """Status of a design, None where it is not known."""
-        row = self._base.execute("SELECT status FROM designs WHERE key = ?", (key,)).fetchone()
+        """Status of a job, None where it is not known."""
+        row = self._base.execute("SELECT status FROM jobs WHERE key = ?", (key,)).fetchone()
         return None if row is None else str(row[0])
 
     def counts(self) -> dict[str, int]:
-        """Number of designs by status."""
+        """Number of jobs by status."""
         found = {"pending": 0, "done": 0, "failed": 0}
         found.update(
-            self._base.execute("SELECT status, COUNT(*) FROM designs GROUP BY status").fetchall()
+            self._base.execute("SELECT status, COUNT(*) FROM jobs GROUP BY status").fetchall()
         )
         return found
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Every design in the order of entry, JSON columns as objects."""
-        cursor = self._base.execute("SELECT * FROM designs ORDER BY number")
+        """Every job in the order of entry, JSON columns as objects."""
+        cursor = self._base.execute("SELECT * FROM jobs ORDER BY number")
         names = [column[0] for column in cursor.description]
         for values in cursor:
             row = dict(zip(names, values, strict=True))

@@ -1,0 +1,105 @@
+"""Where jobs are computed: processes here, a running Dask cluster, or a Slurm cluster."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from dolfingrip.jobs import slurm
+from dolfingrip.jobs.interrupts import interrupts_answered_by
+from dolfingrip.jobs.policy import POLICY
+from dolfingrip.sections.errors import ConfigError
+
+_SILENCE = f"{POLICY.silence_h:g}h"
+_EVERYWHERE = {
+    "distributed.scheduler.allowed-failures": POLICY.lost_workers,
+    "distributed.scheduler.worker-ttl": None,
+    # where a worker dies, a job that waits on it would count as failed, too
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.worker.memory.terminate": False,
+    "distributed.worker.memory.pause": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.target": False,
+    "distributed.admin.tick.limit": _SILENCE,
+}
+_OF_LOCAL_WORKERS = {"distributed.deploy.lost-worker-timeout": _SILENCE}
+
+
+@dataclass(frozen=True, slots=True)
+class Where:
+    """The workers of jobs; the first that is given counts.
+
+    Attributes:
+        scheduler: address of a Dask scheduler.
+        slurm: TOML file, see :func:`dolfingrip.jobs.slurm.settings`.
+        workers: number of processes here, or of Slurm jobs.
+        ranks: MPI processes of each job.
+    """
+
+    scheduler: str | None = None
+    slurm: Path | None = None
+    workers: int = 1
+    ranks: int = 1
+
+
+@contextmanager
+def connected(where: Where) -> Iterator[Any]:
+    """A Dask client; workers that were started for it end with it.
+
+    Raises:
+        ConfigError: one line, where there is no scheduler or no Slurm, or no worker starts.
+    """
+    import dask
+    from distributed import Client
+
+    _quiet()
+    with dask.config.set(_EVERYWHERE), ExitStack() as stack:
+        if where.scheduler is not None:
+            try:
+                running = Client(where.scheduler, timeout=f"{POLICY.connect_s:g}s")
+            except (OSError, ValueError) as error:
+                raise ConfigError(f"--scheduler {where.scheduler}: {error}") from None
+            yield stack.enter_context(running)
+            return
+        if where.slurm is not None:
+            cluster = slurm.cluster(where.slurm, where.workers, where.ranks)
+        else:
+            stack.enter_context(dask.config.set(_OF_LOCAL_WORKERS))
+            cluster = _local(where)
+        yield stack.enter_context(Client(stack.enter_context(cluster)))
+
+
+def _quiet() -> None:
+    """Silence Dask's log of workers and schedulers that die; the store records it."""
+    for name in ("tornado.application", *logging.root.manager.loggerDict):
+        if name.startswith(("distributed", "tornado")):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+
+
+def _local(where: Where) -> Any:
+    """Processes of their own, one job each at a time: MPI and PETSc are not shared."""
+    from distributed import LocalCluster
+
+    from dolfingrip.jobs.supervision import WorkerSupervisor
+
+    os.environ["OMP_NUM_THREADS"] = "1"
+    try:
+        # processes started meanwhile leave Ctrl-C to this one, which ends them
+        with interrupts_answered_by(signal.SIG_IGN):
+            return LocalCluster(
+                n_workers=where.workers,
+                threads_per_worker=1,
+                worker_class=WorkerSupervisor,
+                memory_limit=0,
+                dashboard_address="127.0.0.1:0",  # any free port
+                silence_logs=logging.CRITICAL,
+            )
+    except RuntimeError as error:
+        reason = error.__cause__ or error
+        raise ConfigError(f"--workers {where.workers}: none could be started: {reason}") from None

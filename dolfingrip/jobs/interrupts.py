@@ -1,0 +1,40 @@
+"""Ctrl-C: a temporary handler, and what is kept."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C, with a sentence that says what is kept and how to go on."""
+
+
+def interrupt_behind(error: BaseException | None) -> KeyboardInterrupt | None:
+    """The interrupt behind an error, the first with a sentence where there is one.
+
+    PETSc passes an interrupt of a callback on as an error of its own.
+    """
+    interrupts: list[KeyboardInterrupt] = []
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            interrupts.append(error)
+        error = error.__cause__ or error.__context__
+    told = [each for each in interrupts if isinstance(each, Interrupted)]
+    return next(iter([*told, *interrupts]), None)
+
+
+@contextmanager
+def interrupts_answered_by(handler: Callable[[int, Any], None] | signal.Handlers) -> Iterator[None]:
+    """Let the handler answer SIGINT, which only the main thread gets."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,110 @@
+"""A job and its answer, as they are sent, spooled and stored."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+Data = dict[str, Any]
+"""Plain data: what JSON can hold."""
+
+Status = Literal["done", "failed"]
+
+WORKER_LOST = "worker lost"
+"""Failure class of a job whose workers died too often for chance."""
+
+REFUSED = "geometry"
+"""Failure class of a job whose function refuses its arguments: there is no such finger or mesh."""
+
+
+class JobFailure(Exception):
+    """A job that has no result.
+
+    Attributes:
+        kind: failure class, e.g. that of the load path.
+        sentence: why, for people.
+        partial: what there was before the failure.
+    """
+
+    def __init__(self, kind: str, sentence: str, partial: Data | None = None) -> None:
+        super().__init__(kind, sentence, partial)
+        self.kind, self.sentence, self.partial = kind, sentence, partial
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A call of a function, whose answer is kept.
+
+    Attributes:
+        key: hash of all that the result depends on, see :func:`content_key`.
+        function: import path ``module:function``. The function returns :data:`Data`, and raises
+            :class:`JobFailure` where there is no result.
+        arguments: of the function, by name.
+        inputs: by what this job differs from the others of its store, for people and tables.
+    """
+
+    key: str
+    function: str
+    arguments: Data
+    inputs: Data = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class Answer:
+    """A job's result or failure, and its cost.
+
+    Attributes:
+        key: of the job.
+        status: a ``failed`` job has no result.
+        result: what the function returned.
+        partial: what there was before the failure.
+        failure_class, failure: class and sentence.
+        started_at: UTC, ISO 8601.
+        wall_s: time of the computation.
+        worker: host and process.
+    """
+
+    key: str
+    status: Status
+    result: Data | None = None
+    partial: Data | None = None
+    failure_class: str | None = None
+    failure: str | None = None
+    started_at: str | None = None
+    wall_s: float | None = None
+    worker: str | None = None
+
+    def dumps(self) -> str:
+        """JSON on one line; numbers that JSON does not have become null."""
+        return json.dumps(_plain(asdict(self)), allow_nan=False)
+
+    @staticmethod
+    def loads(text: str) -> Answer:
+        """The answer in a JSON text.
+
+        Raises:
+            ValueError: where the text is none.
+        """
+        try:
+            return Answer(**json.loads(text))
+        except TypeError as error:
+            raise ValueError(str(error)) from None
+
+
+def content_key(content: Data) -> str:
+    """Hash of plain data."""
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

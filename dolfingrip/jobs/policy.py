@@ -1,0 +1,28 @@
+"""When workers are given up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """How often workers may fail, and for how long they are waited for.
+
+    Attributes:
+        lost_workers: workers that may die on a job before the job counts as failed.
+        starts: attempts to start a local worker until it is ready for the first time.
+        start_check_s: time between two looks at a local worker that starts.
+        connect_s: time to reach a scheduler that is said to run.
+        silence_h: time without a word after which a worker counts as lost. A factorisation holds
+            the interpreter for long, and a cold disk alone can take longer than Dask's own 15 s.
+    """
+
+    lost_workers: int = 2
+    starts: int = 10
+    start_check_s: float = 0.05
+    connect_s: float = 20.0
+    silence_h: float = 1.0
+
+
+POLICY = Policy()

@@ -1,0 +1,101 @@
+"""Jobs that are still missing in a folder, computed and stored one by one.
+
+Client or worker may be killed at any moment. The next call keeps what is stored, stores what is
+spooled, and computes only what is neither.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.spool import Spool
+from dolfingrip.jobs.store import Shared, Store
+
+
+@dataclass(slots=True)
+class Standing:
+    """How far the jobs of a call are.
+
+    Attributes:
+        total: their number.
+        done, failed: of them, with those of earlier calls.
+        computed: stored by this call.
+        classes: number of failed jobs of this call by class.
+    """
+
+    total: int
+    done: int = 0
+    failed: int = 0
+    computed: int = 0
+    classes: dict[str, int] = field(default_factory=dict)
+
+    def count(self, answer: Answer) -> None:
+        """Take an answer into account."""
+        self.computed += 1
+        if answer.status == "done":
+            self.done += 1
+            return
+        self.failed += 1
+        kind = answer.failure_class or ""
+        self.classes[kind] = self.classes.get(kind, 0) + 1
+
+
+Progress = Callable[[Standing], None]
+
+
+def silent(standing: Standing) -> None:
+    """Show nothing."""
+
+
+def run(
+    jobs: Sequence[Job],
+    folder: Path,
+    pool: Pool,
+    shared: Shared,
+    *,
+    retry_failed: bool = False,
+    spared: Collection[str] = (),
+    progress: Progress = silent,
+) -> Standing:
+    """Compute what is missing.
+
+    Args:
+        jobs: to have; each key once. The folder keeps others, too.
+        folder: of store and spool, made where there is none.
+        pool: workers.
+        shared: what all jobs of the folder share.
+        retry_failed: compute failed jobs anew.
+        spared: classes of failures that are not computed anew.
+        progress: called at the start and with each answer stored.
+
+    Raises:
+        ConfigError: one line, where the folder holds other jobs or there are no workers.
+        SchedulerGone: all workers are gone.
+        KeyboardInterrupt: Ctrl-C; what was computed is kept.
+    """
+    with Store(folder, write=True) as store:
+        store.add(jobs, shared)
+        spool = Spool((folder / "spool").absolute())
+        spool.folder.mkdir(exist_ok=True)
+        for answer in spool.answers():
+            store.record(answer)
+        if retry_failed:
+            for key in store.reopen([job.key for job in jobs], spared):
+                spool.forget(key)
+        statuses = [store.status(job.key) for job in jobs]
+        standing = Standing(len(jobs), statuses.count("done"), statuses.count("failed"))
+        progress(standing)
+        missing = [job for job, status in zip(jobs, statuses, strict=True) if status == "pending"]
+        with closing(pool.answers(missing, spool)) as answers:
+            for answer in answers:
+                if store.record(answer):
+                    standing.count(answer)
+                    progress(standing)
+        if not store.counts()["pending"]:
+            spool.clear()
+    return standing
