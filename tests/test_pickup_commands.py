@@ -64,6 +64,32 @@ def test_friction(
     assert (tmp_path / "friction.csv").exists()
 
 
+def interrupted(config: object, quantities: object, ranks: int) -> None:
+    """A grasp in which Ctrl-C comes, which PETSc passes on as an error of its own."""
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as error:
+        raise RuntimeError("error code 98") from error
+
+
+def test_an_interrupted_search_says_how_to_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """And the grasp that was interrupted is made anew, not kept as a failure."""
+
+    class Interrupted(trials.Trials):
+        def __init__(self, *given: object) -> None:
+            super().__init__(*given, objective=f"{__name__}:interrupted")  # type: ignore[arg-type]
+
+    monkeypatch.setattr(trials, "Trials", Interrupted)
+    assert call(monkeypatch, "pickup", "--out", str(tmp_path), "--preset", "coarse") == 130
+    assert capfd.readouterr().err == (
+        f"dolfingrip: interrupted: what was computed is kept in {tmp_path}; "
+        "the same command goes on from there\n"
+    )
+    assert not list((tmp_path / "spool").glob("*.json"))
+
+
 @pytest.mark.parametrize(("arguments", "said"), [
     (["pickup", "--resolution", "0"], "--resolution 0: allowed: above 0 and up to 300 kPa"),
     (["pickup", "--highest", "2000"], "--highest 2000: allowed: above 0 and up to 1000 kPa"),

@@ -53,7 +53,7 @@ def optimise(
     from dolfingrip.cli import progress
     from dolfingrip.design.optimum import files, optimum
     from dolfingrip.design.optimum.finite_elements import evaluator
-    from dolfingrip.design.optimum.pareto import Settings
+    from dolfingrip.design.optimum.genetic import Settings
     from dolfingrip.design.surrogate import surrogate as network
     from dolfingrip.jobs.cluster import Where
 

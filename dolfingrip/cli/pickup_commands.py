@@ -18,6 +18,7 @@ from dolfingrip import config as configuration
 from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
 from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign.policy import SEARCH
 from dolfingrip.experiments.index import find
 
 if TYPE_CHECKING:
@@ -30,9 +31,6 @@ Resolution = Annotated[
     float, typer.Option(metavar="kPa", help="Distance of the pressures that are tried.")
 ]
 
-MOST_KPA = 1000.0
-"""Largest pressure that an option may name."""
-
 
 def pickup(
     out: Out = Path("out/pickup"),
@@ -41,7 +39,9 @@ def pickup(
     friction: Annotated[float | None, typer.Option(help="Of fingers on food.")] = None,
     resolution: Resolution = 5.0,
     start: Annotated[float, typer.Option(metavar="kPa", help="Of the first grasp.")] = 150.0,
-    highest: Annotated[float, typer.Option(metavar="kPa", help="None above is tried.")] = 300.0,
+    highest: Annotated[
+        float, typer.Option(metavar="kPa", help="None above is tried.")
+    ] = SEARCH.highest_kPa,
     preset: Preset = None,
     config: ConfigFile = None,
     overrides: Overrides = None,
@@ -52,7 +52,7 @@ def pickup(
     """
     _check("--resolution", resolution, highest)
     _check("--start", start, highest)
-    _check("--highest", highest, MOST_KPA)
+    _check("--highest", highest, SEARCH.largest_pressure_kPa)
     base = _base(config, overrides, food, pose, preset, friction)
     from dolfingrip.design.campaign.pickup import pickup_pressure
 
@@ -88,7 +88,7 @@ def friction(
 
     A call that was killed goes on where it was. friction.csv has all grasps.
     """
-    _check("--pickup-pressure", pickup_pressure, MOST_KPA)
+    _check("--pickup-pressure", pickup_pressure, SEARCH.largest_pressure_kPa)
     if not 0 < resolution < pickup_pressure:
         raise ConfigError(
             f"--resolution {resolution:g}: allowed: above 0 and below {pickup_pressure:g} kPa"
@@ -126,8 +126,6 @@ def _base(
 ) -> Config:
     """The configuration of all grasps, with a short lift if no other one is asked for."""
     one_process("one process")
-    from dolfingrip.design.campaign.trials import LIFT_MM
-
     given = {
         "food.kind": food,
         "gripper.pose": pose,
@@ -135,7 +133,7 @@ def _base(
         "food.friction": friction,
     }
     options = [f"{key}={value}" for key, value in given.items() if value is not None]
-    lift = [f"gripper.lift_mm={LIFT_MM:g}"]
+    lift = [f"gripper.lift_mm={SEARCH.lift_mm:g}"]
     loaded = configuration.load(config, [*(overrides or ()), *options], lift)
     find("grasp").settings(loaded)
     return loaded

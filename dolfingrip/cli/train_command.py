@@ -56,7 +56,8 @@ def train(
     facts = result.surrogate.facts
     for part in ("training", "test"):
         mse = facts[f"{part}_mse"]
-        verdict = "" if mse < training.GOAL_MSE else f", above the goal of {training.GOAL_MSE:g}"
+        goal = training.JUDGEMENT.goal_mse
+        verdict = "" if mse < goal else f", above the goal of {goal:g}"
         errors = ", ".join(f"{name} {rms[part]:.3g}" for name, rms in facts["rms_error"].items())
         screen.print(
             f"{part}: {facts[f'{part}_designs']} designs, MSE {mse:.2e}{verdict}; "
@@ -80,7 +81,7 @@ def _trained(out: Path, data: Table, settings: Settings) -> bool:
 
 def _write(result: Training, data: Table, out: Path) -> None:
     from dolfingrip.design import rows
-    from dolfingrip.design.surrogate.training import GOAL_MSE
+    from dolfingrip.design.surrogate.training import JUDGEMENT
     from dolfingrip.report import design as pictures
 
     out.mkdir(parents=True, exist_ok=True)
@@ -97,7 +98,7 @@ def _write(result: Training, data: Table, out: Path) -> None:
         result.training_mse,
         result.test_mse,
         out / "learning_curve.png",
-        goal=GOAL_MSE,
+        goal=JUDGEMENT.goal_mse,
     )
     predicted = result.surrogate.predict(data.inputs)
     pictures.plot_fit(data.output_names, data.outputs, predicted, result.test, out / "fit.png")

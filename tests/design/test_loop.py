@@ -16,6 +16,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign import campaign, space
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.interrupts import Interrupted
 
 
 @pytest.fixture(scope="module")
@@ -141,3 +142,13 @@ def test_bad_input_is_said_in_one_line(tmp_path: Path) -> None:
             _call(*arguments, "--out", out)
         assert "\n" not in str(caught.value)
         assert not out.exists()
+
+
+def test_an_interrupted_step_ends_the_loop() -> None:
+    """The steps after it are not begun."""
+
+    def before() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted, match="the same command goes on from there"):
+        reproduce_command.step(before)

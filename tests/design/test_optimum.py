@@ -12,9 +12,9 @@ import pytest
 from design import stand_in
 
 from dolfingrip.design.optimum import files, optimum, resolve
+from dolfingrip.design.optimum.genetic import Settings
 from dolfingrip.design.optimum.optimum import Optimum
-from dolfingrip.design.optimum.pareto import Settings
-from dolfingrip.design.optimum.resolve import Candidate, Failure, Outputs, Resolved
+from dolfingrip.design.optimum.resolve import Failure, Outputs, Resolved, SelectedDesign
 from dolfingrip.design.surrogate.training import Training
 
 SMALL = Settings(population=60, generations=20)
@@ -104,4 +104,6 @@ def test_gain_is_over_the_original_as_computed(found: Optimum) -> None:
 
 def test_the_original_is_none_of_a_space_without_it(training: Training) -> None:
     (one,) = resolve.original(training.surrogate)
-    assert one == Candidate("original", None, {"morph.xi1": 0.0, "morph.xi2": 0.0}, one.predicted)
+    assert one == SelectedDesign(
+        "original", None, {"morph.xi1": 0.0, "morph.xi2": 0.0}, one.predicted
+    )

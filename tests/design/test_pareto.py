@@ -14,8 +14,8 @@ from pymoo.core.duplicate import DefaultDuplicateElimination
 from pymoo.core.population import Population
 from pymoo.core.problem import Problem
 
-from dolfingrip.design.optimum.genetic import NoCopies, nsga2
-from dolfingrip.design.optimum.pareto import Front, Settings, front, fronts, objectives, polish
+from dolfingrip.design.optimum.genetic import NoCopies, Settings, nsga2
+from dolfingrip.design.optimum.pareto import Front, front, fronts, objectives, polish
 from dolfingrip.design.surrogate.training import Training
 
 SMALL = Settings(population=100, generations=50)
@@ -114,7 +114,7 @@ def test_copies_are_those_that_pymoo_finds() -> None:
 
 
 def test_rates_reach_the_operators() -> None:
-    algorithm = nsga2(100, crossover=0.6, mutation=0.1, seed=1)
+    algorithm = nsga2(Settings(100, crossover=0.6, mutation=0.1, seed=1))
     assert algorithm.mating.crossover.prob.value == 0.6
     assert algorithm.mating.mutation.prob_var.value == 0.1
     assert algorithm.mating.mutation.prob.value == 1.0

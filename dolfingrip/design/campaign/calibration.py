@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 from dolfingrip.config import ConfigError
+from dolfingrip.design.campaign.policy import SEARCH
 from dolfingrip.design.campaign.threshold import least
 from dolfingrip.design.campaign.trials import Trial, Trials
-
-LARGEST_FRICTION: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,11 +71,11 @@ def _least_friction(
     start = known.weight_N / known.normal_N if known.normal_N > 0 else known.friction
     found = least(
         lambda place: trials.at(pressure_kPa, place * tolerance).picked_up,
-        round(start / tolerance), low, round(LARGEST_FRICTION / tolerance),
+        round(start / tolerance), low, round(SEARCH.largest_friction / tolerance),
     )  # fmt: skip
     if found.succeeds is None:
         raise ConfigError(
-            f"--pickup-pressure {pressure_kPa:g}: no friction up to {LARGEST_FRICTION:g} picks the "
-            "food up there; allowed: a higher pressure, or another pose"
+            f"--pickup-pressure {pressure_kPa:g}: no friction up to {SEARCH.largest_friction:g} "
+            "picks the food up there; allowed: a higher pressure, or another pose"
         )
     return found.succeeds * tolerance

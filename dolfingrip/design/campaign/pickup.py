@@ -4,18 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
+from dolfingrip.design.campaign.policy import SEARCH
 from dolfingrip.design.campaign.threshold import least
 from dolfingrip.design.campaign.trials import Trial, Trials
-
-HIGHEST_kPa: Final = 300.0
-"""The paper's highest pressure."""
-
-ESTIMATES: Final = 4
-"""Grasps at most that are made to estimate the pressure."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +29,7 @@ def pickup_pressure(
     trials: Trials,
     resolution_kPa: float,
     start_kPa: float,
-    highest_kPa: float = HIGHEST_kPa,
-    estimates: int = ESTIMATES,
+    highest_kPa: float = SEARCH.highest_kPa,
 ) -> Pickup:
     """The least multiple of ``resolution_kPa`` at which the food is picked up.
 
@@ -49,7 +42,6 @@ def pickup_pressure(
         resolution_kPa: distance of pressures.
         start_kPa: pressure of the first grasp.
         highest_kPa: none above is tried.
-        estimates: grasps at most from which the pressure is estimated; 0 where the start is near.
     """
     friction = trials.base.food.friction
     highest = int(highest_kPa / resolution_kPa + 1e-9)
@@ -60,7 +52,7 @@ def pickup_pressure(
     place = min(max(round(start_kPa / resolution_kPa), 1), highest)
     made: dict[int, Trial] = {}
     fails, succeeds = 0, highest + 1
-    for _ in range(estimates):
+    for _ in range(SEARCH.estimates):
         made[place] = trial(place)
         if made[place].picked_up:
             succeeds = min(succeeds, place)

@@ -21,9 +21,6 @@ from dolfingrip.jobs.work import work
 PRESSURE: Final = "experiment.max_pressure_kPa"
 FRICTION: Final = "food.friction"
 
-LIFT_MM: Final = 10.0
-"""Way up in a trial: what slips does so within the first millimetres."""
-
 WANTED: Final = ("picked_up", "normal_N", "weight_N", "outcome_s", "margin")
 
 

@@ -6,6 +6,7 @@ most went into comparing pairs one by one and into a distance matrix that looks 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,30 @@ from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.selection.tournament import TournamentSelection
 
-ETA_CROSSOVER, ETA_MUTATION = 15.0, 20.0
-"""Distribution indices: pymoo's defaults. The paper names none."""
+
+@dataclass(frozen=True)
+class Settings:
+    """NSGA-II's numbers: population and generations are the paper's.
+
+    The paper does not name the rates it found best, nor any distribution index; the rates are
+    pymoo's defaults, both in Table 1, and so are the indices.
+
+    Attributes:
+        population: designs in a generation.
+        generations: the random first one counts.
+        crossover: rate, of a mating.
+        mutation: rate, of an input.
+        seed: of the random numbers.
+        eta_crossover, eta_mutation: distribution indices.
+    """
+
+    population: int = 1000
+    generations: int = 200
+    crossover: float = 0.9
+    mutation: float = 0.5
+    seed: int = 1
+    eta_crossover: float = 15.0
+    eta_mutation: float = 20.0
 
 
 class NoCopies(DuplicateElimination):
@@ -60,7 +83,7 @@ def tournament(pop: Any, pairs: npt.NDArray[np.int_], algorithm: Any, **_: Any) 
     return np.where(wins, first, second)[:, None]
 
 
-def nsga2(population: int, crossover: float, mutation: float, seed: int) -> NSGA2:
+def nsga2(settings: Settings) -> NSGA2:
     """NSGA-II with the paper's crossover and mutation rates.
 
     pymoo has two probabilities for each operator: ``prob`` that a mating (or individual) is
@@ -71,10 +94,10 @@ def nsga2(population: int, crossover: float, mutation: float, seed: int) -> NSGA
       (``prob = 1``); the usual 1/variables is 0.5 here.
     """
     return NSGA2(
-        pop_size=population,
-        crossover=SBX(prob=crossover, prob_var=0.5, eta=ETA_CROSSOVER),
-        mutation=PM(prob=1.0, prob_var=mutation, eta=ETA_MUTATION),
+        pop_size=settings.population,
+        crossover=SBX(prob=settings.crossover, prob_var=0.5, eta=settings.eta_crossover),
+        mutation=PM(prob=1.0, prob_var=settings.mutation, eta=settings.eta_mutation),
         selection=TournamentSelection(func_comp=tournament),
         eliminate_duplicates=NoCopies(),
-        seed=seed,
+        seed=settings.seed,
     )

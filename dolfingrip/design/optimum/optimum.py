@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from dolfingrip.design.optimum import pareto, resolve
-from dolfingrip.design.optimum.pareto import Front, Settings
-from dolfingrip.design.optimum.resolve import Candidate, Evaluate, Resolved
+from dolfingrip.design.optimum.genetic import Settings
+from dolfingrip.design.optimum.pareto import Front
+from dolfingrip.design.optimum.resolve import Evaluate, Resolved, SelectedDesign
 from dolfingrip.design.surrogate.surrogate import Surrogate
 
 
@@ -24,7 +25,7 @@ class Optimum:
     surrogate: Surrogate
     settings: Settings
     front: Front
-    candidates: list[Candidate]
+    candidates: list[SelectedDesign]
     missed: list[float]
 
 
@@ -55,10 +56,10 @@ def find(
             missed.append(limit)
             continue
         start = front.designs[place]
-        chosen.append(resolve.candidate(surrogate, start, "chosen", limit))
+        chosen.append(resolve.selected(surrogate, start, "chosen", limit))
         better = pareto.polish(predict, low, high, start, limit)
         if better is not None:
-            polished.append(resolve.candidate(surrogate, better[0], "polished", limit))
+            polished.append(resolve.selected(surrogate, better[0], "polished", limit))
     candidates = [
         *chosen,
         *resolve.original(surrogate),

@@ -11,7 +11,7 @@ from pymoo.core.problem import Problem
 from pymoo.termination import get_termination
 from scipy import optimize
 
-from dolfingrip.design.optimum.genetic import nsga2
+from dolfingrip.design.optimum.genetic import Settings, nsga2
 from dolfingrip.design.surrogate.surrogate import Surrogate
 
 Matrix = npt.NDArray[np.float64]
@@ -21,20 +21,6 @@ Predict = Callable[[Matrix], Matrix]
 
 COG, FORCE = "cog_offset_mm", "force_N"
 """The paper's objectives: COG offset of the undeformed finger, kept low; blocked force, raised."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """NSGA-II's numbers: population and generations are the paper's.
-
-    The paper does not name the rates it found best; these are pymoo's defaults, both in Table 1.
-    """
-
-    population: int = 1000
-    generations: int = 200
-    crossover: float = 0.9
-    mutation: float = 0.5
-    seed: int = 1
 
 
 @dataclass(frozen=True)
@@ -122,7 +108,7 @@ def fronts(
         Fronts by generation.
     """
     wanted = set(at) or {settings.generations}
-    algorithm = nsga2(settings.population, settings.crossover, settings.mutation, settings.seed)
+    algorithm = nsga2(settings)
     algorithm.setup(
         _Designs(predict, low, high),
         # one more than needed: the run is stepped here, and pymoo's own end does nothing for it

@@ -25,7 +25,7 @@ Evaluate = Callable[[Sequence[dict[str, float]]], list[Outputs | Failure]]
 
 
 @dataclass(frozen=True)
-class Candidate:
+class SelectedDesign:
     """A design to compute again.
 
     Attributes:
@@ -44,7 +44,7 @@ class Candidate:
 class Resolved:
     """A candidate and what finite elements gave for it."""
 
-    candidate: Candidate
+    candidate: SelectedDesign
     computed: Outputs | Failure
 
     def miss(self, name: str) -> float:
@@ -70,12 +70,12 @@ class Error:
     relative: float
 
 
-def candidate(
+def selected(
     surrogate: Surrogate, design: Vector, role: str, cog_max_mm: float | None = None
-) -> Candidate:
+) -> SelectedDesign:
     """A design, shape (inputs,), with what the surrogate says of it."""
     predicted = surrogate.predict(design[None, :], warn=False)[0]
-    return Candidate(
+    return SelectedDesign(
         role,
         cog_max_mm,
         dict(zip(surrogate.input_names, map(float, design), strict=True)),
@@ -83,21 +83,21 @@ def candidate(
     )
 
 
-def along(surrogate: Surrogate, front: Front, count: int) -> list[Candidate]:
+def along(surrogate: Surrogate, front: Front, count: int) -> list[SelectedDesign]:
     """Points evenly far apart along the front."""
     designs: Matrix = front.designs[front.spread(count)]
-    return [candidate(surrogate, design, "front") for design in designs]
+    return [selected(surrogate, design, "front") for design in designs]
 
 
-def original(surrogate: Surrogate) -> list[Candidate]:
+def original(surrogate: Surrogate) -> list[SelectedDesign]:
     """The design with all inputs 0, which a morph leaves as it is; none where it is outside."""
     zero = np.zeros(len(surrogate.input_names))
     inside = (surrogate.inputs.low <= zero).all() and (zero <= surrogate.inputs.high).all()
     morphs = all(name.startswith("morph.") for name in surrogate.input_names)
-    return [candidate(surrogate, zero, "original")] if inside and morphs else []
+    return [selected(surrogate, zero, "original")] if inside and morphs else []
 
 
-def resolve(candidates: Sequence[Candidate], evaluate: Evaluate) -> list[Resolved]:
+def resolve(candidates: Sequence[SelectedDesign], evaluate: Evaluate) -> list[Resolved]:
     """Compute the candidates, each design once whatever it is wanted for."""
     distinct = list({tuple(one.inputs.items()): one.inputs for one in candidates}.values())
     found = dict(zip(map(_key, distinct), evaluate(distinct), strict=True))

@@ -8,7 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from dolfingrip.design.optimum.pareto import Settings, fronts, objectives
+from dolfingrip.design.optimum.genetic import Settings
+from dolfingrip.design.optimum.pareto import fronts, objectives
 from dolfingrip.design.surrogate import surrogate as network
 from dolfingrip.jobs.job import Data
 
@@ -31,7 +32,7 @@ def run(
         surrogate: its folder.
         cog_max_mm: the limit.
         generations: after which a design is chosen.
-        population, crossover, mutation, seed: as of :class:`~.pareto.Settings`.
+        population, crossover, mutation, seed: as of :class:`~.genetic.Settings`.
 
     Returns:
         ``cpu_s`` of this process, and ``choices``: for each number of generations its

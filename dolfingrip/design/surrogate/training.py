@@ -17,15 +17,6 @@ from dolfingrip.design.surrogate.surrogate import Range, Surrogate, network
 from dolfingrip.design.surrogate.table import Table
 from dolfingrip.sections.errors import ConfigError
 
-FEWEST = 10
-"""Designs below which a held-out fifth says nothing."""
-
-GOAL_MSE = 1e-3
-"""The paper's, of normalised outputs, for training and for test designs."""
-
-SAMPLED = 10
-"""Epochs between two entries of the learning curve."""
-
 Progress = Callable[[int], None]
 
 
@@ -43,6 +34,24 @@ class Settings:
     test_share: float = 0.2
     rate: float = 0.01
     seed: int = 0
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """How a training is followed and judged.
+
+    Attributes:
+        fewest_designs: below which a held-out fifth says nothing.
+        goal_mse: the paper's, of normalised outputs, for training and for test designs.
+        sampled_epochs: between two entries of the learning curve.
+    """
+
+    fewest_designs: int = 10
+    goal_mse: float = 1e-3
+    sampled_epochs: int = 10
+
+
+JUDGEMENT = Judgement()
 
 
 @dataclass(frozen=True)
@@ -84,8 +93,10 @@ def train(
         ConfigError: too few designs.
     """
     settings = settings or Settings()
-    if len(table) < FEWEST:
-        raise ConfigError(f"{len(table)} computed designs; allowed: at least {FEWEST}")
+    if len(table) < JUDGEMENT.fewest_designs:
+        raise ConfigError(
+            f"{len(table)} computed designs; allowed: at least {JUDGEMENT.fewest_designs}"
+        )
     test = split(len(table), settings.test_share, settings.seed)
     inputs, outputs = Range.of(table.inputs), Range.of(table.outputs[~test])
     layers = (table.inputs.shape[1], *settings.hidden, table.outputs.shape[1])
@@ -127,7 +138,7 @@ def _fit(
         mse(net(known[0]), known[1]).backward()
         adam.step()
         decay.step()
-        if epoch % SAMPLED == 0 or epoch == settings.epochs:
+        if epoch % JUDGEMENT.sampled_epochs == 0 or epoch == settings.epochs:
             curve.append((epoch, *errors()))
             if progress is not None:
                 progress(epoch)
