@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -22,7 +23,7 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.results.result import Result, Row
 from dolfingrip.mechanics.model.domain import on_root
-from dolfingrip.report import curve, gripper, render
+from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate
 
 DEMO = ("bending", "blocked_force")
@@ -227,8 +228,9 @@ def _pictures(
         with console.status("plotting and rendering"):
             columns = result.columns()
             curve_file = curve.plot(experiment, columns, out / "curve.png", result.turning_point)
-            if experiment.gripper:
-                return [curve_file, *gripper.draw(out, result.config, columns)]
+            if experiment.pictures != "finger":
+                module = importlib.import_module(f"dolfingrip.report.{experiment.pictures}")
+                return [curve_file, *module.draw(out, result.config, columns)]
             reached = [p for p in wanted if np.isclose(result.column(PRESSURE.name), p).any()]
             if not reached:
                 return [curve_file]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping
 from inspect import Parameter, Signature
 from pathlib import Path
@@ -131,7 +132,7 @@ def _command(experiment: Experiment) -> Callable[..., None]:
         parameters: str | None = None,
         **given: Any,
     ) -> None:
-        if _fitted(given, out):
+        if _instead(experiment, given, out):
             return
         from dolfingrip.cli.commands import run_experiment
 
@@ -173,22 +174,23 @@ def _parameters(experiment: Experiment) -> list[Parameter]:
     ]
 
 
-def _fitted(given: Mapping[str, Any], out: Path) -> bool:
-    """Whether laws were fitted to measurements, as a coupon's options ask for, and no run is due.
+def _instead(experiment: Experiment, given: Mapping[str, Any], out: Path) -> bool:
+    """Whether an option asked for another command in place of the experiment, which then ran.
 
     Raises:
-        ConfigError: one line, where options of a fit are given without one.
+        ConfigError: one line, where an option is given without the one that it needs.
     """
-    if given.get("fit"):
-        from dolfingrip.cli.fit_command import fit_laws
-
-        fit_laws(given["fit"], given["law"] or (), given["max_stretch"], out)
-        return True
-    for name in ("law", "max_stretch"):
-        if given.get(name):
-            flag = f"--{name.replace('_', '-')}"
-            value = given[name][0] if name == "law" else f"{given[name]:g}"
-            raise ConfigError(f"{flag} {value}: allowed: with --fit FILE.csv")
+    on = {option.flag for option in experiment.options if given[option.name]}
+    for option in experiment.options:
+        if option.flag in on and option.needs and option.needs.split()[0] not in on:
+            value = given[option.name]
+            first = value[0] if isinstance(value, list) else f"{value:g}"
+            raise ConfigError(f"{option.flag} {first}: allowed: with {option.needs}")
+    for option in experiment.options:
+        if option.command and option.flag in on:
+            module = importlib.import_module(f"dolfingrip.cli.{option.command}_command")
+            module.perform(given, out)
+            return True
     return False
 
 

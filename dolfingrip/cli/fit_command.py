@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from dolfingrip.cli.options import check_writable, console
 from dolfingrip.config import ConfigError
@@ -22,6 +22,11 @@ TITLE = 14
 
 FREE = 100.0
 """A value is called free if the half width of its interval is larger by this factor."""
+
+
+def perform(given: Mapping[str, Any], out: Path) -> None:
+    """Fit laws, as the options of ``coupon`` ask for."""
+    fit_laws(given["fit"], given["law"] or (), given["max_stretch"], out)
 
 
 def fit_laws(

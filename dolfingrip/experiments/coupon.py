@@ -34,9 +34,27 @@ class Coupon(Experiment):
     )
     drawable: ClassVar = False
     options: ClassVar = (
-        Option("--fit", list[Path], None, "Fit laws to this measured CSV instead; repeatable."),
-        Option("--law", list[str], None, "With --fit: this law alone; repeatable."),
-        Option("--max-stretch", float, None, "With --fit: leave out readings beyond."),
+        Option(
+            "--fit",
+            list[Path],
+            None,
+            "Fit laws to this measured CSV instead; repeatable.",
+            command="fit",
+        ),
+        Option(
+            "--law",
+            list[str],
+            None,
+            "With --fit: this law alone; repeatable.",
+            needs="--fit FILE.csv",
+        ),
+        Option(
+            "--max-stretch",
+            float,
+            None,
+            "With --fit: leave out readings beyond.",
+            needs="--fit FILE.csv",
+        ),
     )
 
     def schedule(self, config: Config) -> Sequence[Stop]:

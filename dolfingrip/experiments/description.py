@@ -41,6 +41,9 @@ class Option:
         default: value if it is not given; None leaves the configuration as it is.
         help: one line.
         key: key of the configuration that it sets; "" if the experiment itself reads the option.
+        command: where it is given, ``perform`` of the file ``cli/COMMAND_command.py`` runs in place
+            of the experiment.
+        needs: the option that it is allowed with, and its value in words.
     """
 
     flag: str
@@ -48,6 +51,8 @@ class Option:
     default: object
     help: str
     key: str = ""
+    command: str = ""
+    needs: str = ""
 
     @property
     def name(self) -> str:

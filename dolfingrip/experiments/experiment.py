@@ -40,7 +40,8 @@ class Experiment(ABC):
         drawable: whether deformed shapes of the specimen can be drawn.
         measured: whether the format of measured data has it.
         gradients: whether its readings can be derived by parameters.
-        gripper: whether its result is drawn as a whole gripper.
+        pictures: file of ``report`` whose ``draw`` makes the pictures of its result; "finger" for
+            the deformed shapes of one finger.
     """
 
     name: ClassVar[str]
@@ -56,7 +57,7 @@ class Experiment(ABC):
     drawable: ClassVar[bool] = True
     measured: ClassVar[bool] = True
     gradients: ClassVar[bool] = True
-    gripper: ClassVar[bool] = False
+    pictures: ClassVar[str] = "finger"
 
     @classmethod
     def summary(cls) -> str:

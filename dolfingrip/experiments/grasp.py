@@ -86,7 +86,7 @@ class Grasp(Experiment):
     drawable: ClassVar = False
     measured: ClassVar = False
     gradients: ClassVar = False
-    gripper: ClassVar = True
+    pictures: ClassVar = "gripper"
 
     def settings(self, config: Config) -> Config:
         solver = {
