@@ -41,19 +41,22 @@ def bent(*overrides: str) -> Result:
 
 
 @pytest.mark.parametrize(
-    ("stiffness", "pressure", "thickness"),
-    [(1.0, 2.0, 0.02), (50.0, 2.0, 0.02), (2e3, 0.25, 0.013)],
+    ("stiffness", "pressure", "thickness", "step"),
+    [(1.0, 2.0, 0.02, 0.125), (50.0, 2.0, 0.02, 0.125), (2e3, 0.25, 0.013, 0.25)],
 )
-def test_a_membrane_is_a_thin_layer(stiffness: float, pressure: float, thickness: float) -> None:
+def test_a_membrane_is_a_thin_layer(
+    stiffness: float, pressure: float, thickness: float, step: float
+) -> None:
     """Angles within 1 %, and no more than 1.5 times the iterations.
 
     The stiffest layer has to be thinner, since it resists bending with Et t²/12, and the load
-    smaller: with a layer so thin and stiff Newton's method fails soon.
+    smaller. It comes in one step: with a layer so thin and stiff rounding decides whether Newton's
+    method gets through a second one.
     """
     angle, iterations = [], []
     load = (
         f"experiment.max_pressure_kPa={pressure}",
-        "experiment.step_kPa=0.125",
+        f"experiment.step_kPa={step}",
         f"pneunet.paper_mm={thickness}",
     )
     for model in ("membrane", "layer"):
