@@ -1,7 +1,8 @@
 """Readings that one rank found, which any number of ranks must find again.
 
-``stored.json`` was written at commit 14eda85. Where a change of the model is meant to change it,
-``DOLFINGRIP_STORE=1 scripts/run pytest -n 0 tests/mpi`` writes it anew, on one rank.
+``stored.json`` was written at commit 14eda85; the stone's part later, when the test had taken another
+shape. Where a change of the model is meant to change figures,
+``DOLFINGRIP_STORE=1 scripts/run pytest -n 0 tests/mpi`` writes them anew, on one rank.
 """
 
 from __future__ import annotations
