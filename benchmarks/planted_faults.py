@@ -1,0 +1,192 @@
+"""Plants faults, one at a time, in a copy of the tree, and counts those that the tests catch.
+
+``scripts/plant-faults`` runs it. ``planted_faults.toml`` lists the faults: a file, a text that it
+holds once, what stands in its place, and the test files that should fail then.
+``planted_faults.csv`` keeps the outcomes; its column ``at_first`` says whether the tests of the
+first run of a fault caught it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+LIST = HERE / "planted_faults.toml"
+OUTCOMES = HERE / "planted_faults.csv"
+COLUMNS = ("fault", "file", "what", "at_first", "now", "by")
+TEMPORARY = "dolfingrip-planted-"
+LONGEST_s = 900
+"""Time (s) of one fault's tests; a fault that makes them run longer is caught."""
+
+PASSED, FAILED = 0, 1
+"""Exit codes of pytest; others say that the tests could not be run."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault and the tests that should catch it.
+
+    Attributes:
+        name: unique.
+        file: relative to the checkout.
+        text, fault: what stands in the file once, and what is put there.
+        what: the fault in a few words.
+        tests: files, folders or node ids below ``tests/``.
+        only: pytest's ``-k``, "" for all.
+    """
+
+    name: str
+    file: str
+    text: str
+    fault: str
+    what: str
+    tests: tuple[str, ...]
+    only: str = ""
+
+    def planted(self, source: str) -> str:
+        """A source with the fault.
+
+        Raises:
+            ValueError: the text is not there once.
+        """
+        if (found := source.count(self.text)) != 1:
+            raise ValueError(f"{self.name}: {self.file} has its text {found} times, not once")
+        return source.replace(self.text, self.fault)
+
+
+def listed() -> list[Fault]:
+    """All faults."""
+    with LIST.open("rb") as file:
+        tables = tomllib.load(file)
+    return [
+        Fault(name=name, **{**table, "tests": tuple(table["tests"])})
+        for name, table in tables.items()
+    ]
+
+
+@contextmanager
+def copied() -> Iterator[Path]:
+    """A copy of what git knows of, as it stands now; Python imports it, not the checkout."""
+    with tempfile.TemporaryDirectory(prefix=TEMPORARY) as folder:
+        copy = Path(folder)
+        names = subprocess.run(
+            ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+            cwd=ROOT, check=True, capture_output=True, text=True,
+        ).stdout  # fmt: skip
+        for name in filter(None, names.split("\0")):
+            if (ROOT / name).is_file():
+                (copy / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(ROOT / name, copy / name)
+        for name in ("forms", "meshes"):  # parts of the package that lie beside it
+            (copy / "dolfingrip" / name).symlink_to(copy / name)
+        yield copy
+
+
+def tested(copy: Path, fault: Fault) -> tuple[bool, str]:
+    """Whether the fault's tests fail in the copy, and which does.
+
+    Raises:
+        RuntimeError: the tests cannot be run.
+    """
+    call = [sys.executable, "-m", "pytest", "-n", "0", "-x", "-q", "-p", "no:cacheprovider"]
+    call += [f"tests/{each}" for each in fault.tests] + (["-k", fault.only] if fault.only else [])
+    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+    try:
+        ended = subprocess.run(
+            call, cwd=copy, env=environment, capture_output=True, text=True, check=False,
+            timeout=LONGEST_s,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return True, f"longer than {LONGEST_s} s"
+    if ended.returncode not in (PASSED, FAILED):
+        raise RuntimeError(f"{fault.name}: {ended.stdout[-2000:]}{ended.stderr[-2000:]}")
+    failed = [line.split(" ")[1] for line in ended.stdout.splitlines()
+              if line.startswith(("FAILED ", "ERROR "))]  # fmt: skip
+    return ended.returncode == FAILED, failed[0].removeprefix("tests/") if failed else ""
+
+
+def read(file: Path = OUTCOMES) -> dict[str, dict[str, str]]:
+    """Outcomes so far, by the fault's name."""
+    if not file.exists():
+        return {}
+    with file.open(encoding="utf-8", newline="") as text:
+        return {row["fault"]: row for row in csv.DictReader(text)}
+
+
+def write(rows: dict[str, dict[str, str]], file: Path = OUTCOMES) -> None:
+    """Write outcomes."""
+    with file.open("w", encoding="utf-8", newline="") as text:
+        table = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows.values())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Plant the faults; 1 where one is not caught."""
+    parser = argparse.ArgumentParser(prog="scripts/plant-faults", description=__doc__)
+    parser.add_argument("names", nargs="*", help="of the faults; default: all")
+    parser.add_argument("--missed", action="store_true", help="those alone that were not caught")
+    parser.add_argument("--check", action="store_true", help="only whether each can be planted")
+    parser.add_argument("--without", action="store_true", help="run their tests without the fault")
+    asked = parser.parse_args(arguments)
+    every, rows = listed(), read()
+    if unknown := set(asked.names) - {fault.name for fault in every}:
+        parser.error(f"no such fault: {', '.join(sorted(unknown))}")
+    chosen = [
+        fault
+        for fault in every
+        if (not asked.names or fault.name in asked.names)
+        and not (asked.missed and rows.get(fault.name, {}).get("now") == "caught")
+    ]
+    for fault in chosen:
+        fault.planted((ROOT / fault.file).read_text(encoding="utf-8"))
+    if asked.check:
+        print(f"{len(chosen)} faults can be planted")
+        return 0
+    missed = 0
+    with copied() as copy:
+        for number, fault in enumerate(chosen, 1):
+            file = copy / fault.file
+            source = file.read_text(encoding="utf-8")
+            start = time.monotonic()
+            if not asked.without:
+                file.write_text(fault.planted(source), encoding="utf-8")
+            try:
+                caught, by = tested(copy, fault)
+            finally:
+                file.write_text(source, encoding="utf-8")
+            outcome = "caught" if caught else "not caught"
+            took = f"{time.monotonic() - start:.0f} s"
+            print(f"{number}/{len(chosen)} {fault.name}: {outcome}, {took} {by}", flush=True)
+            if asked.without:
+                missed += caught  # a failure that no fault explains
+                continue
+            missed += not caught
+            first = rows.get(fault.name, {}).get("at_first", outcome)
+            rows[fault.name] = {
+                "fault": fault.name, "file": fault.file, "what": fault.what, "at_first": first,
+                "now": outcome, "by": by,
+            }  # fmt: skip
+            write({fault.name: rows[fault.name] for fault in every if fault.name in rows})
+    if not asked.without:
+        kept = read()
+        counts = [sum(row[key] == "caught" for row in kept.values()) for key in ("at_first", "now")]
+        print(f"of {len(kept)} faults {counts[0]} were caught at first, {counts[1]} are caught now")
+    return int(missed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
