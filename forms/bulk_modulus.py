@@ -1,4 +1,4 @@
-"""Resistance to a change of volume, beside that of another energy."""
+"""Additional resistance to a change of volume, which another energy is added to."""
 
 import ufl
 from ufl.core.expr import Expr

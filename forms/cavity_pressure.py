@@ -18,7 +18,7 @@ def volume_density(u: Expr, domain: ufl.Mesh) -> Expr:
 
     Args:
         u: displacement (mm).
-        domain: what the coordinates X and the normal N belong to.
+        domain: mesh of the coordinates X and the normal N.
 
     Example:
         The wall at x = 1 mm of a cubic cavity that swells by a tenth in all directions: the three

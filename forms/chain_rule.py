@@ -1,9 +1,9 @@
 """Derivatives of energies that hold functions whose own derivatives are known.
 
-:mod:`dolfingrip.forms.isotropic` marks such functions. UFL carries a tensor through each operation
-of what it differentiates by the strain: nine numbers in the stress, 81 in its derivative. The
-derivatives of marked functions are taken as they stand instead, by the chain rule. What has none is
-differentiated as UFL does.
+:mod:`dolfingrip.forms.isotropic` marks such functions. If UFL differentiates an expression by the
+strain, it carries a tensor through each operation: nine numbers in the stress, 81 in its
+derivative. The chain rule uses the known derivatives of marked functions instead. UFL
+differentiates the rest.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from ufl.core.expr import Expr
 from ufl.domain import extract_unique_domain
 
 NOWHERE = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
-"""Domain of an expression that has none, being of numbers alone."""
+"""Domain of an expression that consists of numbers and so has no domain."""
 
 
 class Known(Label):
-    """Label of a value whose derivatives are known, or not asked for.
+    """Label of a value whose derivatives are known or are not asked for.
 
     Attributes:
-        strain: Green–Lagrange strain E that it is a function of, (3, 3).
-        slope: its derivative by E; of an energy only.
-        rate: its change, of its own shape, by a change of E.
+        strain: Green–Lagrange strain E that the value is a function of, (3, 3).
+        slope: derivative of the value by E; for energies only.
+        rate: a function that returns the value's change for a change of E, of the value's shape.
     """
 
     def __init__(
@@ -42,11 +42,11 @@ class Known(Label):
 
 
 def by_variable(density: Expr, variable: Expr) -> Expr:
-    """Derivative of a scalar by a variable, of its shape.
+    """Derivative of a scalar by a variable, of the variable's shape.
 
     Args:
-        density: as a function of the strain.
-        variable: the strain itself, or a number that it depends on.
+        density: a function of the strain.
+        variable: the strain, or a number that the density depends on.
 
     Example:
         The marked function E₀₀² at E₀₀ = 3.
@@ -75,7 +75,7 @@ def by_variable(density: Expr, variable: Expr) -> Expr:
 
 
 def along(stress: Expr, field: Expr, way: Expr) -> Expr:
-    """Derivative by ``field`` in the direction ``way``, of the expression's shape."""
+    """Derivative of an expression by ``field`` in the direction ``way``."""
     held, back = _held(stress)
     if not back:
         return ufl.derivative(stress, field, way)
@@ -93,7 +93,7 @@ def along(stress: Expr, field: Expr, way: Expr) -> Expr:
 
 
 def _marks(expression: Expr) -> Sequence[Variable]:
-    """The marked functions in it, each once; not those that they are made of."""
+    """The marked functions in an expression, each once, without those inside them."""
     found: dict[int, Variable] = {}
     seen: set[int] = set()
     left = [expression]
@@ -110,10 +110,10 @@ def _marks(expression: Expr) -> Sequence[Variable]:
 
 
 def _held(expression: Expr) -> tuple[Expr, dict[Expr, Variable]]:
-    """``expression`` with a place in the stead of each mark, and what stood there.
+    """``expression`` with a placeholder instead of each mark, and the marked functions.
 
-    What is behind marks is never rebuilt: UFL compares equal expressions that are not the same
-    object node by node, which takes for ever where each node is used twice by the next.
+    Marked functions are never rebuilt. UFL compares equal expressions that are not the same object
+    node by node, and that takes for ever if each node is used twice by the next.
     """
     marks = _marks(expression)
     if not marks:

@@ -24,11 +24,11 @@ def number(
     at: Sequence[float] = (),
     known: Mapping[Expr, object] | None = None,
 ) -> float:
-    """Value of a scalar expression; derivatives in it are carried out first.
+    """Value of a scalar expression, after its derivatives have been carried out.
 
     Args:
-        expression: scalar, of constants, the coordinates and what ``known`` has.
-        at: coordinates (mm), where the expression contains them.
+        expression: a scalar of constants, the coordinates and the symbols in ``known``.
+        at: coordinates (mm), if the expression contains them.
         known: values of other symbols, such as the facet normal.
 
     Example:
@@ -41,7 +41,7 @@ def number(
 
 
 def _folded(top: Expr, at: Sequence[float], known: dict[Expr, object]) -> Expr:
-    """``top`` as a number: each scalar in it is evaluated once, however often it is used."""
+    """``top`` as a number; each scalar in it is evaluated once, however often it occurs."""
     done: dict[int, Expr] = {}
     left = [top]
     while left:
@@ -80,13 +80,13 @@ def displacement(gradient: Sequence[Sequence[float]]) -> Expr:
 def nominal_stress(density: Callable[[Expr], Expr], stretch: float, *, held: bool = False) -> float:
     """Nominal stress (MPa) of a cube that is stretched along z: P = dψ/dλ.
 
-    The sides shrink by λ^(−1/2), which keeps the volume as an incompressible bar does, or they
-    are held, so that only z changes.
+    The sides shrink by λ^(−1/2), so that the volume stays constant as in an incompressible bar. Or
+    they are held, so that only the length along z changes.
 
     Args:
         density: ψ of the Green–Lagrange strain, (3, 3) (mJ/mm³).
         stretch: λ along z.
-        held: hold the sides.
+        held: whether the sides are held.
     """
     along = ufl.variable(ufl.as_ufl(float(stretch)))
     across = ufl.as_ufl(1.0) if held else 1 / ufl.sqrt(along)

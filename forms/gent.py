@@ -1,4 +1,4 @@
-"""What the Gent strain energy has over the neo-Hookean one."""
+"""The Gent strain energy less the neo-Hookean one."""
 
 import numpy as np
 import ufl
@@ -8,11 +8,11 @@ from dolfingrip.forms import invariants
 from dolfingrip.forms.jet import Jet
 
 SMALL = 0.01
-"""Below this share of the limit ln(1 − x) is its series, whose seventh term is round-off."""
+"""The share x of the limit below which ln(1 − x) is a series; its seventh term is round-off."""
 
 
 def energy(strain: Expr, mu: Expr, inverse_limit: Expr) -> Expr:
-    """Strain energy per reference volume (MPa = mJ/mm³), beside the neo-Hookean one.
+    """Strain energy per reference volume (MPa = mJ/mm³), added to the neo-Hookean one.
 
     ψ = −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3],   x = (Ī₁ − 3)/Jₘ
 
@@ -35,7 +35,7 @@ def energy(strain: Expr, mu: Expr, inverse_limit: Expr) -> Expr:
     first, _ = invariants.isochoric(strain)
     x = first * inverse_limit
     series = sum(x**k / (k + 1) for k in range(1, 8))
-    # apart from the series ln(1 − x)/x would lose its digits, or divide by 0
+    # at small x, ln(1 − x)/x would lose its digits or divide by 0
     large = ufl.max_value(x, SMALL)
     closed = -ufl.ln(1 - large) / large - 1
     return mu / 2 * first * ufl.conditional(ufl.lt(x, SMALL), series, closed)

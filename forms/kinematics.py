@@ -12,7 +12,7 @@ def deformation_gradient(u: Expr) -> Expr:
 def green_lagrange(u: Expr) -> Expr:
     """Green–Lagrange strain E = ½(∇u + ∇uᵀ + ∇uᵀ∇u), (3, 3), of the displacement ``u`` (mm).
 
-    Written without FᵀF − I, whose cancellation costs digits at small strain.
+    It is not written as (FᵀF − I)/2, because that difference loses digits at small strain.
 
     Example:
         Along a stretch λ it is ½ (λ² − 1), which is 3/2 at λ = 2.

@@ -8,9 +8,9 @@ ROUND = 1e-8
 
 
 def tangential(tensor: Expr, normal: Expr) -> Expr:
-    """P T P with P = I − N ⊗ N: what of a tensor (3, 3) lies in the surface of unit normal N.
+    """P T P with P = I − N ⊗ N: the part of a tensor (3, 3) in the surface of unit normal N.
 
-    Of the Green–Lagrange strain this is the surface's own: that of (F P)ᵀ(F P).
+    For the Green–Lagrange strain this is the surface's own strain, which (F P)ᵀ(F P) gives.
     """
     p = ufl.Identity(3) - ufl.outer(normal, normal)
     return p * tensor * p
@@ -45,7 +45,7 @@ def isotropic(strain: Expr, stiffness: Expr, nu: Expr, compression: Expr = 1.0) 
     """
     square, trace = ufl.inner(strain, strain), ufl.tr(strain)
     bearing = stiffness / (2 * (1 - nu**2)) * ((1 - nu) * square + nu * trace**2)
-    # e₁ − e₂, without the kink at equal ones
+    # e₁ − e₂, without its kink where both are equal
     apart = ufl.sqrt(abs(2 * square - trace**2) + ROUND**2) - ROUND
     greater, lesser = (trace + apart) / 2, (trace - apart) / 2
     wrinkled = ufl.conditional(ufl.gt(greater, 0), stiffness / 2 * greater**2, 0.0)
@@ -77,7 +77,7 @@ def fibres(strain: Expr, stiffness: Expr, direction: Expr, compression: Expr) ->
 
 
 def direction(angle: Expr, normal: Expr) -> Expr:
-    """Unit vector (3,) at ``angle`` (rad) from z towards y, laid into the surface of this normal.
+    """Unit vector (3,) at ``angle`` (rad) from z towards y, in the surface of this normal.
 
     Example:
         >>> from dolfingrip.forms.evaluate import number

@@ -16,8 +16,8 @@ MIDPOINTS = {
 """Midpoints of their edges."""
 
 TOUCH = 1 + 1e-9
-"""Gap by width up to which the plate has stiffness, so that a skin that just touches it, but lies
-outside by round-off, is in contact."""
+"""Ratio of gap and width up to which the plate has stiffness, so that a skin that just touches it
+is in contact, although round-off puts it outside."""
 
 
 def nodal_rule(facet: str, degree: int) -> dict[str, object]:

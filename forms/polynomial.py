@@ -1,4 +1,4 @@
-"""Strain energy that is a polynomial of the invariants: Mooney–Rivlin's, Yeoh's and others."""
+"""Strain energies that are polynomials of the invariants, such as Mooney–Rivlin's and Yeoh's."""
 
 from collections.abc import Mapping
 

@@ -26,7 +26,7 @@ def _lost(x: Expr) -> Expr:
 
 
 def energy(virgin: Expr, largest: Expr, inverse_r: Expr, m: Expr, beta: Expr) -> Expr:
-    """What softening adds to w in a load step's potential per reference volume (mJ/mm³).
+    """The part that softening adds to a load step's potential per reference volume (mJ/mm³).
 
     Softening is given by 1/r, so that a solid which does not soften has 0. The energy is linear
     in it.

@@ -22,10 +22,10 @@ from ufl.core.expr import Expr
 from dolfingrip.forms.jet import Jet, series, variables
 
 ROOTS = 3
-"""Square roots until the logarithm is taken by its series."""
+"""Number of square roots before the series of the logarithm is used."""
 
 SQUARINGS = 4
-"""After the series of the exponential."""
+"""Number of squarings after the series of the exponential."""
 
 Pair = tuple[Jet, Jet]
 
@@ -48,7 +48,7 @@ Newton's identities."""
 
 
 def square_root(first: Expr, second: Expr) -> tuple[Jet, Jet]:
-    """Invariants less 3 of A^(1/2) from those of A, det A = 1, with their derivatives by these.
+    """Invariants less 3 of A^(1/2), and their derivatives, from the invariants of A; det A = 1.
 
     Example:
         4, 1, ¼ have the roots 2, 1, ½, whose sums are 3.5.
@@ -72,7 +72,7 @@ def square_root(first: Expr, second: Expr) -> tuple[Jet, Jet]:
     ay, by = bx, (3 + a) * scale / 2
 
     def second_(u: Expr, v: Expr) -> tuple[Expr, Expr]:
-        """Of both: i₁ d²i₁ − d²i₂ = −u, i₂ d²i₂ − d²i₁ = −v."""
+        """Second derivatives of both from i₁ d²i₁ − d²i₂ = −u and i₂ d²i₂ − d²i₁ = −v."""
         return -((3 + b) * u + v) * scale, -((3 + a) * v + u) * scale
 
     axx, bxx = second_(ax * ax, bx * bx)
@@ -98,8 +98,8 @@ def power_sum(log: Pair, s: Expr) -> Jet:
     """Sum of the eigenvalues of C̄ˢ, less 3, with its derivatives by Ī₁ and Ī₂.
 
     Args:
-        log: of C̄, from :func:`logarithm`.
-        s: exponent, of either sign; that of the stretches is 2s.
+        log: logarithm of C̄, from :func:`logarithm`.
+        s: exponent of either sign; the exponent of the stretches is 2s.
 
     Example:
         The stretches 2, 1, ½ to the power −3, by C̄'s −3/2: 8 + 1 + 1/8.

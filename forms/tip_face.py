@@ -14,7 +14,7 @@ def area_vector(u: Expr, domain: ufl.Mesh) -> Expr:
 
     Args:
         u: displacement (mm).
-        domain: what the normal N belongs to.
+        domain: mesh of the normal N.
 
     Example:
         A face across z that grows by a tenth both ways has 1.21 times its area.

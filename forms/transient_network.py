@@ -27,7 +27,7 @@ def weights(step: Expr, tau: Expr) -> tuple[Expr, Expr]:
     """The numbers r and s (–) of a step of length ``step`` (s), which may be 0."""
     x = step / tau
     r = ufl.exp(-x)
-    # (1 − r)/x loses its digits at small x
+    # at small x, (1 − r)/x loses its digits
     series = 1 - x / 2 + x**2 / 6 - x**3 / 24
     mean = ufl.conditional(ufl.lt(x, 1e-3), series, (1 - r) / ufl.max_value(x, 1e-3))
     return r, mean - r

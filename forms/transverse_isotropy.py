@@ -7,7 +7,7 @@ from dolfingrip.forms import invariants
 
 
 def energy(strain: Expr, k: Expr, axis: Expr) -> Expr:
-    """Strain energy per reference volume (MPa = mJ/mm³), beside that of an isotropic solid.
+    """Strain energy per reference volume (MPa = mJ/mm³), added to that of an isotropic solid.
 
     ψ = k/2 (Ī₄ − 1)²,   Ī₄ = a · C̄ a
 

@@ -4,9 +4,10 @@
 
 The internal metric A is the shape in which the network carries no stress. It moves towards C̄⁻¹ as
 far as q ≤ q_y asks, at any rate. At small strain the network is an elastic, perfectly plastic
-element of shear modulus m; it yields at a uniaxial strain ε_y, with q_y = 3 ε_y². Beside an elastic
-network it gives hysteresis at equilibrium and a permanent set, as in thermoplastic polyurethane (Qi
-& Boyce, Mech. Mater. 37, 2005). In :mod:`dolfingrip.forms.transient_network` A moves with time;
+element of shear modulus m; it yields at a uniaxial strain ε_y, with q_y = 3 ε_y². In parallel with
+an elastic network it gives hysteresis at equilibrium and a permanent set, as in thermoplastic
+polyurethane (Qi & Boyce, Mech. Mater. 37, 2005). In
+:mod:`dolfingrip.forms.transient_network` A moves with time;
 here it moves by yielding.
 
 Within a load step A' = ρ A + (1 − ρ) C̄⁻¹, where ρ = √(q_y/q) if q > q_y, and 1 otherwise; q is

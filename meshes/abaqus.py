@@ -31,7 +31,7 @@ from dolfingrip.meshes.solid import (
 )
 
 ELEMENT_TYPES: Final = {4: "C3D4", 10: "C3D10", 8: "C3D8", 20: "C3D20R"}
-"""Abaqus' element type, by the number of nodes."""
+"""Abaqus' element type for each number of nodes."""
 
 _SOLIDS: Final = {"C3D4": 4, "C3D10": 10, "C3D8": 8, "C3D20": 20}
 _SURFACES: Final = {
@@ -43,7 +43,7 @@ _SURFACES: Final = {
 _IGNORED: Final = ("T3D", "T2D", "B3", "MASS", "SPRING")
 _REFUSED: Final = ("INCLUDE", "SYSTEM", "NGEN", "ELGEN", "NCOPY", "ELCOPY", "NFILL")
 _CLAIM: Final = (groups.CLAMP, groups.TIP, groups.SYMMETRY, groups.CAVITY, groups.SKIN)
-"""Node sets claim faces in this order: a face with all corners on a plane lies in it."""
+"""Order in which node sets claim faces; a node set has a face if it has all corners."""
 
 
 @dataclass
@@ -58,7 +58,7 @@ class _Deck:
     surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
 
     def elements(self, name: str) -> list[int]:
-        """Elements of a set, or the one with this number."""
+        """Elements of a set, or the element with this number."""
         if name.isdigit():
             return [int(name)]
         key = _plain(name)
@@ -68,11 +68,11 @@ class _Deck:
 
 
 def read(path: Path) -> SolidMesh:
-    """Read a deck, with those of the groups that it has.
+    """Read a deck with the groups that it has.
 
     Raises:
-        MeshError: Where it cannot be understood.
-        OSError: Where it cannot be read.
+        MeshError: one line, if the deck cannot be understood.
+        OSError: if the file cannot be read.
     """
     deck = _parse(path.read_text(encoding="utf-8", errors="replace"))
     if not deck.solids:
@@ -117,10 +117,10 @@ def read(path: Path) -> SolidMesh:
 def write(path: Path, mesh: SolidMesh) -> None:
     """Write nodes, elements (:data:`ELEMENT_TYPES`), a node set and a surface for each group.
 
-    Abaqus and CalculiX take the deck as it is: it has no elements but those of the solid.
+    Abaqus and CalculiX can read the deck: it has no elements but those of the solid.
 
     Raises:
-        OSError: Where it cannot be written.
+        OSError: if the file cannot be written.
     """
     kind = ELEMENT_TYPES[mesh.cells.shape[1]]
     nodes = {4: "tetra", 10: "tetra10", 8: "hexahedron", 20: "hexahedron20"}
@@ -139,7 +139,7 @@ def write(path: Path, mesh: SolidMesh) -> None:
         float_fmt=".13e",  # CalculiX reads no number of more than 20 characters
     )
     deck_text = path.read_text(encoding="utf-8")
-    # meshio may choose a hybrid type, which CalculiX lacks
+    # CalculiX lacks the hybrid types that meshio may choose
     deck_text = re.sub(r"TYPE=C3D\w+\n", f"TYPE={kind}\n", deck_text, count=1)
     path.write_text(deck_text, encoding="utf-8")
     with path.open("a", encoding="utf-8") as deck:  # meshio knows no surfaces

@@ -14,18 +14,18 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class CellShape:
-    """An element's shape, of first order or, with a node amid each edge, of second.
+    """The shape of an element of first order, or of second order with a node amid each edge.
 
     Attributes:
-        name, facet_name: of the element and of its faces, as basix has them.
-        corners, facet_corners: number of corners.
+        name, facet_name: basix' names of the element and of its faces.
+        corners, facet_corners: number of corners of the element and of a face.
         edges: corners of each edge, shape (e, 2); the node amid edge ``i`` is ``corners + i``.
         faces: local nodes of each face, shape (f, 2 · facet_corners): the corners counter-clockwise
             seen from outside, then the nodes amid the edges from each corner to the next. The order
             of the faces is Abaqus' (S1, S2, …).
         vtk_edges: rows of ``edges`` in the order of VTK, Abaqus and meshio, shape (e,).
         reference: coordinates of the reference element's corners, shape (corners, 3).
-        spokes: corners joined to each corner, the edges to them right-handed, shape (corners, 3).
+        spokes: neighbours of each corner, so that the edges to them are right-handed, (corners, 3).
     """
 
     name: str
@@ -45,7 +45,7 @@ class CellShape:
 
     @property
     def plural(self) -> str:
-        """Name of several such elements."""
+        """Plural of the element's name."""
         return self.name.removesuffix("on") + "a"
 
     @property
@@ -63,7 +63,7 @@ class CellShape:
         return 1 if nodes == self.corners else 2
 
     def vtk(self, nodes: int) -> Ints:
-        """Nodes of an element with so many in the order of VTK, Abaqus and meshio."""
+        """Nodes of an element, given their number, in the order of VTK, Abaqus and meshio."""
         order = np.concatenate([np.arange(self.corners), self.corners + self.vtk_edges])
         return order[:nodes]
 
@@ -99,17 +99,17 @@ HEXAHEDRON: Final = CellShape(
 )
 
 BY_NODES: Final = {4: TETRAHEDRON, 10: TETRAHEDRON, 8: HEXAHEDRON, 20: HEXAHEDRON}
-"""The shape of an element, by its number of nodes."""
+"""The shape of an element for each number of nodes."""
 
 FACET_CORNERS: Final = {3: 3, 6: 3, 4: 4, 8: 4}
-"""Corners of a facet, by its number of nodes."""
+"""Number of corners of a facet for each number of nodes."""
 
 
 def to_vtk(cells: Ints) -> Ints:
-    """Cells of :class:`~dolfingrip.meshes.solid.SolidMesh` in the order of VTK."""
+    """Cells of :class:`~dolfingrip.meshes.solid.SolidMesh` in VTK's order of nodes."""
     return cells[:, BY_NODES[cells.shape[1]].vtk(cells.shape[1])]
 
 
 def from_vtk(cells: Ints) -> Ints:
-    """Cells in the order of VTK in that of :class:`~dolfingrip.meshes.solid.SolidMesh`."""
+    """Cells in VTK's order of nodes in the order of :class:`~dolfingrip.meshes.solid.SolidMesh`."""
     return cells[:, np.argsort(BY_NODES[cells.shape[1]].vtk(cells.shape[1]))]

@@ -1,4 +1,4 @@
-"""Closed triangulated surfaces: what they enclose, how far points are from them."""
+"""Closed triangulated surfaces: enclosed volume, inertia, distance of points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dolfingrip.meshes.solid import Floats, Ints, MeshError
 MM3_PER_M3: Final = 1e9
 
 PROJECTIONS: Final = 4
-"""Newton's steps onto a surface from half a cell away or less."""
+"""Newton's steps that move a point onto a surface from half a cell away or less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,18 +56,18 @@ class ClosedSurface:
         return np.asarray(np.trace(second) * np.eye(3) - second)
 
     def point_areas_mm2(self) -> Floats:
-        """(n,) each point's share of the surface."""
+        """(n,) area (mm²) that belongs to each point."""
         corners = self.points[self.triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         third = np.repeat(np.linalg.norm(normal, axis=1) / 6, 3)
         return np.asarray(np.bincount(self.triangles.ravel(), third, len(self.points)), dtype=float)
 
     def moved(self, by_mm: Floats) -> ClosedSurface:
-        """The same surface elsewhere."""
+        """The surface moved by a translation."""
         return ClosedSurface(self.points + by_mm, self.triangles)
 
     def turned(self, turn: Floats) -> ClosedSurface:
-        """The same surface turned about the origin by a (3, 3) rotation."""
+        """The surface turned about the origin by a (3, 3) rotation."""
         return ClosedSurface(self.points @ turn.T, self.triangles)
 
     def distances_mm(self, points: Floats) -> Floats:
@@ -83,13 +83,13 @@ class ClosedSurface:
         return np.asarray(vtk_to_numpy(found), dtype=float).copy()
 
     def polydata(self) -> object:
-        """As PyVista has it."""
+        """The surface as a PyVista mesh."""
         import pyvista as pv
 
         return pv.PolyData(self.points, faces=np.insert(self.triangles, 0, 3, axis=1).ravel())
 
     def _tetrahedra(self) -> Floats:
-        """(m,) signed volumes from the origin to each triangle."""
+        """(m,) signed volumes of the tetrahedra between the origin and each triangle."""
         a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
         return np.asarray(np.einsum("ij,ij->i", a, np.cross(b, c)) / 6)
 
@@ -98,7 +98,7 @@ def read(path: Path, key: str = "food.file") -> ClosedSurface:
     """A closed surface from an STL file in mm.
 
     Raises:
-        MeshError: one line, where it cannot be read, is open, or encloses nothing.
+        MeshError: one line, if the file cannot be read, or its surface is open or encloses nothing.
     """
     import pyvista as pv
 
@@ -125,18 +125,18 @@ def level_set(
     high_mm: Floats,
     spacing_mm: float,
 ) -> ClosedSurface:
-    """The surface φ = 0 in triangles of about a spacing, its points on it.
+    """Triangles of about one spacing whose points lie on the surface φ = 0.
 
     Args:
-        distance: φ (n,) and its gradients (n, 3) at (n, 3) points.
-        low_mm: (3,) corner of a box around it.
-        high_mm: (3,) opposite corner.
-        spacing_mm: of the grid whose cells it is cut by.
+        distance: returns φ (n,) and its gradients (n, 3) at (n, 3) points.
+        low_mm: (3,) corner of a box around the surface.
+        high_mm: (3,) opposite corner of the box.
+        spacing_mm: spacing of the grid whose cells cut the surface.
     """
     import pyvista as pv
 
     count = np.ceil((high_mm - low_mm) / spacing_mm).astype(int) + 1
-    low = (low_mm + high_mm - spacing_mm * (count - 1)) / 2  # as symmetric as the box
+    low = (low_mm + high_mm - spacing_mm * (count - 1)) / 2  # the grid is as symmetric as the box
     grid = pv.ImageData(dimensions=count, spacing=3 * (spacing_mm,), origin=low)
     grid["phi"] = distance(np.asarray(grid.points, dtype=float))[0]
     found = grid.contour([0.0], scalars="phi", method="flying_edges").clean()

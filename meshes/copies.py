@@ -1,4 +1,4 @@
-"""Solids that share no node in one mesh: where they are, or as copies side by side."""
+"""Several solids in one mesh, without shared nodes: in place, or as copies side by side."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh
 
 APART: float = 0.5
-"""Space between copies, as a part of a solid's depth."""
+"""Space between copies, as a part of the solid's depth."""
 
 
 def merged(solids: Sequence[SolidMesh]) -> SolidMesh:
     """Solids that share no node, as one mesh.
 
-    A surface group has the facets of all solids that have it, a region their cells.
+    A surface group has the facets of all solids that have it. A region has their cells.
 
     Raises:
-        MeshError: one line, where their elements differ.
+        MeshError: one line, if their elements differ.
     """
     kinds = [f"{solid.shape.plural} of order {solid.order}" for solid in solids]
     if len(set(kinds)) > 1:
@@ -34,18 +34,18 @@ def merged(solids: Sequence[SolidMesh]) -> SolidMesh:
 
 
 def side_by_side(solids: Sequence[SolidMesh]) -> SolidMesh:
-    """Solids of one depth, each shifted along x from the last by 1 + :data:`APART` of it."""
+    """Solids of one depth, each shifted along x by 1 + :data:`APART` depths from the one before."""
     shift = np.array([(1 + APART) * float(np.ptp(solids[0].points[:, 0])), 0.0, 0.0])
     shifted = [replace(solid, points=solid.points + i * shift) for i, solid in enumerate(solids)]
     return merged(shifted)
 
 
 def all_rows(each: Sequence[Mapping[str, Ints]], counts: Sequence[int]) -> dict[str, Ints]:
-    """Rows by name of solids that are put one after the other.
+    """Rows of each name in all solids, which are put one after the other.
 
     Args:
-        each: rows of each solid's own points, cells or faces of cells, by name.
-        counts: how many of these each solid has.
+        each: for each solid, rows of its points, cells or faces of cells, by name.
+        counts: number of these in each solid.
     """
     found: dict[str, list[Ints]] = {}
     for rows, start in zip(each, np.cumsum([0, *counts]), strict=False):
@@ -55,12 +55,12 @@ def all_rows(each: Sequence[Mapping[str, Ints]], counts: Sequence[int]) -> dict[
 
 
 def shares(low_mm: float, high_mm: float, count: int) -> tuple[float, float]:
-    """Shift from one of so many copies to the next, and where the first one's share of x starts.
+    """Shift from one copy to the next, and the x at which the first copy's share begins.
 
     Args:
-        low_mm: least x of all copies together.
-        high_mm: largest one.
-        count: of the copies.
+        low_mm: smallest x of all copies.
+        high_mm: largest x of all copies.
+        count: number of copies.
     """
     depth = (high_mm - low_mm) / (1 + (count - 1) * (1 + APART))
     return (1 + APART) * depth, low_mm - APART / 2 * depth

@@ -15,18 +15,18 @@ from dolfingrip.sections.geometry.geometry import Geometry
 
 
 def moved(points: Floats, dimensions: Geometry, changed: Geometry) -> Floats:
-    """Points of a mesh of ``dimensions``, moved to those of ``changed``.
+    """Points of a mesh, moved as its dimensions change to others.
 
     Args:
-        points: (n, 3) before any morph (mm).
-        dimensions: that the mesh was made from.
-        changed: others of the same kind with the same number of chambers.
+        points: (n, 3) points (mm) before any morph.
+        dimensions: dimensions that the mesh was made from.
+        changed: other dimensions of the same kind with the same number of chambers.
 
     Returns:
-        (n, 3) points (mm).
+        (n, 3) moved points (mm).
 
     Raises:
-        MeshError: the two fingers differ in the order of their planes.
+        MeshError: one line, if the two fingers differ in the order of their planes.
     """
     found = points.copy()
     solids = dimensions.solid(), changed.solid()

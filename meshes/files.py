@@ -1,4 +1,4 @@
-"""Meshes from and to files: Gmsh's .msh, Abaqus' .inp, and VTK's .vtk and .vtu."""
+"""Read and write mesh files: Gmsh's .msh, Abaqus' .inp, and VTK's .vtk and .vtu."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
             :mod:`dolfingrip.meshes.abaqus`), or a .vtk or .vtu file, the groups being the tags in
             the cells' array ``group``. Volume groups are regions: physical groups, element sets, or
             tags above 1 in the array, named as in ``groups.VOLUME_TAGS`` or ``region_7``.
-        needed: groups that it must have.
+        needed: groups that the mesh must have.
 
     Raises:
-        MeshError: Where the file cannot be read or lacks a needed group.
+        MeshError: one line, if the file cannot be read or lacks a needed group.
     """
     if path.suffix.lower() not in READABLE:
         raise MeshError(f"mesh.file = {path}: unknown format; allowed: {', '.join(READABLE)}")
@@ -53,15 +53,15 @@ def read(path: Path, needed: Sequence[str] = groups.NEEDED) -> SolidMesh:
 
 
 def write(path: Path, mesh: SolidMesh) -> None:
-    """Write a mesh; the suffix determines the format, an existing file is replaced.
+    """Write a mesh in the format of the suffix; an existing file is replaced.
 
     Args:
-        path: with the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the group tags
-            of elements and facets as the cells' array ``group``.
-        mesh: in mm.
+        path: file with the suffix .msh (4.1, text), .inp, .vtk or .vtu. The last two hold the tags
+            of the groups of elements and facets as the cells' array ``group``.
+        mesh: mesh in mm.
 
     Raises:
-        MeshError: Where the suffix is another or the file cannot be written.
+        MeshError: one line, if the suffix is another one or the file cannot be written.
     """
     writers = {".msh": _write_msh, ".inp": abaqus.write, ".vtk": _write_vtk, ".vtu": _write_vtk}
     if path.suffix.lower() not in writers:
@@ -81,7 +81,7 @@ def write(path: Path, mesh: SolidMesh) -> None:
 def _read_msh(path: Path) -> SolidMesh:
     with path.open("rb") as file:
         start = file.read(9)
-    # Gmsh would run anything else as a script
+    # Gmsh would run a file with another content as a script
     if start != b"$MeshForm" and start != b"$Comments":
         raise MeshError("not a mesh of Gmsh; allowed: a file that starts with $MeshFormat")
     with session("not readable"):

@@ -1,8 +1,8 @@
 """Potatoes as closed surfaces; see :mod:`dolfingrip.sections.food` for sizes and sources.
 
-A sausage and a cube have a signed distance in closed form, which their surface is cut from
-(:func:`~dolfingrip.meshes.closed_surface.level_set`). All lie with their width along x, their
-length along y and their height along z.
+Sausages and cubes have a signed distance in closed form instead, and
+:func:`~dolfingrip.meshes.closed_surface.level_set` makes their surfaces. The width of all food is
+along x, its length along y and its height along z.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.meshes.solid import Floats
 
 BUMPS: Final = 12
-"""Bumps and dents of a potato."""
+"""Number of bumps and dents of a potato."""
 
 SHARPNESS: Final = 6.0
-"""k of a bump exp(k (cos − 1)): about 33° to where it has fallen to a third."""
+"""k of a bump exp(k (cos − 1)), which falls to a third at an angle of about 33°."""
 
 DIVISIONS: Final = 4
-"""Of an icosahedron's edges, each into two: 2,562 points."""
+"""How often an icosahedron's edges are halved; this makes 2,562 points."""
 
 
 def potato(size_mm: tuple[float, float, float], bump_mm: float, seed: int) -> ClosedSurface:
-    """An ellipsoid with smooth bumps, at random but for the seed.
+    """An ellipsoid with smooth bumps, which are random numbers of a seed.
 
     Its radius along n is that of the ellipsoid and Σ ±w_j exp(k (n · d_j − 1)), scaled so that
     the largest is ``bump_mm``.
@@ -33,7 +33,7 @@ def potato(size_mm: tuple[float, float, float], bump_mm: float, seed: int) -> Cl
     Args:
         size_mm: outer width, length and height of the ellipsoid.
         bump_mm: highest bump or deepest dent.
-        seed: of the bumps' directions d_j and heights w_j.
+        seed: seed of the bumps' directions d_j and heights w_j.
     """
     import pyvista as pv
 

@@ -21,8 +21,8 @@ _OPTIONS = {
     "Mesh.MeshSizeExtendFromBoundary": 0.0,  # the size field alone determines sizes
     "Mesh.MeshSizeFromPoints": 0.0,
     "Mesh.MeshSizeFromCurvature": 0.0,
-    # the best of what Debian's Gmsh has: Frontal-Delaunay faces and a Delaunay solid, every
-    # tetrahedron below 0.6 improved, which HXT would need 20 times as long for
+    # the best algorithms of Debian's Gmsh: Frontal-Delaunay faces and a Delaunay solid, with every
+    # tetrahedron below a quality of 0.6 improved; HXT takes 20 times as long
     "Mesh.Algorithm": 6.0,
     "Mesh.Algorithm3D": 1.0,
     "Mesh.Optimize": 1.0,
@@ -30,7 +30,7 @@ _OPTIONS = {
 }
 
 _COARSE = 0.25
-"""Element size, as part of the finger's depth, of the mesh that shows concave edges."""
+"""Element size of the mesh that shows concave edges, as a part of the finger's depth."""
 
 
 def finger_mesh(finger: Geometry, mesh: Mesh) -> SolidMesh:
@@ -44,7 +44,7 @@ def finger_mesh(finger: Geometry, mesh: Mesh) -> SolidMesh:
         Points in mm.
 
     Raises:
-        MeshError: where Gmsh fails, or the target number of elements is not met within 1 %.
+        MeshError: if Gmsh fails, or the target number of elements is missed by more than 1 %.
     """
     size, edge_size = mesh.tetrahedra_mm()
     if edge_size > size:
@@ -72,7 +72,7 @@ def finger_mesh(finger: Geometry, mesh: Mesh) -> SolidMesh:
 
 
 def _limit(size: float, edge_size: float | None, bulk: float, at_edges: float) -> None:
-    """Refuse sizes that would fill the memory, by the expected numbers of elements."""
+    """Refuse sizes whose expected number of elements would fill the memory."""
     if bulk > MOST_ELEMENTS:
         least = size * (bulk / MOST_ELEMENTS) ** (1 / 3)
         raise MeshError(
@@ -94,7 +94,7 @@ def _concave_curves(finger: Geometry) -> list[int]:
 
 
 def _generate() -> int:
-    """Mesh with the sizes set; the number of tetrahedra."""
+    """Set the sizes and mesh; return the number of tetrahedra."""
     gmsh.model.mesh.clear()
     gmsh.model.mesh.generate(3)
     return len(gmsh.model.mesh.getElementsByType(4)[0])

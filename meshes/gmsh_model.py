@@ -1,4 +1,4 @@
-"""Gmsh's session, and meshes to and from its current model."""
+"""A session of Gmsh, and the conversion of meshes to and from its current model."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[
     ours = not gmsh.isInitialized()
     before: dict[str, float] = {}
     if ours:
-        # no interrupt handler, which only the main thread may set, and no user's settings
+        # without an interrupt handler, which only the main thread may set, and the user's settings
         gmsh.initialize([], readConfigFiles=False, interruptible=False)
     else:
         before = {name: gmsh.option.getNumber(name) for name in options}
@@ -49,7 +49,7 @@ def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[
         gmsh.model.add("dolfingrip")
         yield
     except Exception as error:
-        if type(error) is not Exception:  # Gmsh knows no other class
+        if type(error) is not Exception:  # Gmsh raises no other class
             raise
         raise MeshError(f"{about}: {str(error).splitlines()[0]}") from None
     finally:
@@ -63,7 +63,7 @@ def session(about: str, options: Mapping[str, float] | None = None) -> Iterator[
 
 
 def current_mesh() -> SolidMesh:
-    """The mesh of the current Gmsh model, with those groups of :mod:`.groups` that it has.
+    """The mesh of the current Gmsh model, with the groups of :mod:`.groups` that it has.
 
     Raises:
         MeshError: where there are no tetrahedra or hexahedra, all of one order, or there are other
@@ -94,7 +94,7 @@ def current_mesh() -> SolidMesh:
 
 
 def _regions(numbers: Ints) -> dict[str, Ints]:
-    """Rows of the elements with these numbers by volume group, without that of all."""
+    """Rows of the elements of each volume group; the group of all elements is left out."""
     order = np.argsort(numbers)
     found: dict[str, Ints] = {}
     for _, group in gmsh.model.getPhysicalGroups(3):
@@ -109,7 +109,7 @@ def _regions(numbers: Ints) -> dict[str, Ints]:
 
 
 def _facets_of(group: int) -> list[Ints]:
-    """Tags of the nodes of a physical group's facets, each part of shape (k, nodes)."""
+    """Tags of the nodes of a physical group's facets, arrays of shape (k, nodes)."""
     parts = []
     for entity in gmsh.model.getEntitiesForPhysicalGroup(2, group):
         for kind, per_element in _FACETS.items():
@@ -149,5 +149,5 @@ def insert(mesh: SolidMesh) -> None:
 
 
 def _type(types: Mapping[int, int], elements: Ints) -> int:
-    """Gmsh's type of elements (m, nodes)."""
+    """Gmsh's type of elements of shape (m, nodes)."""
     return next(kind for kind, nodes in types.items() if nodes == elements.shape[1])

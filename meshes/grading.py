@@ -13,15 +13,14 @@ GROWTH = 0.5
 """Growth of the element size (mm) with each mm of distance from a concave edge."""
 
 _FLAT = 1e-3
-"""Sine of the angle below which two faces count as one smooth face."""
+"""Sine of the largest angle between two faces that are one smooth face."""
 
 
 def concave_curves() -> list[int]:
     """Curves of the current, meshed Gmsh model where the dihedral angle exceeds 180°.
 
-    At a concave edge each of the two faces rises above the plane of the other. The mesh
-    gives the outward normals, so the test holds for the cavity's edges and the outer ones;
-    a coarse mesh will do.
+    At a concave edge each of the two faces rises above the plane of the other. The mesh gives the
+    outward normals, so the test finds edges of the cavity and outer ones. A coarse mesh is enough.
 
     Returns:
         Tags of the curves.
@@ -51,9 +50,9 @@ def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1"
     """Set the element sizes of the current Gmsh model.
 
     Args:
-        curves: tags of the curves to refine at.
-        size: element size away from them (mm).
-        edge_size: element size at them (mm).
+        curves: tags of the curves at which the mesh is refined.
+        size: element size away from the curves (mm).
+        edge_size: element size at the curves (mm).
         scale: factor on both, as an expression of Gmsh's MathEval field in x, y, z (mm).
     """
     field = gmsh.model.mesh.field
@@ -64,7 +63,7 @@ def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1"
         lengths = [gmsh.model.occ.getMass(1, curve) for curve in curves]
         field.add("Distance", 1)
         field.setNumbers(1, "CurvesList", curves)
-        # the distance is that to the nearest of the sampled points
+        # Gmsh takes the distance to the nearest one of these sampled points
         field.setNumber(1, "Sampling", min(max(20, round(2 * max(lengths) / edge_size)), 1000))
         field.add("Threshold", 2)
         field.setNumber(2, "InField", 1)
@@ -79,7 +78,7 @@ def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1"
 
 
 def step_along_z(near: float, far: float, z: float) -> str:
-    """The ``scale`` of :func:`set_sizes` that is ``near`` below ``z`` (mm), ``far`` above."""
+    """A ``scale`` for :func:`set_sizes`: ``near`` below ``z`` (mm) and ``far`` above."""
     if near == far:
         return f"{near:.17g}"
     return f"{near:.17g} + ({far - near:.17g}) * step(z - {z:.17g})"

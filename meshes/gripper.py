@@ -1,10 +1,10 @@
 """Where the fingers of a gripper stand (section III.B and Fig. 5(c) of the paper).
 
-Seen from above, O is the centre, the thumb A stands at (−L, 0). B and C turn about (0, ±W), at a
-distance R: B stands at (R sin α, W + R cos α), C is its mirror image in y = 0. So α = 90° is the
-pinch, both opposite to the thumb, and α = 0 the claw, all from different sides. Each finger's
-contact face is turned to O, or its rotation centre; the fingers hang down, clamped at the height of
-their length.
+Seen from above, O is the centre and the thumb A stands at (−L, 0). B and C turn about (0, ±W), at a
+distance R: B stands at (R sin α, W + R cos α); C is its mirror image in y = 0. With α = 90°, the
+pinch, both stand opposite to the thumb. With α = 0, the claw, the three stand on different sides.
+The thumb's contact face is turned to O, those of the fingers to their rotation centres. All fingers
+hang down and are clamped at the height of their length.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from dolfingrip.sections.gripper import Gripper
 
 
 class Stand(NamedTuple):
-    """Where a finger stands: its point X is at R X + o.
+    """The place of a finger: its point X lies at R X + o.
 
     Attributes:
         name: thumb A, finger B or finger C.
-        rotation: R, (3, 3): its x away from the food, its z down.
-        origin_mm: o, (3,): where the middle of its contact face is clamped.
+        rotation: R, (3, 3); the finger's x points away from the food, its z down.
+        origin_mm: o, (3,); the middle of its contact face is clamped there.
     """
 
     name: str
@@ -44,16 +44,16 @@ class Stand(NamedTuple):
 def stands(
     gripper: Gripper, finger: Geometry, extent_mm: Callable[[Floats], float] | None = None
 ) -> list[Stand]:
-    """Thumb A, fingers B and C.
+    """The places of thumb A, finger B and finger C.
 
     Args:
-        gripper: pose and distances.
+        gripper: pose and distances of the fingers.
         finger: dimensions.
-        extent_mm: how far the food reaches along a unit vector (2,) in the plane of the table,
-            from O; sets what the configuration leaves open.
+        extent_mm: returns how far from O the food reaches along a unit vector (2,) in the plane of
+            the table; distances that the configuration leaves open follow from it.
 
     Raises:
-        ConfigError: one line, where fingers intersect, or one intersects the food.
+        ConfigError: one line, if two fingers intersect, or a finger intersects the food.
     """
     alpha = math.radians(gripper.alpha)
     height = finger.length_mm + gripper.tip_height_mm
@@ -88,7 +88,7 @@ def stands(
 
 
 def _refuse_touch(said: str, found: Sequence[Stand], extent_mm: Callable[[Floats], float]) -> None:
-    """Straight fingers must stand beside the food: the plane of each contact face misses it."""
+    """Refuse straight fingers that touch the food: it must lie before each contact face's plane."""
     for stand in found:
         room = float(stand.origin_mm[:2] @ stand.outward) - extent_mm(stand.outward)
         if room <= 0:

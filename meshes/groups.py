@@ -30,7 +30,7 @@ NEEDED: Final = (CAVITY, CLAMP, SKIN, TIP)
 
 
 def volume_tags(names: Sequence[str]) -> dict[str, int]:
-    """Tag of each of these regions, in their order."""
+    """Tag of each region, in the order of the names."""
     others = [name for name in names if name not in VOLUME_TAGS]
     first = max(*VOLUME_TAGS.values(), *SURFACE_TAGS.values()) + 1
     tags = VOLUME_TAGS | {name: first + i for i, name in enumerate(others)}
@@ -38,7 +38,7 @@ def volume_tags(names: Sequence[str]) -> dict[str, int]:
 
 
 def missing_message(missing: list[str]) -> str:
-    """The error message about a mesh without some of the needed groups."""
+    """The error about a mesh that lacks some of the needed groups."""
     plural = "s" if len(missing) > 1 else ""
     return (
         f"missing group{plural} {', '.join(missing)}; "

@@ -14,12 +14,12 @@ from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 
 
 def _cube(points: ArrayLike, dimension: int) -> Floats:
-    """All combinations of the points, shape (q, dimension)."""
+    """All points of a grid whose coordinates are ``points``, shape (q, dimension)."""
     return np.array(list(product(np.asarray(points), repeat=dimension)), dtype=float)
 
 
 def _gauss(number: int, dimension: int) -> tuple[Floats, Floats]:
-    """Gauss' quadrature on the unit square or cube: points and weights."""
+    """Points and weights of Gauss' quadrature on the unit square or cube."""
     points, weights = np.polynomial.legendre.leggauss(number)
     return _cube((points + 1) / 2, dimension), _cube(weights / 2, dimension).prod(axis=1)
 
@@ -30,8 +30,8 @@ _CHECKED: Final = {
     8: _cube(np.linspace(0, 1, 3), 3),
     20: _cube(np.linspace(0, 1, 6), 3),
 }
-"""Points at which Jacobians are checked, by the number of an element's nodes. They determine the
-polynomial.
+"""Points at which Jacobians are checked, by the number of an element's nodes. The values there
+determine the polynomial.
 
 The Jacobian is a polynomial of degree 0 and 3 in a tetrahedron, and of degree 2 and 5 in each
 coordinate in a hexahedron.
@@ -81,7 +81,7 @@ def _determinants(x: Floats, gradients: Floats) -> Floats:
 
 
 def enclosed_volume(points: Floats, facets: Ints) -> float:
-    """Integral of x·n / 3 over the facets (mm³): the volume they enclose, where closed.
+    """Integral of x·n / 3 over the facets (mm³); facets of a closed surface enclose this volume.
 
     A surface that ends on planes through the origin encloses its volume with them.
 
@@ -110,11 +110,11 @@ def _spokes(mesh: SolidMesh) -> Floats:
 
 
 def scaled_jacobians(mesh: SolidMesh) -> Floats:
-    """Least sine of the solid angle's edges in a corner, over the regular element's, (m,).
+    """Smallest ratio of an element's corner sine and that of the regular element, shape (m,).
 
-    The determinant of the unit vectors along the three edges that meet in a corner (Knupp,
+    A corner's sine is the determinant of the unit vectors along its three edges (Knupp,
     2000, "Achieving finite element mesh quality via optimization of the Jacobian matrix
-    norm", part II): 1 for the regular tetrahedron and for boxes, 0 for flat elements.
+    norm", part II). The ratio is 1 for the regular tetrahedron and for boxes, 0 for flat elements.
     """
     edges = _spokes(mesh)
     edges /= np.linalg.norm(edges, axis=3, keepdims=True)
@@ -167,8 +167,8 @@ def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
 
     Args:
         mesh: n points.
-        velocity: of the points, shape (n, 3); the middle of an edge follows its ends, whatever its
-            own.
+        velocity: velocity of the points, shape (n, 3). The middle of an edge follows its ends; its
+            own velocity is ignored.
     """
     at, weights = CELL_QUADRATURE[mesh.shape]
     functions = shape_functions.of_cell(mesh.shape.corners)

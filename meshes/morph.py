@@ -1,7 +1,7 @@
-"""The mesh morph: the thicknesses of the strain-limiting and of the stretching region.
+"""The mesh morph changes the thicknesses of the strain-limiting and of the stretching region.
 
 Region A lies between the back of the base layer, x = 0, and the plane x = d, region B beyond it.
-Their thicknesses change by the shares ξ1 and ξ2, each plane x = const staying one:
+Their thicknesses change by the shares ξ1 and ξ2, and each plane x = const stays a plane:
 
     x' = x (1 + ξ1)                         for x ≤ d,
     x' = d (1 + ξ1) + (x − d) (1 + ξ2)      for x > d,
@@ -28,11 +28,11 @@ _NO_EDGES: Final = np.empty((0, 3), dtype=np.int64)
 
 @dataclass(frozen=True, slots=True)
 class Morph:
-    """Shares by which the two regions thicken, and the plane between them.
+    """The relative changes of the two regions' thicknesses, and the plane between the regions.
 
     Attributes:
         xi1, xi2: relative change of the thickness of region A and of region B, above −1.
-        d_mm: plane between the regions in the mesh that is to be moved.
+        d_mm: x of the plane between the regions in the mesh that is to be moved.
     """
 
     xi1: float
@@ -45,10 +45,10 @@ class Morph:
         return self.xi1 == 0 and self.xi2 == 0
 
     def inverse(self) -> Morph:
-        """The morph that restores what this one moved.
+        """The morph that undoes this one.
 
         Raises:
-            MeshError: where a region has no thickness left.
+            MeshError: if a region has no thickness left.
         """
         if min(self.xi1, self.xi2) <= -1:
             raise MeshError(f"{self}: cannot be undone; allowed: xi1 and xi2 above -1")
@@ -57,21 +57,21 @@ class Morph:
         )
 
     def moved(self, x: Floats) -> Floats:
-        """Where planes x = const come to, any shape, mm."""
+        """New positions x' (mm) of planes x = const, of any shape."""
         x = np.asarray(x, dtype=float)
         beyond = self.d_mm * (1 + self.xi1) + (x - self.d_mm) * (1 + self.xi2)
         return np.where(x <= self.d_mm, x * (1 + self.xi1), beyond)
 
     def slope(self, x: Floats) -> Floats:
-        """dx'/dx, that of region A on the plane itself; any shape."""
+        """dx'/dx at x, of any shape; on the plane between the regions it is that of region A."""
         return np.where(np.asarray(x) <= self.d_mm, 1 + self.xi1, 1 + self.xi2)
 
     def points(self, points: Floats, edges: Ints = _NO_EDGES) -> Floats:
         """Moved points.
 
         Args:
-            points: shape (n, 3), mm.
-            edges: those of :func:`second_order_edges`, shape (k, 3): node indices.
+            points: points (mm), shape (n, 3).
+            edges: node indices from :func:`second_order_edges`, shape (k, 3).
         """
         moved = points.copy()
         moved[:, 0] = self.moved(points[:, 0])
@@ -83,21 +83,21 @@ class Morph:
         return moved
 
     def _secant(self, before: Floats, after: Floats) -> Floats:
-        """Stretch of edges along x, whose inverse is that of the inverse morph, shape (k,)."""
+        """Stretch of edges along x, shape (k,); the inverse morph's stretch is its inverse."""
         run, rise = np.diff(before)[:, 0], np.diff(after)[:, 0]
-        # a difference that is round-off tells nothing
+        # a difference as small as round-off has no meaning
         level = np.abs(run) <= 1e-9 * np.abs(before).max(axis=1, initial=1e-300)
         local = self.slope(before.mean(axis=1))
         return np.where(level, local, rise / np.where(level, 1.0, run))
 
     def velocity(self, points: Floats) -> Floats:
-        """Derivatives of the moved points with respect to ξ1 and ξ2.
+        """Derivatives of the moved points by ξ1 and ξ2.
 
         Args:
             points: vertices before the morph, shape (n, 3), mm.
 
         Returns:
-            Shape (2, n, 3), mm; it does not depend on ξ, the morph being linear in it.
+            Shape (2, n, 3), mm. They do not depend on ξ because the morph is linear in it.
         """
         field = np.zeros((2, *points.shape))
         field[0, :, 0] = np.minimum(points[:, 0], self.d_mm)
@@ -109,10 +109,10 @@ class Morph:
 
 
 def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
-    """A mesh with the morph's points; its cells and groups are those of ``mesh``.
+    """``mesh`` with moved points; cells and groups stay.
 
     Raises:
-        MeshError: where elements are turned inside out, naming ξ.
+        MeshError: if elements are turned inside out; the line names ξ.
     """
     if morph.is_identity:
         return mesh
@@ -128,10 +128,10 @@ def morphed(mesh: SolidMesh, morph: Morph) -> SolidMesh:
 
 
 def second_order_edges(cells: Ints) -> Ints:
-    """Middle and ends of each second-order edge once, shape (k, 3), none for first order.
+    """Nodes in the middle and at the ends of each second-order edge, shape (k, 3).
 
     Args:
-        cells: as in :class:`SolidMesh`, shape (m, nodes).
+        cells: cells as in :class:`SolidMesh`, shape (m, nodes).
     """
     shape = BY_NODES[cells.shape[1]]
     if cells.shape[1] == shape.corners:

@@ -1,4 +1,4 @@
-"""Checks of a mesh before it is used, and measures of its quality."""
+"""Checks of a mesh before it is used, and figures of its quality."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ _OFF_PLANE: Final = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """Figures of a checked mesh.
+    """The figures of a checked mesh.
 
     Attributes:
         shape, order, points, cells: name of the elements (``tetrahedra``, ``hexahedra``), their
             order, and the numbers.
         volume_mm3, cavity_mm3: volume of the solid and of the cavity it encloses (of the half, for
             a half finger).
-        scaled_jacobian_min, scaled_jacobian_median: 1 for the regular tetrahedron and for boxes, 0
-            for flat elements; of straight edges.
+        scaled_jacobian_min, scaled_jacobian_median: with straight edges; 1 for the regular
+            tetrahedron and for boxes, 0 for flat elements.
         dihedral_min_deg: smallest angle between two faces of an element.
         edge_min_mm: shortest edge between corners.
     """
@@ -99,7 +99,7 @@ def check(mesh: SolidMesh) -> Quality:
 
 
 def _check_groups(mesh: SolidMesh) -> None:
-    """Every boundary facet, seen from outside, is in one group; no other facet is in any."""
+    """Check that each boundary facet, seen from outside, is in one group, and no other facet is."""
     every = faces(mesh.cells)
     outer = every[boundary(mesh.cells)]
     grouped = np.concatenate(list(mesh.facets.values()))
@@ -124,10 +124,10 @@ def _check_groups(mesh: SolidMesh) -> None:
 
 
 def _check_closed(mesh: SolidMesh) -> None:
-    """Each edge of the cavity has a neighbour in reverse, or lies on a plane that closes it.
+    """Check that each edge of the cavity borders on two facets or lies on a plane that closes it.
 
-    These are the symmetry plane, and the clamped plane z = 0 where a tube enters: there the
-    opening is at rest, and the volume's integrand x · n is 0.
+    Two planes close it: the symmetry plane, and the clamped plane z = 0 where a tube enters. The
+    opening there does not move, and the volume's integrand x · n is 0.
     """
     corners = mesh.shape.facet_corners
     cavity, plane, clamp = (
@@ -157,7 +157,7 @@ def _check_symmetry(mesh: SolidMesh) -> None:
 
 
 def _canonical(facets: Ints) -> Ints:
-    """Corners rotated so that the lowest is first, which keeps the side they are seen from."""
+    """Facets whose corners are rotated so that the lowest is first; they keep their side."""
     corners = FACET_CORNERS[facets.shape[1]]
     first = np.argmin(facets[:, :corners], axis=1)[:, None]
     return np.take_along_axis(facets, (first + np.arange(corners)) % corners, axis=1)

@@ -1,8 +1,8 @@
 """Shape functions of the elements and facets of :class:`~dolfingrip.meshes.solid.SolidMesh`.
 
-Lagrange's on triangles and tetrahedra and, of order 1, on quadrilaterals and hexahedra; of order 2
-the serendipity ones there, polynomials of superlinear degree 2 (Arnold & Awanou, 2011, "The
-serendipity family of finite elements").
+Triangles and tetrahedra have Lagrange's shape functions, and so do quadrilaterals and hexahedra of
+order 1. Those of order 2 have serendipity shape functions, polynomials of superlinear degree 2
+(Arnold & Awanou, 2011, "The serendipity family of finite elements").
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, HEXAHEDRON, TETRAHEDRON, Floats, Ints
 
 _FACETS: Final = {3: TETRAHEDRON.reference[:3, :2], 4: HEXAHEDRON.reference[:4, :2]}
-"""Corners of a facet's reference, by their number."""
+"""Corners of the reference facet, by the number of corners."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,19 +25,19 @@ class ShapeFunctions:
     """Polynomials that are 1 at one node of a reference element and 0 at the others.
 
     Attributes:
-        exponents: of each monomial, shape (nodes, d).
-        coefficients: of each monomial in each shape function, shape (nodes, nodes).
+        exponents: exponents of each monomial, shape (nodes, d).
+        coefficients: coefficients of each monomial in each shape function, shape (nodes, nodes).
     """
 
     exponents: Ints
     coefficients: Floats
 
     def values(self, at: Floats) -> Floats:
-        """Values at points of the reference (q, d), shape (q, nodes)."""
+        """Values at points (q, d) of the reference element, shape (q, nodes)."""
         return _powers(at, self.exponents) @ self.coefficients
 
     def gradients(self, at: Floats) -> Floats:
-        """Gradients at points of the reference (q, d), shape (q, nodes, d)."""
+        """Gradients at points (q, d) of the reference element, shape (q, nodes, d)."""
         along = []
         for axis in range(self.exponents.shape[1]):
             lower = self.exponents.copy()
@@ -49,14 +49,14 @@ class ShapeFunctions:
 
 @cache
 def of_cell(nodes: int) -> ShapeFunctions:
-    """Those of an element with 4, 8, 10 or 20 nodes, on the reference of its shape."""
+    """The shape functions of an element with 4, 8, 10 or 20 nodes, on its reference element."""
     shape = BY_NODES[nodes]
     return _make(shape.reference, shape.edges, nodes)
 
 
 @cache
 def of_facet(nodes: int) -> ShapeFunctions:
-    """Those of a facet with 3, 4, 6 or 8 nodes, on the triangle or square of side 1."""
+    """The shape functions of a facet with 3, 4, 6 or 8 nodes, on its reference facet."""
     number = FACET_CORNERS[nodes]
     edges = np.array([[i, (i + 1) % number] for i in range(number)])
     return _make(_FACETS[number], edges, nodes)

@@ -1,6 +1,7 @@
-"""Surfaces of a solid by their cells' faces: of a region, between regions, of a group.
+"""Surfaces of a solid as faces of its cells: a region's plane, regions' interfaces, a group.
 
-A surface is rows of :func:`dolfingrip.meshes.solid.faces`, so it knows the cell on its one side.
+A surface is an array of rows of :func:`dolfingrip.meshes.solid.faces`, so it knows the cells on
+one of its sides.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def on_plane(mesh: SolidMesh, cells: Ints, *, highest: bool) -> Ints:
         highest: the front, towards +x, instead of the back.
 
     Raises:
-        MeshError: where no face lies in that plane.
+        MeshError: if no face lies in that plane.
     """
     rows = face_rows(mesh, cells)
     corners = mesh.shape.facet_corners
@@ -45,7 +46,7 @@ def between(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
     """Faces of the cells ``one`` that they share with the cells ``other``.
 
     Raises:
-        MeshError: where they share none.
+        MeshError: if they share none.
     """
     every, corners = faces(mesh.cells), mesh.shape.facet_corners
     here, there = face_rows(mesh, np.setdiff1d(one, other)), face_rows(mesh, other)
@@ -60,7 +61,7 @@ def of_group(mesh: SolidMesh, name: str) -> Ints:
     """Faces of a surface group.
 
     Raises:
-        MeshError: where there is no such group.
+        MeshError: if there is no such group.
     """
     if name not in mesh.facets:
         raise MeshError(f"no such group; allowed: {', '.join(mesh.facets)}")

@@ -1,4 +1,4 @@
-"""Dimensions that leave next to nothing between two faces."""
+"""Refuses dimensions that leave almost nothing between two faces."""
 
 from __future__ import annotations
 

@@ -12,28 +12,28 @@ from dolfingrip.meshes.cells import BY_NODES, FACET_CORNERS, CellShape, Floats, 
 from dolfingrip.sections.errors import ConfigError
 
 MOST_ELEMENTS: Final = 10_000_000
-"""Meshes of more would not fit into memory."""
+"""Largest number of elements; larger meshes do not fit into memory."""
 
 
 class MeshError(ConfigError):
-    """A mesh that cannot be made, read or used, in one line."""
+    """One line about a mesh that cannot be made, read or used."""
 
 
 @dataclass(frozen=True, slots=True)
 class SolidMesh:
-    """Elements of one shape and order and the facets of each surface group.
+    """A mesh of elements of one shape and order, with the facets of each surface group.
 
     Attributes:
         points: coordinates in mm, shape (n, 3).
         cells: node indices: of tetrahedra, shape (m, 4) or (m, 10), or of hexahedra, shape (m, 8)
             or (m, 20); corners first, then the midpoints of the edges, in Gmsh's order (see
-            :class:`~dolfingrip.meshes.cells.CellShape`); VTK, Abaqus and meshio have the midpoints
-            in another, see :func:`~dolfingrip.meshes.cells.to_vtk`.
+            :class:`~dolfingrip.meshes.cells.CellShape`). VTK, Abaqus and meshio have another order
+            of the midpoints, see :func:`~dolfingrip.meshes.cells.to_vtk`.
         facets: node indices of each surface group's triangles, shape (k, 3) or (k, 6), or
             quadrilaterals, shape (k, 4) or (k, 8): corners counter-clockwise seen from outside the
             solid (normals point out of it, into the cavity on the cavity's surface), then the
             midpoints of the edges from each corner to the next.
-        regions: rows of ``cells`` of each volume group; empty where the solid has none. They may
+        regions: rows of ``cells`` of each volume group; empty if the solid has none. They may
             overlap or leave cells out.
     """
 
@@ -54,7 +54,7 @@ class SolidMesh:
 
 
 def faces(cells: Ints) -> Ints:
-    """All faces of all cells, outward, face ``f`` of cell ``c`` in row ``faces · c + f``.
+    """All faces of all cells, seen from outside; face ``f`` of cell ``c`` is row ``faces · c + f``.
 
     Args:
         cells: as in :class:`SolidMesh`, shape (m, nodes).
@@ -68,7 +68,7 @@ def faces(cells: Ints) -> Ints:
 
 
 def labels(facets: Ints) -> Ints:
-    """A number from 0 for each facet, equal where the corners are, shape (k,).
+    """A number from 0 on for each facet, shape (k,); facets with equal corners have equal numbers.
 
     Args:
         facets: node indices, corners first and in any order, shape (k, nodes).
@@ -89,7 +89,7 @@ def boundary(cells: Ints) -> Ints:
 
 
 def match(facets: Ints, cells: Ints) -> Ints:
-    """Boundary face of each facet: a row of :func:`faces`, or -1 where there is none.
+    """Boundary face of each facet: a row of :func:`faces`, or -1 if there is none.
 
     Args:
         facets: node indices, corners first and in any order, shape (k, nodes).
@@ -115,7 +115,7 @@ def joined(name: str, parts: Sequence[Ints], cells: Ints) -> Ints:
         cells: as in :class:`SolidMesh`.
 
     Raises:
-        MeshError: where facets have not the shape of the elements' faces.
+        MeshError: if facets have not the shape of the elements' faces.
     """
     shape = BY_NODES[cells.shape[1]]
     for part in parts:
@@ -129,7 +129,7 @@ def joined(name: str, parts: Sequence[Ints], cells: Ints) -> Ints:
 
 
 def _rows(name: str, facets: Ints, cells: Ints) -> Ints:
-    """Rows of :func:`faces` of a group's facets, all of which have to have one."""
+    """Rows of :func:`faces` of a group's facets; each facet must be a face."""
     rows = match(facets, cells)
     if (rows < 0).any():
         raise MeshError(f"group {name}: {(rows < 0).sum()} facets not on the solid's surface")
@@ -142,7 +142,7 @@ def assemble(
     facets: dict[str, Ints],
     regions: Mapping[str, Ints] | None = None,
 ) -> SolidMesh:
-    """A mesh from facets in any orientation, without the points that no element has.
+    """A mesh from facets of any orientation; points that no element has are left out.
 
     Args:
         points: shape (n, 3), mm.

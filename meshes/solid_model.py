@@ -19,7 +19,7 @@ def build(finger: Geometry, half: bool) -> None:
         half: only y >= 0, with the group ``symmetry`` on y = 0.
 
     Raises:
-        MeshError: where a part of the finger is too thin to be modelled.
+        MeshError: if a part of the finger is too thin to be modelled.
     """
     refuse_slivers(finger)
 
@@ -30,8 +30,8 @@ def build(finger: Geometry, half: bool) -> None:
 
     boxes = finger.solid()
     channel, *chambers = map(add, boxes.cavity)
-    # one cavity before the cut: its coplanar faces are united, which would otherwise divide the
-    # mesh
+    # The cavity is united before the cut. Its coplanar faces become one; they would divide the
+    # mesh otherwise.
     cavity, _ = gmsh.model.occ.fuse([channel], chambers)
     solid, _ = gmsh.model.occ.cut([add(boxes.body)], [*map(add, boxes.gaps), *cavity])
     gmsh.model.occ.synchronize()
@@ -41,7 +41,7 @@ def build(finger: Geometry, half: bool) -> None:
 
 
 def _add_groups(volume: int, finger: Geometry, half: bool) -> None:
-    """Physical groups of the volume and its surfaces."""
+    """Make physical groups of the volume and its surfaces."""
     surfaces = [tag for _, tag in gmsh.model.getBoundary([(3, volume)], oriented=False)]
     named = {
         groups.CLAMP: [s for s in surfaces if _lies_in(s, 2, 0.0)],
@@ -65,7 +65,7 @@ def _lies_in(surface: int, axis: int, value: float) -> bool:
 
 
 def _connected(start: int, surfaces: set[int]) -> set[int]:
-    """Those of ``surfaces`` that a path over shared edges joins to ``start``."""
+    """The surfaces that a path over shared edges joins to ``start``."""
     of_curve: dict[int, list[int]] = {}
     curves = {
         s: [tag for _, tag in gmsh.model.getBoundary([(2, s)], oriented=False)] for s in surfaces

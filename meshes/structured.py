@@ -24,15 +24,15 @@ from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.specimen import Mesh
 
 GROWTH: Final = 7.0
-"""Ratio of neighbouring cells' sizes away from a concave edge; the stress decays as r^-0.46."""
+"""Ratio of neighbouring cells' sizes away from a concave edge, where stress decays as r^-0.46."""
 
 GROWTH_IN_WALLS: Final = 5.0
-"""Of cells that grow into a thick wall, within which strain decays."""
+"""Ratio of neighbouring cells' sizes into a thick wall, where strain decays."""
 
 Bools = NDArray[np.bool_]
 
 SOLID, CAVITY, OUTSIDE = 0, 1, 2
-"""Kinds of a cell of the grid."""
+"""Kinds of cells of the grid."""
 
 NEIGHBOUR: Final = ((2, 0), (2, 1), (1, 0), (0, 1), (1, 1), (0, 0))
 """Axis and side (0: low, 1: high) of each face of a hexahedron."""
@@ -45,9 +45,9 @@ class Grid:
     Attributes:
         planes: coordinates (mm) along x, y and z, ascending, shapes (n + 1,).
         kind: :data:`SOLID`, :data:`CAVITY` or :data:`OUTSIDE` of each cell, shape (nx, ny, nz).
-        regions: whether each cell is in a region, by the region's name, shape (nx, ny, nz); no
-            cell is in two. Empty for a solid of one region.
-        cup_mm: length along z over which the sides are clamped, too.
+        regions: for each region, whether each cell is in it, shape (nx, ny, nz); no
+            cell is in two regions. Empty for a solid of one region.
+        cup_mm: length along z over which the sides are also clamped.
     """
 
     planes: tuple[Floats, Floats, Floats]
@@ -60,14 +60,14 @@ def structured_mesh(dimensions: Geometry, mesh: Mesh) -> SolidMesh:
     """Mesh a finger in hexahedra.
 
     Args:
-        dimensions: of any kind of geometry.
-        mesh: half or whole, sizes, refinement.
+        dimensions: dimensions of a finger of any kind of geometry.
+        mesh: whether half or whole, sizes, refinement.
 
     Returns:
         Hexahedra with straight edges, points in mm.
 
     Raises:
-        MeshError: where a part of the finger is too thin, or the mesh would not fit into memory.
+        MeshError: if a part of the finger is too thin, or the mesh would not fit into memory.
     """
     refuse_slivers(dimensions)
     solid = _cells(grid(dimensions, mesh), mesh.half)
@@ -75,7 +75,7 @@ def structured_mesh(dimensions: Geometry, mesh: Mesh) -> SolidMesh:
 
 
 def grid(dimensions: Geometry, mesh: Mesh) -> Grid:
-    """The grid whose planes all faces of the finger lie in, refined towards concave edges."""
+    """A grid refined towards concave edges; all faces of the finger lie in its planes."""
     size, edge = mesh.hexahedra_mm(dimensions)
     boxes = dimensions.solid()
     walls = [_unique(boxes.planes(axis)) for axis in range(3)]
@@ -114,7 +114,7 @@ def _limit(body: Box, mesh: Mesh, size: float, edge: float) -> None:
 
 
 def _unique(values: Iterable[float]) -> Floats:
-    """Sorted coordinates, those closer than :data:`THINNEST_MM` / 10 as one."""
+    """Sorted coordinates; coordinates closer than :data:`THINNEST_MM` / 10 become one."""
     found = np.unique(np.fromiter(values, dtype=float))
     keep = np.concatenate([[True], np.diff(found) > THINNEST_MM / 10])
     return found[keep]
@@ -126,9 +126,9 @@ def _planes(
     sizes: tuple[float, float, float],
     refine: int,
 ) -> Floats:
-    """Coordinates between and on ``walls``, fine above the first ``marks`` and below the second.
+    """Coordinates on and between ``walls``, fine above the first ``marks`` and below the second.
 
-    ``sizes`` are the largest cell (mm), that at marks (mm), and the ratio of neighbours.
+    ``sizes`` are the largest cell (mm), the cell at marks (mm), and the ratio of neighbours.
     """
 
     def among(value: float, marked: Sequence[float]) -> bool:
@@ -140,7 +140,7 @@ def _planes(
         lengths += _divide(float(end - start), sizes, ends)
     fine = np.repeat(np.array(lengths) / refine, refine)
     planes = walls[0] + np.concatenate([[0.0], np.cumsum(fine)])
-    # on the walls to the last bit, so that symmetry plane, clamp and tip are exact
+    # exactly on the walls, so that symmetry plane, clamp and tip are exact
     nearest = np.abs(planes[:, None] - walls).argmin(axis=0)
     planes[nearest] = walls
     return planes
@@ -149,7 +149,7 @@ def _planes(
 def _divide(
     length: float, sizes: tuple[float, float, float], ends: tuple[bool, bool]
 ) -> list[float]:
-    """Lengths of the cells of one interval, graded from the ends that are marked."""
+    """Lengths of the cells of one interval, graded from its marked ends."""
     size, edge, growth = sizes
     head: list[float] = []
     tail: list[float] = []
@@ -190,7 +190,7 @@ def _regions(planes: list[Floats], boxes: BoxSolid) -> dict[str, Bools]:
 
 
 def _within(planes: list[Floats], box: Box) -> tuple[Ints, ...]:
-    """Index of the cells whose middle is in a box."""
+    """Index of the cells whose middle lies in a box."""
     centres = [(p[1:] + p[:-1]) / 2 for p in planes]
     return np.ix_(
         *[

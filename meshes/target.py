@@ -1,4 +1,4 @@
-"""Sizes for a wanted number of elements."""
+"""Element sizes for a wanted number of elements."""
 
 from __future__ import annotations
 
@@ -9,33 +9,33 @@ from typing import Final
 from dolfingrip.meshes.solid import MeshError
 
 TOLERANCE: Final = 0.01
-"""Largest relative miss."""
+"""Largest relative difference from the target."""
 
 _TRIES: Final = 20
 _SLOPES: Final = (-3.5, -1.0)
-"""Range of d log(count) / d log(size); a plate wall has -2, a thick solid -3."""
+"""Range of d log(count) / d log(size): -2 in a thin wall, -3 in a thick solid."""
 
 _LARGEST_STEP: Final = 1.5
 _CLOSE: Final = 0.02
-"""Bracket of log(size) below which the position of the change of size is bisected instead."""
+"""Width of the bracket of log(size) below which the place of the change of size is bisected."""
 
 
 def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
     """Mesh until the number of elements is within 1 % of the target.
 
-    The bellows are alike, so the count jumps by more than 1 % where the rounding of some
-    edge's number of elements flips in all of them at once. Hence two stages: a secant in
-    log(size) and log(count), kept inside the nearest sizes known to give too many and too
-    few elements; then, with these two sizes, bisection on the position along the finger
-    where the smaller one ends and the larger one begins.
+    The bellows are alike, so the count jumps by more than 1 % if the number of elements on an edge
+    changes in all of them at once. The search therefore has two stages. The first is a secant
+    method in log(size) and log(count), between the nearest sizes that gave too many and too few
+    elements. The second takes these two sizes and bisects the place along the finger where the
+    smaller one ends and the larger one begins.
 
     Args:
         target: wanted number of elements.
-        mesh: meshes with sizes scaled by its first argument up to a fraction of the length, its
-            third argument, and by its second beyond, and returns the number of elements.
+        mesh: makes a mesh with sizes scaled by its first argument up to a part of the length, its
+            third argument, and by its second argument beyond; returns the number of elements.
 
     Raises:
-        MeshError: where the target is not met.
+        MeshError: if the target is missed.
     """
     tried: list[int] = []
 
@@ -67,7 +67,7 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
 
 
 def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float] | None:
-    """Close log scales with too many and too few elements; None where met or not found."""
+    """Close log scales with too many and too few elements; None if met or not found."""
     within = math.log1p(TOLERANCE) * 0.99
     fine = coarse = None
     scale, slope = 0.0, -2.1  # walls thinner than the elements
@@ -84,7 +84,7 @@ def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float
         if fine is not None and coarse is not None:
             if abs(coarse - fine) <= _CLOSE:
                 return fine, coarse
-            # a secant that would hardly move an end is no better than that end
+            # a secant that hardly moves an end is no better than this end
             if not fine + within / 4 <= new <= coarse - within / 4:
                 new = (fine + coarse) / 2
         before, scale = (scale, value), new
