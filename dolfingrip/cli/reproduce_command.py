@@ -11,6 +11,7 @@ import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from dolfingrip.channels import FORCE
 from dolfingrip.cli import doe_commands, optimise_command, study_command, train_command
 from dolfingrip.cli.options import (
     INTERRUPTED,
@@ -133,7 +134,7 @@ def _forces_N(campaign: Path) -> Forces:
         pressures = curve.get("blocked_pressure_kPa")
         if row["status"] != "done" or pressures is None:
             continue
-        for pressure, force in zip(pressures, curve["force_N"], strict=True):
+        for pressure, force in zip(pressures, curve[FORCE.name], strict=True):
             if math.isclose(pressure, MEASURED_KPA):
                 found[tuple(row["inputs"].values())] = force
     return found

@@ -15,12 +15,13 @@ import pyarrow
 import pyarrow.csv
 import pyarrow.parquet
 
+from dolfingrip.channels import FORCE
 from dolfingrip.design.campaign import export
 from dolfingrip.jobs.store import NAME, Store
 from dolfingrip.sections.errors import ConfigError
 
 INPUTS = ("morph.xi1", "morph.xi2")
-OUTPUTS = ("cog_offset_mm", "force_N")
+OUTPUTS = ("cog_offset_mm", FORCE.name)
 STATUS, DONE, FAILED = "status", "done", "failed"
 """The column of a design's status, and its values."""
 
