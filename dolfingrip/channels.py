@@ -87,7 +87,7 @@ class Channel:
         return f"{self.short or self.title} ({self.symbol})"
 
     def called(self, title: str) -> Channel:
-        """The same readings under another title."""
+        """A channel of these readings with another title."""
         return replace(self, title=title, short="")
 
 

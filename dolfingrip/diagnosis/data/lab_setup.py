@@ -93,7 +93,7 @@ class LabSetup:
     Attributes:
         sections: values that differ from the configuration's, by section and key.
         noise: standard deviation by column, in its unit, where the laboratory tells it.
-        correlated_noise: likewise, of the part that drifts along a run.
+        correlated_noise: standard deviation by column of the part that drifts along a run.
         correlation_time_s: how long that part keeps; None: as long as a run.
         nuisances: standard deviation by key of :data:`NUISANCES`, those told in place of the usual;
             and by key of the configuration.
