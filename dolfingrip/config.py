@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from dolfingrip.extensions.index import Extensions
+from dolfingrip.foods.food import Food
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.films import Film
@@ -52,6 +53,7 @@ __all__ = [
 class Config(Setup):
     """All that a simulation depends on."""
 
+    food: Food = Food()
     extensions: Extensions = Extensions()
 
     def overridden(self, assignments: Sequence[str]) -> Self:

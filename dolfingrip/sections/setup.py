@@ -11,7 +11,6 @@ from dolfingrip.sections.camera import Camera
 from dolfingrip.sections.errors import checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
-from dolfingrip.sections.food import Food
 from dolfingrip.sections.geometry.geometry import Geometry, Integration
 from dolfingrip.sections.geometry.index import GEOMETRIES
 from dolfingrip.sections.gripper import Gripper
@@ -41,7 +40,6 @@ class Sections(Section):
     protocol: Protocol = Protocol()
     coupon: Coupon = Coupon()
     gripper: Gripper = Gripper()
-    food: Food = Food()
     film: Films = Films()
     camera: Camera = Camera()
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.foods.food import Food
 from dolfingrip.sections.errors import ConfigError, checked
-from dolfingrip.sections.food import Food
 
 KINDS = ("cube", "sausage-short", "sausage-long", "potato-small", "potato-large")
 

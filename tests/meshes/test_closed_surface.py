@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from dolfingrip.foods.potato import potato
 from dolfingrip.meshes import closed_surface
 from dolfingrip.meshes.closed_surface import ClosedSurface, level_set
-from dolfingrip.meshes.food import potato
 from dolfingrip.meshes.solid import MeshError
 
 BOX = np.array([1.0, 2.0, 4.0])

@@ -12,7 +12,7 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.simulated import Simulated
-from dolfingrip.diagnosis.simulation.strengths import Tried
+from dolfingrip.diagnosis.simulation.strengths import TriedEffect
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import find
 
@@ -22,7 +22,9 @@ def has_closed_form(name: str) -> bool:
     return bool(effect(name).slopes()) or effect(name).has("reading")
 
 
-def changes(measurement: Measurement, config: Config, base: Simulated, tried: Tried) -> np.ndarray:
+def changes(
+    measurement: Measurement, config: Config, base: Simulated, tried: TriedEffect
+) -> np.ndarray:
     """(k, n) changes of the readings by the shapes of an effect, at its ordinary strength.
 
     Args:
@@ -43,7 +45,7 @@ def changes(measurement: Measurement, config: Config, base: Simulated, tried: Tr
     )
 
 
-def _step(config: Config, tried: Tried, overrides: tuple[str, ...]) -> float:
+def _step(config: Config, tried: TriedEffect, overrides: tuple[str, ...]) -> float:
     """From the neutral value to a shape's."""
     (key,) = effect(tried.effect).neutral
     (parameter,) = find(config.overridden(overrides), [f"extensions.{tried.effect}.{key}"])

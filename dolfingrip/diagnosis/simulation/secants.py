@@ -17,7 +17,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import closed_forms, line_lag
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, SimulationFailure
-from dolfingrip.diagnosis.simulation.strengths import Trial, Tried, ordinary
+from dolfingrip.diagnosis.simulation.strengths import TriedEffect, TriedShape, ordinary
 from dolfingrip.extensions.index import effect
 
 ROUNDING: Final = 1e-6
@@ -75,12 +75,12 @@ def felt_in(name: str, config: Config) -> frozenset[str]:
     return frozenset(found)
 
 
-def tried_effects(config: Config, effects: Collection[str] | None = None) -> list[Tried]:
+def tried_effects(config: Config, effects: Collection[str] | None = None) -> list[TriedEffect]:
     """What is tried beside ``config``: all effects of the catalogue, or those in ``effects``."""
     return [each for each in ordinary(config) if effects is None or each.effect in effects]
 
 
-def cases(tried: Tried, config: Config, mesh: tuple[str, ...]) -> list[Case]:
+def cases(tried: TriedEffect, config: Config, mesh: tuple[str, ...]) -> list[Case]:
     """The simulations of an effect; none where the base simulation tells its change.
 
     Args:
@@ -100,7 +100,7 @@ def cases(tried: Tried, config: Config, mesh: tuple[str, ...]) -> list[Case]:
 def candidate(
     measurement: Measurement,
     config: Config,
-    tried: Tried,
+    tried: TriedEffect,
     graded: Simulated,
     same_mesh: Simulated,
     simulated: Sequence[Simulated],
@@ -120,7 +120,7 @@ def candidate(
     if not simulated:
         shapes = _told(measurement, config, tried, graded)
         return _made(tried, list(tried.shapes), list(shapes), "graded", ())
-    kept: list[Trial] = []
+    kept: list[TriedShape] = []
     changes: list[np.ndarray] = []
     failures: list[SimulationFailure] = []
     for shape, run in zip(tried.shapes, simulated, strict=True):
@@ -132,7 +132,9 @@ def candidate(
     return _made(tried, kept, changes, mesh, failures)
 
 
-def _told(measurement: Measurement, config: Config, tried: Tried, base: Simulated) -> np.ndarray:
+def _told(
+    measurement: Measurement, config: Config, tried: TriedEffect, base: Simulated
+) -> np.ndarray:
     """(k, n) changes that follow from the base simulation alone."""
     if not line_lag.is_stage(tried.effect):
         return closed_forms.changes(measurement, config, base, tried)
@@ -150,8 +152,8 @@ def _told(measurement: Measurement, config: Config, tried: Tried, base: Simulate
 
 
 def _made(
-    tried: Tried,
-    shapes: Sequence[Trial],
+    tried: TriedEffect,
+    shapes: Sequence[TriedShape],
     changes: Sequence[np.ndarray],
     mesh: MeshName,
     failures: Sequence[SimulationFailure],

@@ -29,7 +29,7 @@ APART: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class TriedShape:
     """One simulation of an effect.
 
     Attributes:
@@ -47,7 +47,7 @@ class Trial:
 
 
 @dataclass(frozen=True, slots=True)
-class Tried:
+class TriedEffect:
     """What is tried of an effect.
 
     Attributes:
@@ -60,12 +60,12 @@ class Tried:
 
     effect: str
     kind: str
-    shapes: tuple[Trial, ...]
+    shapes: tuple[TriedShape, ...]
     spread: float
     one_sided: bool
 
 
-def ordinary(config: Config) -> list[Tried]:
+def ordinary(config: Config) -> list[TriedEffect]:
     """What is tried beside ``config``: the catalogue's effects that are not on there."""
     on = {effect.name() for effect in config.extensions.active()}
     found = []
@@ -82,7 +82,7 @@ def ordinary(config: Config) -> list[Tried]:
     return found
 
 
-def _by_prior(effect: type[Effect], shear_MPa: float) -> Tried:
+def _by_prior(effect: type[Effect], shear_MPa: float) -> TriedEffect:
     priors = priors_beside(effect, shear_MPa)
     amplitudes = [key for key in effect.neutral if key in priors]
     steps = {key: _step(effect, key, priors[key]) for key in amplitudes}
@@ -119,31 +119,31 @@ def _by_prior(effect: type[Effect], shear_MPa: float) -> Tried:
         for key in amplitudes
     )
     sides = all(_one_sided(effect, key) for key in amplitudes)
-    return Tried(effect.name(), effect.kind, tuple(shapes), spread, sides)
+    return TriedEffect(effect.name(), effect.kind, tuple(shapes), spread, sides)
 
 
-def _choice(effect: type[Effect], config: Config) -> Tried:
+def _choice(effect: type[Effect], config: Config) -> TriedEffect:
     """The other choice: where the configuration has made it already, its reversal."""
     name = effect.name()
     (key,) = effect.neutral
     made = (f"extensions.{name}.{key}=true", f"{key} = true")
     override, label = effect.reversal(config) or made
-    return Tried(name, effect.kind, (Trial(label, (override,)),), 1.0, True)
+    return TriedEffect(name, effect.kind, (TriedShape(label, (override,)),), 1.0, True)
 
 
-def _tilted(effect: type[Effect], tilt_deg: float) -> Tried:
+def _tilted(effect: type[Effect], tilt_deg: float) -> TriedEffect:
     """A turn of gravity, which needs no other configuration."""
-    shape = Trial(f"pitch {tilt_deg:+g} deg", (), tilt_deg=tilt_deg)
-    return Tried(effect.name(), effect.kind, (shape,), 1.0, False)
+    shape = TriedShape(f"pitch {tilt_deg:+g} deg", (), tilt_deg=tilt_deg)
+    return TriedEffect(effect.name(), effect.kind, (shape,), 1.0, False)
 
 
-def _shape(effect: type[Effect], values: Mapping[str, float], part: float = 1.0) -> Trial:
+def _shape(effect: type[Effect], values: Mapping[str, float], part: float = 1.0) -> TriedShape:
     label = ", ".join(f"{key} = {value:.4g}" for key, value in values.items())
     overrides = tuple(
         f"extensions.{effect.name()}.{key}={_toml(effect, key, value)}"
         for key, value in values.items()
     )
-    return Trial(label, overrides, part)
+    return TriedShape(label, overrides, part)
 
 
 def _toml(effect: type[Effect], key: str, value: float) -> str:

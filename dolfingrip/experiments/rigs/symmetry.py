@@ -6,7 +6,7 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.grasped import GraspedBody
-from dolfingrip.experiments.rigs.policy import FOOD_SHAPE
+from dolfingrip.foods.policy import FOOD_SHAPE
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 """Factors of a point's image in y = 0."""

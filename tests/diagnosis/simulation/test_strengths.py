@@ -13,7 +13,7 @@ import pytest
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.problem import Problem, as_candidate
 from dolfingrip.diagnosis.simulation.secants import Candidate
-from dolfingrip.diagnosis.simulation.strengths import Tried, ordinary
+from dolfingrip.diagnosis.simulation.strengths import TriedEffect, ordinary
 from dolfingrip.extensions.index import NAMES
 
 TRIED = {each.effect: each for each in ordinary(Config())}
@@ -97,7 +97,7 @@ def test_each_side_of_an_effect_has_its_own_change() -> None:
     np.testing.assert_allclose([shape.change for shape in taken.shapes], simulated / sizes[:, None])
 
 
-def of(name: str, *overrides: str) -> Tried:
+def of(name: str, *overrides: str) -> TriedEffect:
     return next(e for e in ordinary(Config().overridden(overrides)) if e.effect == name)
 
 

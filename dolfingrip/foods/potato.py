@@ -1,18 +1,19 @@
-"""Potatoes as closed surfaces; see :mod:`dolfingrip.sections.food` for sizes and sources.
-
-Sausages and cubes have a signed distance in closed form instead, and
-:func:`~dolfingrip.meshes.closed_surface.level_set` makes their surfaces. The width of all food is
-along x, its length along y and its height along z.
-"""
+"""A potato: an ellipsoid with smooth bumps."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
+from pydantic import Field
 
+from dolfingrip.foods.kind import Portion
+from dolfingrip.foods.sampled import SampledKind
+from dolfingrip.foods.skin import sampled
+from dolfingrip.mechanics.contact.distance import SignedDistance
 from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.meshes.solid import Floats
+from dolfingrip.sections.section import outside
 
 BUMPS: Final = 12
 """Number of bumps and dents of a potato."""
@@ -22,6 +23,30 @@ SHARPNESS: Final = 6.0
 
 DIVISIONS: Final = 4
 """How often an icosahedron's edges are halved; this makes 2,562 points."""
+
+
+class Potato(SampledKind):
+    """A potato.
+
+    USDA's FoodData Central (SR Legacy) lists a small one of 170 g and a large one of 369 g, 3 to
+    4 1/4 in. Potatoes have a specific gravity of 1.06 to 1.10.
+    """
+
+    portions: ClassVar = {
+        "potato-small": Portion(62.0, 80.0, 60.0, 1080.0),
+        "potato-large": Portion(80.0, 106.0, 77.0, 1080.0),
+    }
+
+    bump_mm: float = Field(2.0, ge=0, le=20, description="potato: highest bump, deepest dent")
+    seed: int = Field(1, ge=0, description="potato: of its bumps")
+
+    def check(self, size_mm: tuple[float, float, float]) -> None:
+        limit = min(size_mm) / 8
+        if self.bump_mm > limit:
+            raise outside("bump_mm", self.bump_mm, f"allowed: at least 0 and up to {limit:g} mm")
+
+    def made(self, size_mm: tuple[float, float, float]) -> tuple[SignedDistance, ClosedSurface]:
+        return sampled(potato(size_mm, self.bump_mm, self.seed), self.grid_mm)
 
 
 def potato(size_mm: tuple[float, float, float], bump_mm: float, seed: int) -> ClosedSurface:

@@ -1,0 +1,79 @@
+"""The section of the configuration that tells what is grasped."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field, create_model, model_validator
+
+from dolfingrip.foods.index import KINDS, SHAPES
+from dolfingrip.foods.kind import FoodKind, Portion
+from dolfingrip.sections.section import Section, outside
+
+if TYPE_CHECKING:  # the kinds and their keys are known as it runs only
+
+    class FoodKeys(Section):
+        kind: str
+else:
+    FoodKeys = create_model(
+        "FoodKeys",
+        __base__=Section,
+        kind=(Literal[tuple(KINDS)], Field("cube", description="its shape; file: an STL file's")),
+        **{
+            key: (info.annotation, info)
+            for shape in SHAPES
+            for key, info in shape.model_fields.items()
+        },
+    )
+
+
+class Food(FoodKeys):
+    """What is grasped: its kind, size, density and friction."""
+
+    width_mm: float | None = Field(None, gt=0, le=500, description="along x; default: by kind")
+    length_mm: float | None = Field(None, gt=0, le=500, description="along y; default: by kind")
+    height_mm: float | None = Field(None, gt=0, le=500, description="along z; default: by kind")
+    density_kg_m3: float | None = Field(
+        None, gt=0, le=20_000, description="default: by kind; 1000 of a file"
+    )
+    friction: float = Field(0.38, ge=0, le=10, description="of fingers on food (the paper's)")
+    table_friction: float = Field(0.3, ge=0, le=10, description="of food on the table")
+    turn_deg: float = Field(0.0, ge=-180, le=180, description="about z, where it is put")
+    offset_x_mm: float = Field(0.0, ge=-200, le=200, description="from below the gripper's centre")
+    offset_y_mm: float = Field(0.0, ge=-200, le=200, description="from below the gripper's centre")
+
+    @property
+    def shape(self) -> FoodKind:
+        """The shape, with its keys."""
+        shape = KINDS[self.kind]
+        return shape.model_construct(**{key: getattr(self, key) for key in shape.model_fields})
+
+    @property
+    def _portion(self) -> Portion:
+        return KINDS[self.kind].portions[self.kind]
+
+    @property
+    def size_mm(self) -> tuple[float, float, float]:
+        """Outer width, length and height; of a file those that are given, else 0."""
+        given = (self.width_mm, self.length_mm, self.height_mm)
+        usual = self._portion[:3]
+        found = [other if each is None else each for each, other in zip(given, usual, strict=True)]
+        return found[0], found[1], found[2]
+
+    @property
+    def density(self) -> float:
+        """Density (kg/m³)."""
+        if self.density_kg_m3 is not None:
+            return self.density_kg_m3
+        return self._portion.density_kg_m3
+
+    @model_validator(mode="after")
+    def _possible(self) -> Food:
+        for other in SHAPES:
+            for key in other.exclusive:
+                value = getattr(self, key)
+                if self.kind not in other.portions and value is not None:
+                    kinds = " or ".join(f'"{kind}"' for kind in other.portions)
+                    raise outside(key, value, f"allowed: none but with kind = {kinds}")
+        self.shape.check(self.size_mm)
+        return self
