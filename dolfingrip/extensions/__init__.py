@@ -1,6 +1,6 @@
-"""What the simple model leaves out: one effect a file, each switched on from the config.
+"""Effects that the simple model leaves out, one in each file; the configuration switches them on.
 
-``[extensions.prony] g = [0.2] tau_s = [10]`` in the configuration is enough; see
-:mod:`dolfingrip.extensions.effect` for the hooks by which an effect takes part and
-:mod:`dolfingrip.extensions.index` for the effects there are.
+``[extensions.prony] g = [0.2] tau_s = [10]`` in the configuration is enough.
+:mod:`dolfingrip.extensions.effect` explains the hooks by which an effect takes part, and
+:mod:`dolfingrip.extensions.index` lists all effects.
 """

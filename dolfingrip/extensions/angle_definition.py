@@ -14,11 +14,11 @@ from dolfingrip.extensions.effect import Effect, Prior
 class AngleDefinition(Effect):
     """An angle that is not the tip face's.
 
-    α_displayed = (1 − s) α_face + s α_chord, the chord being the line from the clamp's centre to
-    the tip's. s = 1 is the chord's angle, as from two markers; what lies between is a marker line
-    that begins somewhere along the finger.
+    α_displayed = (1 − s) α_face + s α_chord. The chord is the line from the clamp's centre to the
+    tip's centre. s = 1 is the chord's angle, which two markers give; an s between 0 and 1 is a line
+    of markers that begins somewhere along the finger.
 
-    Prior: s = 0.3 ± 0.3 (engineering guess); data in the measured-data format mean the face's.
+    Prior: s = 0.3 ± 0.3 (engineering guess); the format of measured data means the face's angle.
     Fingerprint: the chord turns by a little less than half the face's angle: the angle by one
     factor at all pressures, −15.7 % at s = 0.3; force untouched.
     Confused with: the angle's gain, nearly the same.

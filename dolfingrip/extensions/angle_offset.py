@@ -15,7 +15,7 @@ from dolfingrip.extensions.instrument import Instrument
 class AngleOffset(Instrument):
     """An angle whose zero is off.
 
-    α_displayed = α + offset. It arises where the pose at rest was not measured well.
+    α_displayed = α + offset. It arises if the finger at rest was not measured well.
 
     Prior: 0 ± 0.5° (engineering guess).
     Fingerprint: the angle is higher by the same amount at all pressures, and without pressure;

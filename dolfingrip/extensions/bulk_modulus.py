@@ -1,4 +1,4 @@
-"""Less compressible than the base model."""
+"""A material that is less compressible than the base model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class BulkModulus(Effect):
-    """Less compressible than the base model.
+    """A material that is less compressible than the base model.
 
     ψ += ΔK/2 (ln J)²: the bulk modulus is K = λ + 2μ/3 + ΔK. See
     :mod:`dolfingrip.forms.bulk_modulus`.

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 class CoarseMesh(Effect):
     """A mesh coarser than the base model's.
 
-    Element sizes ← factor · sizes. Not a property of any finger: it shows how much of a
+    Element sizes ← factor · sizes. This is not a property of a finger: it shows how much of a
     difference may be the mesh's.
 
-    Hexahedra are never fewer than one across a wall: what grows are those at concave edges.
+    Walls always have at least one hexahedron across, so only hexahedra at concave edges grow.
 
     Prior: 1.5 ± 0.5, a choice and no property of the finger (engineering guess).
     Fingerprint: angle and force lower by 0.4 to 0.8 %. Of a mesh that is not graded

@@ -1,4 +1,4 @@
-"""What effects on the geometry share: a printed dimension that is not the drawn one."""
+"""The base class of effects on the geometry: a printed dimension differs from the drawn one."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ class DimensionOffset(Effect):
     """An effect that adds an offset to one dimension of the finger, which is then meshed anew.
 
     Attributes:
-        dimension: key of that dimension in the table of the geometry.
-        offset_mm: what is added to it (mm).
+        dimension: key of the dimension in the table of the geometry.
+        offset_mm: length that is added to the dimension (mm).
     """
 
     dimension: ClassVar[str]
     offset_mm: float
 
     def adapt[S: Setup](self, config: S) -> S:
-        """``config`` with the dimension that was printed.
+        """``config`` with the printed dimension.
 
         Raises:
-            ConfigError: the finger is a mesh file, which has no dimensions to change.
+            ConfigError: one line, if the finger is a mesh file, which has no dimensions.
         """
         if config.mesh.file is not None:
             raise ConfigError(

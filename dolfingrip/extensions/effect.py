@@ -1,7 +1,7 @@
 """What an effect is: a table of parameters with priors, and hooks by which it takes part.
 
-An effect's file imports no solver, since the configuration reads it: all it needs of one is
-handed to its hooks.
+An effect's file imports no solver because the configuration reads it. Its hooks receive everything
+that they need of a solver.
 """
 
 from __future__ import annotations
@@ -23,24 +23,24 @@ if TYPE_CHECKING:
     from dolfingrip.sections.setup import Setup
 
 StrainEnergy = Callable[[Expr], Expr]
-"""Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
+"""A function from Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
 
 Kind = Literal[
     "elastic", "dissipative", "geometry", "set-up", "loading", "measurement", "numerical"
 ]
-"""In the order in which effects act: elastic energies add up, dissipative ones scale or remember
-what came before."""
+"""Kinds of effects in the order in which they act: elastic energies are added, dissipative effects
+then scale them or remember their history."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prior:
-    """What is known of a parameter before anything is measured.
+    """The knowledge of a parameter before anything is measured.
 
     Attributes:
-        mean: expected value, in the unit of the parameter's name; of each entry of a list.
-        spread: standard deviation, likewise.
-        source: where it comes from; says so where it is an engineering guess.
-        positive: log-normal instead of normal.
+        mean: expected value, in the unit of the parameter's name; for a list, of each entry.
+        spread: standard deviation, in the same unit; for a list, of each entry.
+        source: where it comes from; it says so if it is an engineering guess.
+        positive: whether it is log-normal instead of normal.
     """
 
     mean: float
@@ -51,13 +51,13 @@ class Prior:
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """What enters one stage between regulator and cavity during one load step.
+    """Pressures at one stage between regulator and cavity, and times, of one load step.
 
     Attributes:
         inlet_before_kPa: pressure at its inlet as the step starts.
-        inlet_kPa: as it ends; in between it changes linearly.
+        inlet_kPa: pressure at its inlet as the step ends; it changes linearly in between.
         outlet_before_kPa: pressure at its outlet as the step starts.
-        time_s: as the step ends.
+        time_s: time as the step ends.
         step_s: length of the step; 0 at rest.
     """
 
@@ -71,28 +71,29 @@ class Flow:
 class Effect(Section):
     """One effect: its parameters are the table's keys, each with a :class:`Prior`.
 
-    An effect overrides the hooks that it needs. The docstring of each says its equation, what
+    An effect overrides the hooks that it needs. The docstring of an effect tells its equation, what
     its effect on angle and force is (Fingerprint:) and what it is confused with
     (Confused with:).
 
     Attributes:
-        kind: what part of the model it belongs to.
+        kind: part of the model that it belongs to.
         place: among the effects of its kind that do not commute with it, as a gain and an offset
             do not; those of lower place act first.
-        neutral: values of its parameters at which it changes nothing.
-        mixed: whether its energy also holds beside a pressure field (``P2-P1``).
-        plate: whether it is of the force sensor's plate, which a free finger does not feel.
-        clock: whether its readings depend on the time, those of a dissipative effect aside.
+        neutral: values of its parameters at which it has no effect.
+        mixed: whether its energy is also valid with a pressure field (element ``P2-P1``).
+        plate: whether it belongs to the force sensor's plate, which a free finger does not feel.
+        clock: whether its readings depend on time although it is not dissipative.
         tried: whether a diagnosis tries it as a cause.
         nuisance: whether a laboratory never knows it exactly, so that it is no cause.
-        shapeless: parameters that give its change no other shape: they hardly matter, or multiply
-            the amplitude.
-        alike: parameters that fits find, but that are tried at one value, since what they change
-            is nearly the same at all.
-        curved: whether its change differs in shape with the amplitude, so that several are tried.
-        lopsided: whether it changes the readings otherwise on either side, so that both are tried.
-        by_elastic_curve: law by which its change follows from the elastic curve, where there is
-            one: exactly from the pressure behind its stage, or nearly by quasi-linear relaxation.
+        shapeless: parameters that do not alter the shape of its change: they hardly matter, or they
+            multiply the amplitude.
+        alike: parameters that fits determine but that are tried at one value, because all values
+            change the readings in nearly the same way.
+        curved: whether the shape of its change depends on the amplitude, so that several are tried.
+        lopsided: whether positive and negative values change the readings in different ways, so
+            that both are tried.
+        by_elastic_curve: law by which its change follows from the elastic curve, if there is one:
+            exactly from the pressure behind its stage, or nearly by quasi-linear relaxation.
         fits: what of it is fitted to coupons with neo-Hooke's law, whose modulus comes first; its
             numbers follow from ``in_numbers``.
     """
@@ -112,27 +113,27 @@ class Effect(Section):
     lopsided: ClassVar[bool] = False
     by_elastic_curve: ClassVar[Literal["", "stage", "relaxation"]] = ""
 
-    # -- before anything is built ----------------------------------------------------------------
+    # -- before the model is built ---------------------------------------------------------------
 
     def adapt[S: Setup](self, config: S) -> S:
         """``config`` with other geometry, mesh or solver; use ``config.changed``.
 
-        An effect that has this hook has no other: it is used up by it.
+        An effect that has this hook has no other hook.
         """
         return config
 
     # -- potential -------------------------------------------------------------------------------
 
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
-        """The strain energy density with this effect; ``base`` is the one without it.
+        """The strain energy density with this effect; ``base`` is the density without it.
 
-        Adds to, scales or replaces ``base``. A dissipative effect returns the incremental
+        It adds to ``base``, scales it or replaces it. A dissipative effect returns the incremental
         potential of a load step, which depends on ``site``'s internal variables and step.
         """
         return base
 
     def terms(self, site: Site) -> Sequence[ufl.Form]:
-        """More energies of a finger (mJ of the meshed part), as forms in ``site.u``.
+        """Additional energies of a finger (mJ of the meshed part), as forms in ``site.u``.
 
         May also change the set-up (``site.held``, ``site.plate``), and add to
         ``site.further`` terms that are no forms, as ``site.add_friction`` does.
@@ -153,11 +154,11 @@ class Effect(Section):
     # -- loading and measurement -----------------------------------------------------------------
 
     def outlet_kPa(self, flow: Flow) -> float:
-        """Pressure that leaves this stage towards the cavity as a load step ends."""
+        """Pressure (kPa) at this stage's outlet, towards the cavity, as a load step ends."""
         return flow.inlet_kPa
 
     def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        """Readings that are displayed wrongly, by column, from a row of those so far."""
+        """Readings, by column, that are displayed wrongly, from a row of readings so far."""
         return {}
 
     # -- as a diagnosis tries it -----------------------------------------------------------------
@@ -190,12 +191,12 @@ class Effect(Section):
 
     @classmethod
     def name(cls) -> str:
-        """Name of its table and of its file."""
+        """Name of the effect's table and of its file."""
         return cls.__module__.rpartition(".")[2]
 
     @classmethod
     def has(cls, hook: str) -> bool:
-        """Whether it takes part by ``hook``."""
+        """Whether the effect overrides ``hook``."""
         return getattr(cls, hook) is not getattr(Effect, hook)
 
     @classmethod

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class Gent(Effect):
     """Stiffening at large strain (Gent).
 
-    ψ += −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3], x = (Ī₁ − 3)/Jₘ: what Gent's energy has over neo-Hooke
+    ψ += −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3], x = (Ī₁ − 3)/Jₘ, Gent's energy less neo-Hooke
     (Gent, Rubber Chem. Technol. 69, 1996). The parameter is 1/Jₘ; at 0 the chains have no limit.
     A state with x ≥ 1 does not exist, and a load step that would go there fails. See
     :mod:`dolfingrip.forms.gent`.

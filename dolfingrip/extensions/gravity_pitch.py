@@ -21,8 +21,8 @@ class GravityPitch(Effect):
     be given itself for any direction.
 
     Prior: 9.81 m/s², mounted within 3° of the intended direction (engineering guess).
-    Fingerprint: sag that the first reading hides, since angles are taken from the unpressurised
-    pose; the angle's slope differs as the finger turns into or out of gravity: hanging, 3.3 % lower
+    Fingerprint: sag that the first reading hides, because angles count from the unpressurised
+    shape; the angle's slope differs as the finger turns into or out of gravity: hanging, 3.3 % less
     at 25 kPa and 1.7 % at 250 kPa. The plate is put to the hanging finger, too: its force changes
     by 0.002 N. Small for one finger: its weight is about 0.2 N.
     Confused with: permanent set, the angle's offset, a plate's gap.

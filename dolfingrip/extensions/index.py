@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
 
 SHARED = ("dimension", "effect", "index", "instrument", "site", "supply")
-"""Files beside those of the effects: what effects share. All others hold one effect each."""
+"""Files that effects share. Each other file of this folder holds one effect."""
 
 
 def effect(name: str) -> type[Effect]:
@@ -27,7 +27,7 @@ def effect(name: str) -> type[Effect]:
 
 
 def _acting(each: type[Effect]) -> tuple[int, int, str]:
-    """What effects are ordered by."""
+    """The key by which effects are ordered."""
     return get_args(Kind).index(each.kind), each.place, each.name()
 
 
@@ -49,7 +49,7 @@ NAMES: tuple[str, ...] = tuple(each.name() for each in EFFECTS)
 
 
 class Switched(Section):
-    """Effects that the simple model leaves out; a table of its own switches each on."""
+    """Effects that the simple model leaves out; each is switched on by its own table."""
 
     effects: ClassVar[tuple[type[Effect], ...]] = ()
 
@@ -74,7 +74,7 @@ class Switched(Section):
 
 
 def table(effects: Iterable[type[Effect]]) -> type[Switched]:
-    """The section ``[extensions]`` with a table for each of ``effects``."""
+    """The class of the section ``[extensions]`` with a table for each of ``effects``."""
     effects = tuple(effects)
     fields: dict[str, Any] = {
         each.name(): (
@@ -88,7 +88,7 @@ def table(effects: Iterable[type[Effect]]) -> type[Switched]:
     return made
 
 
-if TYPE_CHECKING:  # its fields are known as it runs only
+if TYPE_CHECKING:  # its fields are known only at run time
     Extensions = Switched
 else:
     Extensions = table(EFFECTS)

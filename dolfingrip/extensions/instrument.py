@@ -27,6 +27,6 @@ class Instrument(Effect):
         raise NotImplementedError
 
     def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
-        # a free finger's row has no force, and a coupon's no angle
+        # a free finger's row has no force, and a coupon's row has no angle
         name = self.channel.name
         return {name: self.displayed(true)} if name in true else {}

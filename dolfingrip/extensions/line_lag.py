@@ -38,7 +38,7 @@ class LineLag(Effect):
 
     def outlet_kPa(self, flow: Flow) -> float:
         x = flow.step_s / self.tau_s if self.tau_s > 0 else math.inf
-        # expm1 keeps the digits of a step much shorter than τ; of a step of no duration it is 0/0
+        # expm1 keeps the digits in a step much shorter than τ; in a step of no duration it is 0/0
         mean = -math.expm1(-x) / x if x > 0 else 1.0
         rise = flow.inlet_kPa - flow.inlet_before_kPa
         behind = flow.outlet_before_kPa - flow.inlet_before_kPa

@@ -1,4 +1,4 @@
-"""Linear tetrahedra, which lock."""
+"""Linear tetrahedra, which are too stiff in thin walls: they lock."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class MooneyRivlin(Effect):
     """Softening at moderate strain (Mooney–Rivlin).
 
-    ψ += C₀₁ [(Ī₂ − 3) − (Ī₁ − 3)]: what Mooney–Rivlin has over neo-Hooke. The initial shear
+    ψ += C₀₁ [(Ī₂ − 3) − (Ī₁ − 3)], the Mooney–Rivlin energy less neo-Hooke. The initial shear
     modulus stays ``material.mu_MPa``, so C₁₀ = μ/2 − C₀₁ (Rivlin & Saunders, Phil. Trans. R. Soc.
     A 243, 1951). See :mod:`dolfingrip.forms.polynomial`.
 

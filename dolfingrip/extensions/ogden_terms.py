@@ -18,7 +18,7 @@ Terms = Annotated[tuple[float, ...], Field(strict=False, min_length=1, max_lengt
 
 
 class OgdenTerms(Effect):
-    """Terms of Ogden's energy beside the base model's, such as a biaxial stiffening.
+    """Terms of Ogden's energy added to the base model's, such as a biaxial stiffening.
 
     ψ += Σ 2μ_k/α_k² (λ̄₁^α_k + λ̄₂^α_k + λ̄₃^α_k − 3) (Ogden, Proc. R. Soc. A 326, 1972). The
     initial shear modulus rises by Σ μ_k. A term with a negative exponent hardly acts in uniaxial

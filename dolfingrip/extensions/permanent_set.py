@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class PermanentSet(Effect):
-    """Permanent set: beside the elastic solid a network that yields.
+    """Permanent set: a network that yields, in parallel with the elastic solid.
 
     ψ += g μ/2 (A : C̄ − ln det A − 3). The metric A is the shape in which the network carries no
     stress; it yields towards C̄⁻¹ at a uniaxial strain ε_y (see

@@ -18,7 +18,7 @@ GUESS = "engineering guess"
 
 
 class Polynomial(Effect):
-    """A polynomial of the invariants beside the base model's energy.
+    """A polynomial of the invariants added to the base model's energy.
 
     ψ += Σ C_ij (Ī₁ − 3)ⁱ (Ī₂ − 3)ʲ (Rivlin & Saunders, Phil. Trans. R. Soc. A 243, 1951). The
     initial shear modulus rises by 2 (C₁₀ + C₀₁). See :mod:`dolfingrip.forms.polynomial`;

@@ -12,10 +12,10 @@ from dolfingrip.extensions.effect import Effect, Flow, Prior
 class PressureOffset(Effect):
     """A regulator whose zero is off.
 
-    p_cavity = p_regulator + offset, at all times. So the angle is measured from the pose at a
+    p_cavity = p_regulator + offset, at all times. So the angle counts from the shape at a
     cavity pressure of the offset.
 
-    Prior: 0 ± 3 kPa, as regulators' zeros are.
+    Prior: 0 ± 3 kPa, an ordinary error of regulators' zeros.
     Fingerprint: the pressure axis is shifted. There is a force at no pressure (0.01 N for 1 kPa),
     and the force changes by the offset times its slope. The angle is 0 at first in any case, so it
     changes only as its slope does, by 0.2 % at most.

@@ -1,4 +1,4 @@
-"""Viscoelasticity: one to three Maxwell branches beside the elastic solid."""
+"""Viscoelasticity: one to three Maxwell branches in parallel with the elastic solid."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
 
 BRANCHES = 3
-"""Most terms of the series."""
+"""Largest number of terms of the series."""
 
 
 class Prony(Effect):

@@ -40,22 +40,22 @@ class Site:
     """The model under construction.
 
     Attributes:
-        config: all that the simulation depends on.
+        config: everything that the simulation depends on.
         domain: reference configuration.
         u: displacement (mm).
         mu, lmbda: the base material's moduli (MPa).
         history: internal variables; the time and step as constants.
-        p: pressure field of a mixed element (MPa), None of another.
+        p: pressure field of a mixed element (MPa); None for another element.
         plate: where one faces the finger.
         held: regions whose displacement is held at 0, by axis; an effect may take some out
             and put a term of its own in their place.
-        parameters: constants of the potential by name, that sensitivities are taken to.
+        parameters: constants of the potential, by name; readings can be derived by them.
         unknowns: what is solved for besides the fields, by name.
         motions: of the clamp, by global unknowns among ``unknowns``.
         pressure: constant: that in the cavity at the load step's end (MPa), where there is one.
         contact: of the skin with itself, where there is any.
-        further: terms of Π that are no forms, beside plate and contact.
-        geometric: to be called whenever the mesh has moved.
+        further: terms of Π that are no forms, without plate and contact.
+        geometric: functions that must be called after the mesh has moved.
     """
 
     config: Setup
@@ -82,7 +82,7 @@ class Site:
 
     @property
     def step_s(self) -> Expr:
-        """Length of the load step (s), 0 where no time passes."""
+        """Length of the load step (s); 0 if no time passes."""
         return self.history.step_s
 
     @property
@@ -113,7 +113,7 @@ class Site:
         """A global unknown, solved for with the displacement; forms contain its ``constant``.
 
         Args:
-            effect: whose it is.
+            effect: the effect that it belongs to.
             name: its name, with its unit.
             number: where it starts; or a constant, such as ``plate.offset``, made unknown.
             scale: unit of the name that weighs as much as 1 mm, see
@@ -144,7 +144,7 @@ class Site:
         spring is moved by, −∂Π/∂s of the rest.
 
         Args:
-            effect: whose it is.
+            effect: the effect that it belongs to.
             force: name of f, with its unit: N, or N mm where ``moved`` is an angle.
             moved: s, mm or rad, of an unknown's constant.
             compliance: c, mm/N or rad/(N mm).
@@ -155,7 +155,7 @@ class Site:
         return self.lumped(f * moved - compliance * f**2 / 2)
 
     def area_mm2(self, region: str) -> float:
-        """Area of a region at rest, of the whole solid."""
+        """Area (mm²) of a region of the whole undeformed solid."""
         part = self.domain.surface(region, quadrature_degree=2)
         return self.domain.copies * self._integral(self.fixed(1.0) * part)
 
@@ -167,7 +167,7 @@ class Site:
         self.further.append(Friction(contact, self.u, mu, slip_mm, effect.name()))
 
     def centre(self, region: str) -> fem.Constant:
-        """Centroid of a region at rest (mm), (3,)."""
+        """Centroid (mm) of an undeformed region, (3,)."""
         x = ufl.SpatialCoordinate(self.domain.mesh)
         part = self.domain.surface(region, quadrature_degree=2)
         one = self.fixed(1.0)
@@ -201,7 +201,7 @@ class Site:
         return energy * share * clamp
 
     def _measured(self, measure: Callable[[], np.ndarray]) -> fem.Constant:
-        """A constant that is measured on the mesh, and again whenever the mesh moves."""
+        """A constant that is measured on the mesh, and again after each motion of the mesh."""
         made = fem.Constant(self.domain.mesh, measure())
 
         def update() -> None:
@@ -211,5 +211,5 @@ class Site:
         return made
 
     def remember(self, effect: Named, name: str, initial: np.ndarray | float) -> fem.Function:
-        """A new internal variable at the integration points, ``initial`` at first."""
+        """A new internal variable at the integration points, which starts as ``initial``."""
         return self.history.variable(f"{effect.name()}.{name}", initial)

@@ -14,10 +14,10 @@ NAME = "supply_kPa"
 
 
 class Supply(Memory):
-    """Regulator pressure, the control of a path, and the cavity's, which stages make of it.
+    """The control of a path: the regulator's pressure, from which stages make the cavity's.
 
-    A control and a memory of the model: the pressure at each stage at the load step's start is
-    part of the state.
+    It is a control and also a memory of the model: the pressure at each stage at the load step's
+    start is part of the state.
 
     Args:
         cavity: the cavity's pressure.
@@ -28,7 +28,7 @@ class Supply(Memory):
         self._cavity = cavity
         self.stages = stages
         self._regulator_kPa = 0.0
-        # at first no pressure is known behind any stage
+        # no pressure behind a stage is known at first
         self._before = self._pass(np.full(len(stages) + 1, np.nan), 0.0, 0.0)
         self._now = self._before.copy()
         cavity.set(self._now[-1])
@@ -50,7 +50,7 @@ class Supply(Memory):
         return self._regulator_kPa
 
     def set(self, value: float) -> None:
-        """Prescribe ``value`` at the regulator; the cavity's follows with the time."""
+        """Prescribe ``value`` at the regulator; the cavity's pressure follows with time."""
         self._regulator_kPa = value
 
     # -- as a memory -----------------------------------------------------------------------------
@@ -61,7 +61,7 @@ class Supply(Memory):
         self._cavity.set(self._now[-1])
 
     def accept(self) -> None:
-        """Take the present pressures as those at the next load step's start."""
+        """Store the present pressures as the pressures at the next load step's start."""
         self._before = self._now.copy()
 
     def values(self) -> dict[str, np.ndarray]:

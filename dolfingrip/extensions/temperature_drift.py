@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class TemperatureDrift(Effect):
-    """A modulus that drifts as the temperature does.
+    """A modulus that drifts with the temperature.
 
     ψ ← (1 + c θ) ψ, θ = ΔT (1 − exp(−t/τ)), where θ is the warming since the start. All moduli
     change alike.
