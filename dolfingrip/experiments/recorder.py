@@ -20,7 +20,6 @@ from dolfingrip.jobs.interrupts import Interrupted, interrupt_behind
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
-from dolfingrip.sections.units import unit
 
 EFFORT = ("iterations", "load_steps")
 """The solver's effort."""
@@ -137,7 +136,7 @@ class Recorder:
         interrupted = interrupt_behind(error) is not None
         sentence = self._kept() if interrupted else f"{type(error).__name__}: {error}"
         if self._comm.rank == 0:
-            controls = (self._experiment.control, "time_s")
+            controls = (self._experiment.control.name, "time_s")
             failure = {
                 "kind": "interrupted" if interrupted else "error",
                 "last_good": {name: self._last[name] for name in controls if name in self._last},
@@ -150,7 +149,7 @@ class Recorder:
     def _kept(self) -> str:
         """What an interrupted run leaves, and how to go on, in one line."""
         control = self._experiment.control
-        reached = f", up to {self._last[control]:g} {unit(control)}," if self._last else ""
+        reached = f", up to {self._last[control.name]:g} {control.unit}," if self._last else ""
         return (
             f"{self._rows} readings{reached} are kept in {self._out}; "
             "the same command starts from the beginning"
