@@ -8,7 +8,7 @@ with t and i₂ the invariants of C itself and g = (det C)^(−1/3). Along a cha
 
     Ṡ = 2 Σ_k [W_k Ȧ_k + Σ_l W_kl (A_l : Ċ) A_k].
 
-So a kernel holds six numbers of W and a few tensors, however long W is (Holzapfel, Nonlinear Solid
+A kernel holds six numbers of W and a few tensors, however long W is (Holzapfel, Nonlinear Solid
 Mechanics, 2000, section 6.6).
 """
 

@@ -1,10 +1,9 @@
 """A function of two numbers with its first and second derivatives, carried through arithmetic.
 
-UFL can differentiate any expression. But where one value enters the next twice, and that the next
-again, as in repeated squaring, its derivatives take minutes to sort and to compile. Here each
-operation makes six expressions, each once, whatever is done with them. What comes out is handed to
-UFL as a function whose derivatives are known, which :mod:`dolfingrip.forms.chain_rule` then uses.
-The parts may be numbers, too.
+UFL can differentiate any expression. But its derivatives take minutes to sort and to compile if
+each value enters the next one twice, as in repeated squaring. Here each operation makes six
+expressions, and each of them once. UFL is given the result as a function whose derivatives are
+known, which :mod:`dolfingrip.forms.chain_rule` then uses. The parts may also be numbers.
 """
 
 from __future__ import annotations
@@ -17,12 +16,12 @@ from ufl.core.expr import Expr
 
 @dataclass(frozen=True, slots=True)
 class Jet:
-    """f and its derivatives by x and y.
+    """A function f of x and y with its first and second derivatives.
 
     Attributes:
         f: value.
         x, y: first derivatives.
-        xx, xy, yy: second ones.
+        xx, xy, yy: second derivatives.
     """
 
     f: Expr
@@ -62,7 +61,7 @@ class Jet:
         return self.f, self.x, self.y, self.xx, self.xy, self.yy
 
     def of(self, a: Jet, b: Jet) -> Jet:
-        """This function at x = a, y = b, of what these are functions of.
+        """This function at x = a, y = b, as a function of the variables of a and b.
 
         Example:
             f = xy at x = y = t, a function of t and another number: t², here at t = 3.
@@ -100,21 +99,21 @@ class Jet:
 
 
 def constant(value: Expr) -> Jet:
-    """A number."""
+    """A constant: its derivatives are 0."""
     return Jet(value, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def variables(x: Expr, y: Expr) -> tuple[Jet, Jet]:
-    """The two numbers themselves."""
+    """The two variables themselves, as functions of x and y."""
     return Jet(x, 1.0, 0.0, 0.0, 0.0, 0.0), Jet(y, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def series(terms: Mapping[tuple[int, int], float], x: Jet, y: Jet) -> Jet:
-    """Σ c xⁱ yʲ by Horner's rule, in x within y; c may be of UFL.
+    """Σ c xⁱ yʲ by Horner's rule, first in x, then in y; c may be UFL expressions.
 
     Args:
         terms: c by (i, j).
-        x, y: what the powers are of.
+        x, y: bases of the powers.
 
     Example:
         1 + 2 xy² at x = 3, y = 2; by y it is 4 xy.

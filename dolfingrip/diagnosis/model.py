@@ -23,7 +23,7 @@ from dolfingrip.diagnosis.simulation.walls import WallCurves
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import Entry, find, moduli
-from dolfingrip.parameter.priors import priors_beside
+from dolfingrip.parameter.priors import scaled_priors
 
 SCALE: Final = "modulus"
 """Name of the factor of all moduli among the parameters."""
@@ -112,7 +112,7 @@ def free_parameters(name: str, overrides: Sequence[str], config: Config) -> list
     """What a fit of an effect finds: the parameters with a prior, but those that are held."""
     on = config.overridden(overrides)
     found = []
-    for key, prior in priors_beside(effect(name), config.material.shear_MPa).items():
+    for key, prior in scaled_priors(effect(name), config.material.shear_MPa).items():
         if key in effect(name).shapeless:
             continue
         path = f"extensions.{name}.{key}"

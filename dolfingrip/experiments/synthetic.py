@@ -23,7 +23,7 @@ from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.path.failure import Failure
-from dolfingrip.parameter.priors import priors_beside
+from dolfingrip.parameter.priors import scaled_priors
 
 MEASURED = (*WHO, *(each.name for each in measured() if each.synthetic))
 """The columns of a synthetic measurement."""
@@ -104,7 +104,7 @@ def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) ->
     """Parameters of ``effect``, drawn from their priors until they are allowed values."""
     for _ in range(TRIES):
         values: dict[str, Any] = {}
-        for key, prior in priors_beside(effect, shear_MPa).items():
+        for key, prior in scaled_priors(effect, shear_MPa).items():
             value = draw(prior, rng)
             is_list = isinstance(effect.model_fields[key].default, tuple)
             values[key] = [value] if is_list else value

@@ -1,4 +1,4 @@
-"""Bounds of numbers in a table, of each entry of a list too, as pydantic declares them."""
+"""Bounds of numbers in a table, and of the entries of lists, as pydantic declares them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 
 def bounds_of(table: type[BaseModel], key: str) -> tuple[float, float]:
-    """Bounds of a number in a table, of each entry of a list; infinite where there are none."""
+    """Lower and upper bound of a number, or of a list's entries; infinite if there is none."""
     info = table.model_fields[key]
     entries = of_floats(info.annotation)
     return bounds(of_entries(info.annotation) if entries else info.metadata)
@@ -39,7 +39,7 @@ def of_entries(hint: Any) -> Sequence[Any]:
 
 
 def bounds(metadata: Sequence[Any]) -> tuple[float, float]:
-    """Pydantic's bounds; an open one is taken for a closed one."""
+    """Pydantic's bounds; open bounds are taken for closed ones."""
 
     def limits(*names: str) -> list[float]:
         found = (getattr(item, name, None) for item in metadata for name in names)

@@ -1,4 +1,4 @@
-"""The moduli of a configuration: what pressures at equal angles, and forces, are in proportion to.
+"""The moduli of a configuration: pressures at equal angles, and forces, are proportional to them.
 
 >>> from dolfingrip.config import Config
 >>> moduli(Config())
@@ -23,13 +23,13 @@ Modulus = float | tuple[float, ...]
 def moduli(config: Config) -> dict[str, Modulus]:
     """Moduli by key (MPa; N/mm of films): of the material, of regions and of films.
 
-    A bulk modulus is among them where it is given. Those of effects and contacts are not.
+    A bulk modulus is among them if it is given. Moduli of effects and contacts are not.
     """
     return {key: value for key, value in _all(config) if value not in (None, (), 0.0)}
 
 
 def scaled(config: Config, factor: float) -> tuple[str, ...]:
-    """Overrides, as with ``--set``, that make all moduli ``factor`` times as large."""
+    """Assignments, as of ``--set``, that make all moduli ``factor`` times as large."""
     found = []
     for key, value in moduli(config).items():
         new = [factor * each for each in value] if isinstance(value, tuple) else factor * value

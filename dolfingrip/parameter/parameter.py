@@ -17,8 +17,8 @@ from dolfingrip.extensions.effect import Prior
 from dolfingrip.sections import errors
 
 STEP: Final = 1e-4
-"""Part of a parameter's scale by which numbers of the configuration are differentiated. What they
-determine is smooth, so the error of a central difference is 1e-8 of it."""
+"""Step of differences by a parameter, as a part of its scale. Functions of the configuration are
+smooth, so a central difference has a relative error of 1e-8."""
 
 _FINITE: Final = ConfigDict(allow_inf_nan=False)
 
@@ -41,13 +41,13 @@ class Parameter:
     Attributes:
         key: ``section.name``, below ``extensions`` ``extensions.effect.name``; entries of a list
             are numbered from 0 in brackets.
-        unit: that the key's name ends in; "" for a pure number.
+        unit: unit that the key's name ends in; "" for a pure number.
         scale: an ordinary change of it, in its unit.
-        prior: what is known before anything is measured, where anything is.
-        low, high: bounds, infinite where there are none.
-        entry: how it enters. A choice of the model has no derivative, only a difference of runs.
-        integer: whether only whole numbers are meant.
-        field: pydantic's description of the key, which it is checked by.
+        prior: knowledge before anything is measured; None if there is none.
+        low, high: bounds; infinite if there are none.
+        entry: how it enters; a choice of the model has no derivative, but a difference of two runs.
+        integer: whether only whole numbers are allowed.
+        field: pydantic's description of the key, which checks values.
     """
 
     key: str
@@ -61,7 +61,7 @@ class Parameter:
     field: Any = None
 
     def check(self, value: float, option: str) -> None:
-        """Raise where ``value`` is not allowed by itself.
+        """Raise if ``value`` is out of the parameter's range.
 
         Raises:
             ConfigError: one line naming the option, the key, the value and the allowed range.
@@ -80,7 +80,7 @@ class Parameter:
     def value(self, config: Config) -> float:
         """Its value in ``config``."""
         section, _, region = self.key.removesuffix(".nu").partition(".")
-        if section == "material" and self.key.endswith(".nu"):  # which may be absent
+        if section == "material" and self.key.endswith(".nu"):  # the key may be absent
             return config.material.of(region).poisson
         value: Any = config
         for part in _parts(self.key):
@@ -88,7 +88,7 @@ class Parameter:
         return float(value)
 
     def at(self, config: Config, value: float) -> Config:
-        """``config`` with another value of it.
+        """``config`` with another value of the parameter.
 
         Raises:
             ConfigError: one line naming the key, the value and the allowed range.
@@ -104,9 +104,9 @@ class Parameter:
         return checked(type(config), data)
 
     def stencil(self, config: Config, step: float) -> Sequence[tuple[int, float]]:
-        """Places (in steps) and weights (by step) of a difference of second order.
+        """Places (in steps) and weights (for a step of 1) of a difference of second order.
 
-        Central, or one-sided where a bound is near.
+        The difference is central, or one-sided if a bound is near.
         """
         here = self.value(config)
         if here - step < math.nextafter(self.low, math.inf):
@@ -116,7 +116,7 @@ class Parameter:
         return ((1, 0.5), (-1, -0.5))
 
     def direction(self, config: Config) -> float:
-        """Sign of its changes: 1, or −1 at the upper end of its range."""
+        """Sign of a change that stays in the range: 1, or −1 at the upper end."""
         return 1.0 if self.value(config) + STEP * self.scale <= self.high else -1.0
 
     def derivative[T: (float, np.ndarray)](

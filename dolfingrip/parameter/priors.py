@@ -1,4 +1,4 @@
-"""Priors of an effect beside a material of any stiffness."""
+"""Priors of an effect for a material of any stiffness."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import Final
 from dolfingrip.extensions.effect import Effect, Prior
 
 PRINTED_MPa: Final = 2.93
-"""Shear modulus of printed NinjaFlex, which effects state their priors of moduli for."""
+"""Shear modulus of printed NinjaFlex; the effects' priors of moduli are valid for it."""
 
 
-def priors_beside(effect: type[Effect], shear_MPa: float) -> dict[str, Prior]:
-    """Prior of each parameter that has one, those of moduli in proportion to the material's.
+def scaled_priors(effect: type[Effect], shear_MPa: float) -> dict[str, Prior]:
+    """Prior of each parameter that has one; priors of moduli are in proportion to the material's.
 
     Args:
-        effect: of the index.
+        effect: an effect of the index.
         shear_MPa: the material's initial shear modulus.
     """
     factor = shear_MPa / PRINTED_MPa

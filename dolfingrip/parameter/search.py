@@ -1,8 +1,7 @@
-"""The parameters that a configuration has, and any of them by its key.
+"""The parameters of a configuration: all of them, or one by its key.
 
-What ``--set`` changes, a design varies, a derivative is taken to and a diagnosis estimates are the
-same objects, found by the same keys: ``material.mu_MPa``, ``finger.wall_mm``,
-``extensions.prony.g[0]``.
+``--set``, designs, derivatives and diagnoses all use these objects and find them by the same keys:
+``material.mu_MPa``, ``finger.wall_mm``, ``extensions.prony.g[0]``.
 """
 
 from __future__ import annotations
@@ -17,30 +16,30 @@ from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter.bounds import bare, bounds, of_entries, of_floats
 from dolfingrip.parameter.parameter import Entry, Parameter
-from dolfingrip.parameter.priors import priors_beside
+from dolfingrip.parameter.priors import scaled_priors
 from dolfingrip.sections import errors, tables
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.geometry.index import TABLES
 from dolfingrip.sections.units import unit
 
 SECTIONS: Final = ("material", "film", *TABLES, "morph", "plate", "gravity", "extensions")
-"""Those whose numbers are properties of a finger, its set-up or its instruments."""
+"""Sections whose numbers are properties of a finger, its set-up or its instruments."""
 
 NUMERICAL: Final = ("plate.normal", "plate.contact_length_mm", "plate.barrier_mm",
                     "plate.stiffness_MPa", "gravity.direction")  # fmt: skip
-"""Keys in these sections that are choices of the model, or have an effect of their own: gravity's
-direction has gravity_pitch."""
+"""Keys in these sections that are choices of the model, or that an effect changes instead, as
+gravity_pitch changes gravity's direction."""
 
 PRIORS: Final = {
     "material.mu_MPa": Prior(2.93, 0.6, "printed NinjaFlex; spread 20 %, engineering guess", True),
     "finger.wall_mm": Prior(1.6, 0.08, "walls within 5 %, engineering guess", True),
     "plate.gap_mm": Prior(0.3, 0.3, "engineering guess", True),
 }
-"""Priors of the simple model's own numbers, where anything is known."""
+"""Priors of the simple model's own numbers that something is known of."""
 
 
 def every(config: Config) -> list[Parameter]:
-    """All parameters that ``config`` has: those of effects that are on, and the model's own."""
+    """All parameters of ``config``: the model's own, and those of effects that are switched on."""
     found: list[Parameter] = []
     for section in SECTIONS:
         if section == "gravity" and not config.gravity.acceleration_m_s2:
@@ -59,11 +58,11 @@ def every(config: Config) -> list[Parameter]:
 
 
 def named(key: str, option: str = "--set") -> Parameter:
-    """Any number of the configuration by its key, those of the model's own choices included.
+    """Any number of the configuration as a parameter, also one that is a choice of the model.
 
     Args:
         key: ``section.name`` or ``extensions.effect.name``; the effect may be off.
-        option: of the command that asks.
+        option: option of the command that asks.
 
     Raises:
         ConfigError: one line naming ``option``, where there is no such number.
@@ -82,9 +81,9 @@ def named(key: str, option: str = "--set") -> Parameter:
 
 
 def check_assignment(assignment: str, option: str = "--set") -> None:
-    """Check a number that ``section.key=value`` sets, as the parameter that it is.
+    """Check the number that ``section.key=value`` assigns to a parameter.
 
-    Texts, lists and tables are left to the configuration, which checks all of it together.
+    Texts, lists and tables are not checked here; the configuration checks them.
 
     Raises:
         ConfigError: one line naming the option, the key, the value and the allowed range.
@@ -108,17 +107,17 @@ def _field(key: str, option: str) -> Any:
         if not known and entries is None:
             raise ConfigError(f"{option} {key}: {parts[i - 1]} is a value, not a section")
         info = known.get(part)
-        chosen = entries is not None and i + 1 < len(parts)  # a table that a user named
+        chosen = entries is not None and i + 1 < len(parts)  # a table whose name a user chose
         if info is None and not chosen:
             raise ConfigError(f"{option} {errors.unknown(parts[: i + 1], Config)}")
     return info
 
 
 def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
-    """The parameters of ``config`` by their keys; a key of a list means all of its entries.
+    """The parameters of ``config`` with these keys; the key of a list means all of its entries.
 
     Raises:
-        ConfigError: one line, where there is no such parameter.
+        ConfigError: one line, if there is no such parameter.
     """
     known = {parameter.key: parameter for parameter in every(config)}
     found: list[Parameter] = []
@@ -136,7 +135,7 @@ def find(config: Config, keys: Sequence[str]) -> list[Parameter]:
 def _of_table(
     config: Config, table: BaseModel, path: str, effect: Effect | None
 ) -> Iterator[Parameter]:
-    priors = priors_beside(type(effect), config.material.shear_MPa) if effect else {}
+    priors = scaled_priors(type(effect), config.material.shear_MPa) if effect else {}
     for key, info in type(table).model_fields.items():
         if f"{path}.{key}" in NUMERICAL:
             continue
@@ -175,7 +174,7 @@ def _numbers(key: str, value: Any, info: Any) -> Iterator[tuple[str, float, Sequ
 
 
 def _scale(value: float, prior: Prior | None) -> float:
-    """An ordinary change: the prior's spread, else a tenth of the value."""
+    """An ordinary change: the prior's standard deviation, else a tenth of the value."""
     if prior is not None:
         return prior.spread
     return 0.1 * abs(value) or 1.0

@@ -1,4 +1,4 @@
-"""What a camera measures the chord's angle of."""
+"""Section of the configuration for the line whose rotation a camera measures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dolfingrip.sections.section import Section, Vector, outside
 
 
 class Camera(Section):
-    """The line whose rotation is the chord's angle, atan(−u_x/(L + u_z)) from the pose at rest."""
+    """The line whose rotation from rest is the chord's angle, atan(−u_x/(L + u_z))."""
 
     chord: Literal["centres", "back edges", "points"] = Field(
         "centres",

@@ -16,11 +16,11 @@ from dolfingrip.sections.units import unit
 
 BOUNDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
 LONGEST = 60
-"""Characters of a value that are shown."""
+"""Largest number of characters of a value that a message shows."""
 
 
 class ConfigError(ValueError):
-    """Bad input: one line with the key, the value and the allowed range."""
+    """One line about bad input, with the key, the value and the allowed range."""
 
 
 def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
@@ -36,9 +36,9 @@ def checked[S: BaseModel](root: type[S], data: dict[str, Any]) -> S:
 
 
 def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, Any]) -> str:
-    """The first error that pydantic finds in ``data``, which should have made a ``root``."""
+    """The first error that pydantic finds in the data of a ``root``."""
     first = error.errors()[0]
-    # the numbers are places in a list, which is named as a whole
+    # numbers are places in a list; the list is named as a whole
     location = [str(part) for part in first["loc"] if not isinstance(part, int)]
     key = ".".join(location)
     if first["type"] == "extra_forbidden" or _is_no_table(first, location, root):
@@ -60,14 +60,14 @@ def one_line(error: ValidationError, root: type[BaseModel], data: Mapping[str, A
 
 
 def _is_no_table(first: Mapping[str, Any], location: Sequence[str], root: type[BaseModel]) -> bool:
-    """Whether a name that a user chose is that of a value: it was meant for a key."""
+    """Whether the name of a table belongs to a value, so that the user meant a key."""
     no_table = first["type"] in ("model_type", "model_attributes_type")
     known = fields(location[:-1], root)
     return no_table and bool(known) and location[-1] not in known
 
 
 def shown(value: Any) -> str:
-    """A value as it stands in TOML, cut where it is long."""
+    """A value in TOML's notation; a long one is cut."""
     text = json.dumps(value, ensure_ascii=False, default=str)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
@@ -78,7 +78,7 @@ def reason(kind: str, info: Any, key: str) -> str:
     Args:
         kind: pydantic's type of the error.
         info: pydantic's description of the key.
-        key: its name, which ends in its unit.
+        key: name of the key, which ends in its unit.
     """
     hint = _bare(info.annotation)
     if isinstance(hint, type) and issubclass(hint, BaseModel):
@@ -105,7 +105,7 @@ def reason(kind: str, info: Any, key: str) -> str:
 
 
 def _entries(hint: Any, info: Any) -> str:
-    """What a list may hold, in words."""
+    """The values that a list may hold, in words."""
     entry, *more = get_args(hint)
     if more and more[0] is not Ellipsis:
         return "three finite numbers, as in [1, 0, 0]"
@@ -139,25 +139,25 @@ def _within(metadata: Sequence[Any]) -> str:
 
 
 def _bare(hint: Any) -> Any:
-    """A type without the None that makes it optional."""
+    """A type without ``None``, which makes it optional."""
     if get_origin(hint) in (Union, types.UnionType):
         return next(part for part in get_args(hint) if part is not type(None))
     return hint
 
 
 def fields(sections: Sequence[str], root: type[BaseModel]) -> dict[str, Any]:
-    """Fields of the section at the end of ``sections``; none where that is a value."""
+    """Fields of the section at the end of ``sections``; none if it is a value."""
     return below(sections, root)[0]
 
 
 def below(
     sections: Sequence[str], root: type[BaseModel]
 ) -> tuple[dict[str, Any], type[BaseModel] | None]:
-    """What the section at the end of ``sections`` may hold.
+    """The contents that the section at the end of ``sections`` may have.
 
     Returns:
-        Its fields, none where it is a value, and the class of the tables that a user names, None
-        where there are none.
+        Its fields, none if it is a value; and the class of tables whose names a user chooses, None
+        if there are none.
     """
     model: Any = root
     for name in sections:
@@ -171,7 +171,7 @@ def below(
 
 
 def unknown(location: Sequence[str], root: type[BaseModel]) -> str:
-    """An unknown key, the nearest known one and those that are allowed in its place."""
+    """A message about an unknown key, with the most similar key and all allowed keys."""
     *sections, name = location
     here = list(fields(sections, root))
     elsewhere = [

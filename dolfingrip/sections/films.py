@@ -20,7 +20,7 @@ Pair = Annotated[tuple[str, str], Field(strict=False)]
 
 
 class Film(Section):
-    """Strain-limiting film, of a stiffness and a thickness that is small."""
+    """A thin strain-limiting film; its stiffness is given, and its thickness for its weight."""
 
     model: Literal["membrane", "layer"] = Field(
         "membrane", description="a membrane on a surface, or the elements of a whole region"
@@ -77,7 +77,7 @@ class Film(Section):
 
     @property
     def regions(self) -> tuple[tuple[str, str], ...]:
-        """Key and value of each region that is named, "" for the whole."""
+        """Key and value of each region that is named; "" is the whole finger."""
         if self.between is not None:
             return tuple(("between", region) for region in self.between)
         return () if self.group is not None else (("region", self.region),)
@@ -104,15 +104,15 @@ class Films(Section):
 
     @property
     def all(self) -> Mapping[str, Film]:
-        """By name."""
+        """All films by name."""
         return self.__pydantic_extra__
 
     @property
     def layers(self) -> Mapping[str, Film]:
-        """Those that are layers of elements, by name."""
+        """Films that are layers of elements, by name."""
         return {name: film for name, film in self.all.items() if film.model == "layer"}
 
     @property
     def membranes(self) -> Mapping[str, Film]:
-        """Those that are membranes, by name."""
+        """Films that are membranes, by name."""
         return {name: film for name, film in self.all.items() if film.model == "membrane"}

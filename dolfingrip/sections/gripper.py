@@ -1,4 +1,4 @@
-"""Section of the configuration that tells how three fingers stand and what the gripper does."""
+"""Section of the configuration for the gripper: places of its fingers, and its motion."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from dolfingrip.sections.section import Section
 GripPose = Literal["scoop", "pinch", "claw"]
 
 ALPHA_DEG: Final[dict[str, float]] = {"scoop": -45.0, "pinch": 90.0, "claw": 0.0}
-"""Rotation of fingers B and C where ``alpha_deg`` is not given. The paper has 0 for claw and 90°
-for pinch; for scoop, both fingers closest to the thumb, it has no number."""
+"""Rotation of fingers B and C for each pose if ``alpha_deg`` is not given. The paper has 0° for the
+claw and 90° for the pinch. It has no number for the scoop, with both fingers close to the thumb."""
 
 CLEARANCE_MM: Final[dict[str, float]] = {"scoop": 4.0, "pinch": 42.0, "claw": 4.0}
-"""Straight fingers beside the food, where no distances are given. The paper has no number. The
+"""Distance of straight fingers from the food if none is given. The paper has no number. The
 pinch's is such that its cube is first picked up at its 150 kPa with μ = 0.38 (coarse preset)."""
 
-BESIDE_MM: Final = 4.0
-"""That of a pose with an ``alpha_deg`` of its own."""
+OTHER_CLEARANCE_MM: Final = 4.0
+"""Distance of straight fingers from the food if ``alpha_deg`` is given."""
 
 
 class Gripper(Section):
@@ -33,13 +33,13 @@ class Gripper(Section):
         None, ge=-80, le=90, description="of B and C about their centres; default: by pose"
     )
     L_mm: float | None = Field(
-        None, gt=0, le=300, description="thumb A to centre O; default: beside the food"
+        None, gt=0, le=300, description="thumb A to centre O; default: next to the food"
     )
     W_mm: float = Field(
         12.0, ge=0, le=300, description="offset of B's and C's rotation centres from O"
     )
     R_mm: float | None = Field(
-        None, ge=0, le=300, description="B, C to rotation centres; default: beside the food"
+        None, ge=0, le=300, description="B, C to rotation centres; default: next to the food"
     )
     clearance_mm: float | None = Field(
         None,
@@ -70,7 +70,7 @@ class Gripper(Section):
 
     @property
     def clearance(self) -> float:
-        """Finger to food where L and R are not given (mm)."""
+        """Distance of straight fingers from the food (mm) if L and R are not given."""
         if self.clearance_mm is not None:
             return self.clearance_mm
-        return CLEARANCE_MM[self.pose] if self.alpha_deg is None else BESIDE_MM
+        return CLEARANCE_MM[self.pose] if self.alpha_deg is None else OTHER_CLEARANCE_MM

@@ -1,4 +1,4 @@
-"""The class that a file of an index holds."""
+"""Finds the class in a file of an index."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit to measurements left open: parameters that fit equally well, and what none explains.
+"""The uncertainty that a fit to measurements left: equally good parameters, unexplained scatter.
 
 >>> found = Posterior.model_validate(
 ...     {"model_kPa": 0.5, "fit": [{"set": {"film.silk.Et_N_per_mm": 3.0}}, {"weight": 3.0}]}
@@ -29,10 +29,10 @@ Numbers = Annotated[tuple[float, ...], Field(strict=False)]
 
 
 class Fit(Section):
-    """One set of parameters that agrees with what was measured.
+    """One set of parameters that agrees with the measurements.
 
-    What its law of the material gets wrong is kept as a factor on the pressure, by the growth of
-    the cavity: chambers of one size that have grown alike are stretched alike.
+    The error of its material law is a factor on the pressure that depends on the growth of the
+    cavity, because chambers of one size that have grown alike are stretched alike.
     """
 
     weight: float = Field(1.0, gt=0, description="probability, relative to the other fits'")
@@ -49,7 +49,7 @@ class Fit(Section):
         return self
 
     def correction(self, growth: np.ndarray) -> np.ndarray:
-        """Factor on the pressure, (n,): beyond the table it goes on as between its last rows."""
+        """Factor on the pressure, (n,), extrapolated beyond the table from its last rows."""
         if not self.growth:
             return np.ones_like(growth)
         found = np.interp(growth, self.growth, self.factor)
@@ -60,7 +60,7 @@ class Fit(Section):
 
 
 class Posterior(Section):
-    """Fits, and the deviations from the best of them, as pressures at an equal angle."""
+    """Fits, and the deviations from the best fit as pressures at an equal angle."""
 
     reading: str = Field(CHORD_ANGLE.name, description="that was fitted, and is predicted")
     model_kPa: float = Field(0.0, ge=0, description="what fits leave: pressure at an equal angle")
@@ -87,7 +87,7 @@ def read(file: Path) -> Posterior:
     """The table ``posterior`` of a TOML file.
 
     Raises:
-        ConfigError: one line: no such file or table, or a value that is not allowed.
+        ConfigError: one line, if there is no such file or table, or a value is not allowed.
     """
     data = tables.whole(file, "--from")
     if tables.POSTERIOR not in data:
@@ -96,7 +96,7 @@ def read(file: Path) -> Posterior:
 
 
 def appended(text: str, posterior: Posterior) -> str:
-    """A configuration's text with the table after it."""
+    """A configuration's text, followed by the table ``posterior``."""
     table = tomlkit.table()
     for key in ("reading", "model_kPa", "specimen", "angle", "reading_deg"):
         item = tomlkit.item(getattr(posterior, key))

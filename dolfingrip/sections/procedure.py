@@ -16,11 +16,11 @@ Cycles = Annotated[tuple[Annotated[int, Field(ge=1)], ...], Field(strict=False)]
 Branches = Annotated[tuple[Branch, ...], Field(strict=False)]
 
 STEP_KPA = 25.0
-"""Between readings, where nothing is said of it."""
+"""Default pressure between readings."""
 
 
 class Experiment(Section):
-    """Readings to take, in order: from rest to the maximum, and back where asked."""
+    """Readings to take, in order: from rest to the maximum, and back if asked."""
 
     control: Literal["pressure", "volume", "auto"] = Field(
         "pressure",
@@ -47,7 +47,7 @@ class Experiment(Section):
     @model_validator(mode="before")
     @classmethod
     def _short_steps(cls, data: Any) -> Any:
-        """A step that nobody gave is no longer than the way to the highest pressure."""
+        """Shorten the default step if the highest pressure is lower."""
         if not isinstance(data, dict) or "step_kPa" in data:
             return data
         highest = data.get("max_pressure_kPa")
@@ -91,7 +91,7 @@ class Protocol(Section):
 
 
 class Coupon(Section):
-    """Uniaxial tension of a bar: its gauge length, moved at one end."""
+    """Uniaxial tension of a bar of the gauge length, which is pulled at one end."""
 
     gauge_length_mm: float = Field(33.0, gt=0, le=1000, description="length that is stretched")
     width_mm: float = Field(3.0, gt=0, le=500, description="of the cross-section")
@@ -110,5 +110,5 @@ class Coupon(Section):
 
     @property
     def area_mm2(self) -> float:
-        """Cross-section at rest."""
+        """Undeformed cross-section."""
         return self.width_mm * self.thickness_mm

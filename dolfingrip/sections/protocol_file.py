@@ -33,7 +33,7 @@ from dolfingrip.sections.section import Section, outside
 from dolfingrip.sections.units import unit
 
 SPARSER = 3.0
-"""Ratio of the times of successive readings of a wait, since relaxation slows down."""
+"""Ratio of the times of successive readings of a wait; relaxation slows down."""
 
 Lines = Annotated[tuple[str, ...], Field(strict=False)]
 
@@ -74,7 +74,7 @@ class ProtocolFile(Section):
 
 
 def waits(length_s: float, count: int) -> list[float]:
-    """Times after the start of a wait at which it is read, the last at its end."""
+    """Times (s) after the start of a wait at which readings are taken; the last is its end."""
     return [length_s * SPARSER ** (k + 1 - count) for k in range(count)] if length_s else []
 
 
@@ -84,10 +84,10 @@ def read(
     """The table ``[protocol]`` that ``file`` describes, and its poses.
 
     Args:
-        file: TOML, or CSV in the measured-data format.
-        experiment: whose rows of a CSV are meant.
+        file: TOML, or CSV in the format of measured data.
+        experiment: experiment whose rows of a CSV are read.
         control: column of the experiment's control, ``pressure_kPa`` or ``displacement_mm``.
-        specimen: whose rows of a CSV are meant; to be given where the experiment has several.
+        specimen: specimen whose rows of a CSV are read; required if the experiment has several.
 
     Raises:
         ConfigError: one line naming the key, its value and what is allowed.
@@ -138,7 +138,7 @@ def _table(asked: ProtocolFile, control: str) -> dict[str, Any]:
 def _measured(
     file: Path, lines: Iterable[str], experiment: str, control: str, specimen: str | None
 ) -> dict[str, Any]:
-    """Readings of one specimen of an experiment at its own time stamps, from 0 s on."""
+    """Readings of one specimen of an experiment at the times in the file, from 0 s on."""
     table = csv.DictReader(lines)
     missing = [name for name in ("time_s", control) if name not in (table.fieldnames or ())]
     if missing:
@@ -165,7 +165,7 @@ def _measured(
 def _of_one(
     file: Path, rows: list[dict[str, str]], experiment: str, specimen: str | None
 ) -> list[dict[str, str]]:
-    """The rows of the specimen that is asked for, or of the only one there is."""
+    """The rows of the specimen that is asked for, or of the only specimen."""
     names = list(dict.fromkeys(row.get("specimen") or "" for row in rows))
     allowed = ", ".join(name or "(no name)" for name in names)
     if specimen is None and len(names) > 1:

@@ -1,4 +1,4 @@
-"""Materials by region: the section ``material``, and a table below it for each region of its own.
+"""Materials of regions: the section ``material``, and a table below it for each other material.
 
 >>> materials = Materials.model_validate({"mu_MPa": 2.0, "film": {"mu_MPa": 30.0}})
 >>> materials.of("film").mu_MPa, materials.of("body").mu_MPa, materials.own
@@ -15,9 +15,9 @@ from dolfingrip.sections.material import Material
 
 
 class Materials(Material):
-    """Material of all regions that have no table of their own, as [material.film] is one.
+    """Material of all regions that have no table of their own, such as [material.film].
 
-    A region's table is a whole material: what it leaves out has its default value.
+    A region's table is a whole material: keys that it leaves out have their default values.
     """
 
     model_config = ConfigDict(extra="allow")

@@ -1,4 +1,4 @@
-"""A table of the configuration: what all sections and model extensions have in common."""
+"""The base class of all tables of the configuration: sections and model extensions."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
-"""TOML's arrays are lists; the numbers in them stay checked."""
+"""Type of a list of numbers: TOML's arrays are lists, and their numbers are checked."""
 
 
 class Section(BaseModel):
     """A table of the TOML file: no unknown keys, no silent conversions, immutable.
 
     Attributes:
-        entries: class of the tables below it whose names a user chooses; None where there are none.
+        entries: class of the tables below it whose names a user chooses; None if there are none.
     """
 
     entries: ClassVar[type[BaseModel] | None] = None
@@ -24,12 +24,12 @@ class Section(BaseModel):
 
 
 def outside(key: str, value: object, allowed: str) -> PydanticCustomError:
-    """What a validator raises about ``key``, a key of the section or below it."""
+    """The error that a validator raises about ``key``, a key of the section or below it."""
     return PydanticCustomError("geometry", f"{key} = {value}: {allowed}")
 
 
 def check_up_to(section: Section, key: str, limit: str, unit: str = "") -> None:
-    """Raise the error of :func:`outside` where the value of ``key`` exceeds that of ``limit``."""
+    """Raise the error of :func:`outside` if the value of ``key`` exceeds that of ``limit``."""
     value, most = getattr(section, key), getattr(section, limit)
     if value > most:
         raise outside(key, value, f"allowed: above 0 and up to {limit} = {most:g} {unit}".rstrip())

@@ -1,4 +1,4 @@
-"""All sections of the simple model as one, checked against one another."""
+"""All sections of the simple model, checked against one another."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Sections(Section):
     @model_validator(mode="before")
     @classmethod
     def _of_kind(cls, data: Any) -> Any:
-        """The table of the kind of geometry, with its defaults where it is not given."""
+        """Add the table of the kind of geometry with its defaults if it is not given."""
         finger = data.get("finger") if isinstance(data, dict) else None
         kind = finger.get("kind") if isinstance(finger, dict) else getattr(finger, "kind", None)
         if isinstance(kind, str) and kind in KINDS and data.get(kind) is None:
@@ -103,14 +103,14 @@ class Sections(Section):
         return self
 
     def _check_region(self, key: str, region: str) -> None:
-        """Refuse a region that the geometry has not; a mesh file's are not known yet."""
+        """Refuse a region that the geometry has not; those of a mesh file are not known yet."""
         known = self.geometry.regions
         if self.mesh.file is None and region not in known:
             allowed = ", ".join(known) or "none with this kind of geometry"
             raise outside(key, f'"{region}"', f"no such region; allowed: {allowed}")
 
     def _thickness_mm(self, region: str) -> float | None:
-        """Thickness of a region that is a film by its geometry, None of another."""
+        """Thickness (mm) of a region that the geometry makes a film; None for another region."""
         return None if self.mesh.file else self.geometry.thickness_mm(region)
 
     def film_thickness_mm(self, film: Film) -> float:
@@ -158,13 +158,13 @@ class Sections(Section):
 
     @property
     def geometry(self) -> Geometry:
-        """The table with the dimensions of what is meshed, where no mesh file is given."""
+        """The table with the dimensions of the meshed solid, if no mesh file is given."""
         found = getattr(self, self.geometry_table)
         assert isinstance(found, Geometry)  # the validators see to it
         return found
 
     def drawn(self) -> dict[str, dict[str, Any]]:
-        """The tables of dimensions, as in a measurement's TOML file."""
+        """The tables of dimensions for a measurement's TOML file."""
         found = {"finger": self.finger.model_dump(exclude_defaults=True)}
         if self.geometry_table != "finger":
             found[self.geometry_table] = self.geometry.model_dump(exclude_none=True)
@@ -172,7 +172,7 @@ class Sections(Section):
 
     @property
     def hexahedra(self) -> bool:
-        """Whether the finger is to be meshed in hexahedra, where no mesh file is given."""
+        """Whether the finger is meshed in hexahedra, if no mesh file is given."""
         if self.solver.element is None:
             return self.mesh.target_elements is None
         return self.solver.element == "S2"
@@ -192,7 +192,7 @@ class Sections(Section):
         return sizes[0]
 
     def sideways(self) -> tuple[str, object] | None:
-        """The key and value of a load that a half finger cannot bear, where there is one."""
+        """The key and value of a load that a half finger cannot bear; None if there is none."""
         if self.plate.normal[1]:
             return "plate.normal", list(self.plate.normal)
         if self.gravity.acceleration_m_s2 and self.gravity.direction[1]:

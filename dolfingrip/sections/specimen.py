@@ -27,10 +27,10 @@ class Finger(Bellows):
 
 
 HEXAHEDRON_MM, TETRAHEDRON_MM = 7.0, 2.8
-"""Largest element where ``mesh.size_mm`` is not given, by the shape of the cells."""
+"""Default of ``mesh.size_mm`` for each shape of the cells."""
 
 EDGE_WALLS = 1 / 8
-"""Hexahedra at concave edges in walls, where ``mesh.edge_size_mm`` is not given."""
+"""Default of ``mesh.edge_size_mm`` for hexahedra, as a part of the wall."""
 
 
 class Mesh(Section):
@@ -72,14 +72,14 @@ class Mesh(Section):
     )
 
     def hexahedra_mm(self, geometry: Geometry) -> tuple[float, float]:
-        """Largest hexahedron and that at concave edges (mm)."""
+        """Sizes (mm) of the largest hexahedra and of hexahedra at concave edges."""
         size = HEXAHEDRON_MM if self.size_mm is None else self.size_mm
         if self.edge_size_mm is None:
             return size, min(size, EDGE_WALLS * geometry.thinnest_mm)
         return size, self.edge_size_mm
 
     def tetrahedra_mm(self) -> tuple[float, float]:
-        """Largest tetrahedron and that at concave edges (mm)."""
+        """Sizes (mm) of the largest tetrahedra and of tetrahedra at concave edges."""
         size = TETRAHEDRON_MM if self.size_mm is None else self.size_mm
         return size, self.edge_size_mm or size
 
@@ -99,6 +99,6 @@ class Morph(Section):
 
 
 class Cog(Section):
-    """Where the centre of gravity's offset of the unpressurised finger is measured from."""
+    """The point from which the unpressurised finger's offset of the centre of gravity counts."""
 
     x_ref_mm: float = Field(4.68, description="the offset is the centroid's x less this")

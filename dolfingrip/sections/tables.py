@@ -1,4 +1,4 @@
-"""The tables of a configuration from and to text: TOML, ``run.json``, ``--set``."""
+"""Reading and writing the tables of a configuration: TOML, ``run.json``, ``--set``."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from pydantic import BaseModel
 from dolfingrip.sections.errors import ConfigError
 
 POSTERIOR = "posterior"
-"""Table beside the sections with what a fit to measurements left open."""
+"""Table, next to the sections, with the uncertainty that a fit to measurements left."""
 
 SHORT_NUMBER = re.compile(r"[+-]?(\.\d+|\d+\.)([eE][+-]?\d+)?")
-"""Numbers such as .5 and 5., which TOML has not."""
+"""Numbers such as .5 and 5., which TOML does not allow."""
 
 
 def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
     """Key and value of one ``section.key=value``; the value is read as TOML.
 
     Raises:
-        ConfigError: one line naming the option, where it is none.
+        ConfigError: one line naming the option, if it is not an assignment.
     """
     key, separator, text = assignment.partition("=")
     if not separator or not key.strip():
@@ -39,7 +39,7 @@ def assigned(assignment: str, option: str = "--set") -> tuple[str, Any]:
 def override(data: dict[str, Any], assignment: str, *, replace: bool = True) -> None:
     """Apply one ``section.key=value`` to ``data``; the value is read as TOML.
 
-    Without ``replace`` a value that is there already stays.
+    Without ``replace`` a value that is in ``data`` already stays.
     """
     key, value = assigned(assignment)
     *sections, name = key.split(".")
@@ -52,20 +52,20 @@ def override(data: dict[str, Any], assignment: str, *, replace: bool = True) -> 
 
 
 def read(file: Path) -> dict[str, Any]:
-    """Sections of a TOML file, or those a ``run.json`` was computed with.
+    """Sections of a TOML file or of a ``run.json``.
 
-    A table of what a fit left open is no section: :mod:`dolfingrip.sections.posterior` reads it.
+    The table ``posterior`` is no section; :mod:`dolfingrip.sections.posterior` reads it.
     """
     data = whole(file, "--config")
     return {name: section for name, section in data.items() if name != POSTERIOR}
 
 
 def whole(file: Path, option: str) -> dict[str, Any]:
-    """All tables of such a file.
+    """All tables of a TOML file or of a ``run.json``.
 
     Args:
         file: TOML, or a ``run.json``.
-        option: that names it.
+        option: option that names the file.
     """
     try:
         text = file.read_text(encoding="utf-8")
@@ -81,7 +81,7 @@ def whole(file: Path, option: str) -> dict[str, Any]:
 
 
 def anchor(data: dict[str, Any], folder: Path) -> None:
-    """Make paths of files absolute, the mesh's and the food's, so that they are found later."""
+    """Make the paths of the mesh's and the food's files absolute, so that they are found later."""
     for name in ("mesh", "food"):
         section = data.get(name)
         if isinstance(section, dict) and isinstance(section.get("file"), str):
@@ -100,7 +100,7 @@ def dumps(config: BaseModel) -> str:
 
 
 def _table(section: BaseModel) -> tomlkit.items.Table:
-    """A section, each key with its meaning; sections within it come last, as TOML wants."""
+    """A section, each key with its meaning; sections in it come last, as TOML requires."""
     table, inner = tomlkit.table(), {}
     table.comment((type(section).__doc__ or "").splitlines()[0])
     for key, info in type(section).model_fields.items():

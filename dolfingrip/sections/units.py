@@ -1,4 +1,4 @@
-"""Units: by the ending of a name, and the one conversion."""
+"""Units that names end in, and the conversion of kPa to MPa."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ UNITS = {
     "degC": "°C",
     "per_degC": "1/°C",
 }
-"""Unit by the ending of a key."""
+"""Units by the ending of a key."""
 
 
 def unit(key: str) -> str:

@@ -12,7 +12,7 @@ from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS, NAMES
 from dolfingrip.extensions.no_self_contact import NoSelfContact
 from dolfingrip.extensions.plate_friction import PlateFriction
-from dolfingrip.parameter.priors import PRINTED_MPa, priors_beside
+from dolfingrip.parameter.priors import PRINTED_MPa, scaled_priors
 from dolfingrip.sections import units
 
 ORDINARY = {
@@ -82,7 +82,7 @@ def test_says_what_it_is(effect: type[Effect]) -> None:
         assert units.unit(key) or key in ORDINARY, key
     for info in effect.model_fields.values():
         assert info.description
-    silicone = priors_beside(effect, 0.02)
+    silicone = scaled_priors(effect, 0.02)
     for key, prior in effect.priors().items():
         factor = 0.02 / PRINTED_MPa if key.endswith("_MPa") else 1.0
         assert silicone[key].mean == pytest.approx(factor * prior.mean)

@@ -22,7 +22,7 @@ from dolfingrip.config import Config
 from dolfingrip.extensions.effect import Effect, Prior
 from dolfingrip.extensions.index import EFFECTS
 from dolfingrip.parameter import bounds_of
-from dolfingrip.parameter.priors import priors_beside
+from dolfingrip.parameter.priors import scaled_priors
 
 APART: Final = 1.5
 """Spreads of a prior (of its logarithm where it is positive) from the middle to either side."""
@@ -83,7 +83,7 @@ def ordinary(config: Config) -> list[TriedEffect]:
 
 
 def _by_prior(effect: type[Effect], shear_MPa: float) -> TriedEffect:
-    priors = priors_beside(effect, shear_MPa)
+    priors = scaled_priors(effect, shear_MPa)
     amplitudes = [key for key in effect.neutral if key in priors]
     steps = {key: _step(effect, key, priors[key]) for key in amplitudes}
     middle = {key: _neutral(effect, key) + step for key, step in steps.items()}

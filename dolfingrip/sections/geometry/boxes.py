@@ -1,4 +1,4 @@
-"""Solids made of boxes: what all kinds of geometry but a mesh file are to the mesh generators."""
+"""Solids made of boxes: mesh generators make all fingers from them, except those of mesh files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class BoxSolid:
         regions: boxes of other material by name, later ones over earlier ones; what is in none of
             them is named ``rest``.
         rest: name of the remaining region; "" where there are no regions.
-        cup_mm: length along z over which the sides are clamped, too.
+        cup_mm: length along z over which the sides are also clamped.
     """
 
     body: Box

@@ -1,4 +1,4 @@
-"""What a kind of geometry tells the rest of the package: its outer size, walls, regions, solid."""
+"""The base class of kinds of geometry: outer size, walls, regions and solid."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Gaps:
 
     Attributes:
         intervals: extent along z (mm) of each gap, from clamp to tip.
-        parts: names of what the gaps part, one more than there are gaps.
+        parts: names of the parts between the gaps, one more than there are gaps.
         floor_mm: height x of the gaps' floors.
-        width_mm: clear distance.
+        width_mm: clear distance across a gap.
     """
 
     intervals: list[Interval] = field(default_factory=list)
@@ -30,7 +30,7 @@ class Gaps:
 
 
 class Geometry(Section):
-    """A table of dimensions, and the solid that they make.
+    """A table of dimensions, and the solid with these dimensions.
 
     The strain-limiting side is the plane x = 0, the contact face, which the plate and food meet.
     The clamp is the plane z = 0, the tip lies at z = length_mm, the symmetry plane is y = 0.
