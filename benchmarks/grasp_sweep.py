@@ -7,7 +7,7 @@ Sausages are pinched, potatoes stand between three fingers at α = 30°: the pap
 nor distances. The mesh is the coarse preset. A call resumes one that was killed.
 
 ``grasp_sweep.csv`` has a row for each grasp, ``grasp_sweep.png`` the angles before the lift;
-``--publish`` writes both beside this file, too.
+``--publish`` also writes both into the folder of this file.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ def draw(rows: Sequence[Row], path: Path) -> None:
 
 
 def publish(rows: Sequence[Row], asked: argparse.Namespace) -> None:
-    """Write table, picture and summary into ``--out``; ``--publish``: also beside this file."""
+    """Write table, picture and summary into ``--out``; ``--publish``: also next to this file."""
     asked.out.mkdir(parents=True, exist_ok=True)
     for path in [asked.out / TABLE.name, *([TABLE] if asked.publish else [])]:
         write_table(rows, path)

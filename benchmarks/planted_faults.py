@@ -90,7 +90,7 @@ def copied() -> Iterator[Path]:
             if (ROOT / name).is_file():
                 (copy / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, copy / name)
-        for name in ("forms", "meshes"):  # parts of the package that lie beside it
+        for name in ("forms", "meshes"):  # parts of the package that lie next to it
             (copy / "dolfingrip" / name).symlink_to(copy / name)
         yield copy
 

@@ -28,7 +28,7 @@ across a wall, coarse, yet within a few percent of the limit.
 
 A run ends by reaching 300 kPa, at a limit point (a physical end: no greater pressure can be
 borne), or otherwise, which is a failure of the solver. The fingers are two campaigns, ``free`` and
-``blocked`` in ``--out``, so a call resumes one that was killed. Beside them are
+``blocked`` in ``--out``, so a call resumes one that was killed. The folder also has
 ``outcomes.csv`` with a row for each finger, ``summary.md``, and ``failures/`` with the
 configuration of each run that did not reach 300 kPa and, in its first line, the command that
 repeats it.

@@ -19,7 +19,7 @@ def energy(strain: Expr, p: Expr, bulk: Expr) -> Expr:
     Args:
         strain: Green–Lagrange strain E, (3, 3).
         p: pressure (MPa), positive in tension.
-        bulk: bulk modulus K (MPa), or the factor λ beside the neo-Hookean energy of μ.
+        bulk: bulk modulus K (MPa), or λ if the neo-Hookean energy of μ is added.
 
     Example:
         A cube whose sides are held has P = p/λ: 3/2 at a stretch of 2.

@@ -12,7 +12,7 @@ From the bottom up:
 - :mod:`full`: cases with a simulation of their own;
 - :mod:`bound`: what exact evidence says of a case;
 - :mod:`diagnoses`: what the analyser says of it;
-- :mod:`score`: figures beside their bounds;
+- :mod:`score`: figures and their bounds;
 - :mod:`outcomes`: judged cases as a table;
 - :mod:`report`: figures as tables and pictures.
 

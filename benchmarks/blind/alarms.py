@@ -142,7 +142,7 @@ def _screened(problem: Problem, crew: StayingWorkers) -> dict[str, float]:
 def table(found: Mapping[str, pd.DataFrame], seed: int) -> pd.DataFrame:
     """A row for each protocol: the share of alarms with its 90 % interval.
 
-    Beside it the mean threshold of those that were computed, and the odds that one in twenty
+    It also has the mean threshold of those that were computed, and the odds that one in twenty
     measurements exceeds.
     """
     rows = []

@@ -107,7 +107,7 @@ class CaseSet:
                 yield case, readings
 
     def attained(self, case: Case, readings: Readings) -> dict[str, Any] | None:
-        """The bound's opinion, kept beside the case; None where columns are missing."""
+        """The bound's opinion, kept in the case's folder; None if columns are missing."""
         path = self.folders.case(case) / BOUND
         if not path.is_file():
             if not self.complete(case.protocol):
@@ -124,7 +124,7 @@ class CaseSet:
         return self._bounds[protocol]
 
     def judged(self, how: How, show: Callable[[int, int], None]) -> list[Judged]:
-        """All cases that were diagnosed in this way, each beside its bound."""
+        """All cases that were diagnosed in this way, each with its bound."""
         found = []
         every = list(self.made())
         for number, (case, readings) in enumerate(every):

@@ -27,10 +27,10 @@ from dolfingrip.jobs.store import NAME, Store
 Way = Literal["curve", "history"]
 
 BASE: Final = "base"
-BESIDE: Final = "base on the mesh of changes"
-"""What changes are taken against, where the base is on another mesh."""
+BASE_OF_CHANGES: Final = "base on the mesh of changes"
+"""The simulation that changes are differences from, as the base itself is on another mesh."""
 WALLS: Final = "base with other walls"
-BASES: Final = (BASE, BESIDE, WALLS)
+BASES: Final = (BASE, BASE_OF_CHANGES, WALLS)
 WALL_PARTS: Final = (-0.125, -0.0625, 0.0625, 0.125)
 """Relative changes of the walls' thickness that the base is simulated with, too: 2.5 and 1.25
 standard deviations. Where bellows touch, the force's derivative by the walls jumps, and other walls
@@ -117,7 +117,7 @@ def _entries(protocol: Protocol, course: Course) -> Iterator[Entry]:
     slopes = () if coupon else tuple(felt_here)
     yield entry(BASE, 0, 0.0, (), base, slopes, converged)
     if converged != config:
-        yield entry(BESIDE, 0, 0.0, (), base)
+        yield entry(BASE_OF_CHANGES, 0, 0.0, (), base)
     if not coupon:
         wall_mm = converged.finger.wall_mm
         for part in WALL_PARTS:
@@ -257,7 +257,7 @@ def load(history: str, folder: Path) -> Library:
     wanted = entries(history)
     found = known(wanted, folder)
     base: dict[str, Curve] = {}
-    beside: dict[str, Curve] = {}
+    of_changes: dict[str, Curve] = {}
     walls: dict[str, dict[float, Curve]] = {}
     failures, missing = [], []
     kept: dict[tuple[str, int, str], list[tuple[Entry, JobResult]]] = {}
@@ -271,7 +271,7 @@ def load(history: str, folder: Path) -> Library:
             if entry.name == WALLS:
                 walls.setdefault(entry.experiment, {})[entry.part] = curve
             else:
-                (base if entry.name == BASE else beside)[entry.experiment] = curve
+                (base if entry.name == BASE else of_changes)[entry.experiment] = curve
         elif result.failure_class is not None:
             failures.append(f"{entry.name} in {entry.experiment}: {result.failure}")
             missing.append(entry.name)
@@ -280,7 +280,7 @@ def load(history: str, folder: Path) -> Library:
     if set(BASES) & set(missing):
         raise ConfigError(f"{folder}: no library of {history} yet; run the stage library first")
     changes = {
-        key: _change(parts, beside.get(key[2], base[key[2]]))
+        key: _change(parts, of_changes.get(key[2], base[key[2]]))
         for key, parts in kept.items()
         if key[0] not in missing
     }

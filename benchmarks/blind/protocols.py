@@ -221,4 +221,4 @@ PULL: Final = "pull"
 """The coupon's part of P7+."""
 FINGERS: Final = ("P1", "P2", "P3", "P4", "P7+")
 WITH_COUPON: Final = ("P7+", "short-P7", "short-P7+")
-"""Fingers that a coupon is pulled beside."""
+"""Protocols of fingers that also pull a coupon."""

@@ -4,9 +4,9 @@
 
 writes those of several tables of cases together, and
 
-    scripts/run python -m benchmarks.blind.report --beside NAME=TABLE.csv[+TABLE.csv…] …
+    scripts/run python -m benchmarks.blind.report --compare NAME=TABLE.csv[+TABLE.csv…] …
 
-prints those of several sets of cases beside one another.
+prints those of several sets of cases as the columns of one table.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def markdown(found: Sequence[Figure], title: str, count: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def beside(sets: Mapping[str, Sequence[Judged]]) -> str:
+def comparison(sets: Mapping[str, Sequence[Judged]]) -> str:
     """Figures of several sets of cases, a column each: value (90 % interval) / bound, cases."""
     found = [figures(judged) for judged in sets.values()]
     lines = [f"| figure | target | {' | '.join(sets)} |", "|" + "---|" * (len(sets) + 2)]
@@ -88,19 +88,19 @@ def _number(value: float) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Figures of several tables together, or beside one another."""
+    """Print the figures of several tables together, or compare several sets of tables."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.blind.report")
     parser.add_argument("tables", nargs="*", type=Path, metavar="TABLE.csv")
     parser.add_argument("--title", default="Blind benchmark", metavar="TEXT")
     parser.add_argument("--out", type=Path, metavar="FOLDER")
-    parser.add_argument("--beside", nargs="+", default=[], metavar="NAME=TABLE.csv[+TABLE.csv…]")
+    parser.add_argument("--compare", nargs="+", default=[], metavar="NAME=TABLE.csv[+TABLE.csv…]")
     asked = parser.parse_args(arguments)
-    if bool(asked.tables and asked.out) == bool(asked.beside):
-        parser.error("either TABLE.csv… with --out FOLDER, or --beside NAME=TABLE.csv…")
-    if asked.beside:
-        parts = [text.partition("=") for text in asked.beside]
+    if bool(asked.tables and asked.out) == bool(asked.compare):
+        parser.error("either TABLE.csv… with --out FOLDER, or --compare NAME=TABLE.csv…")
+    if asked.compare:
+        parts = [text.partition("=") for text in asked.compare]
         sets = {name: _together(_tables(files)) for name, _, files in parts}
-        print(beside(sets), end="")
+        print(comparison(sets), end="")
     else:
         print(write(_together(asked.tables), asked.title, asked.out))
 

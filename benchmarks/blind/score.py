@@ -1,4 +1,4 @@
-"""Figures of many cases, each beside what exact evidence attains on the same cases."""
+"""Figures of many cases, each compared with what exact evidence attains on these cases."""
 
 from __future__ import annotations
 

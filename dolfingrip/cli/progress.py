@@ -36,7 +36,7 @@ class Show(Protocol):
         Args:
             done: number done.
             total: number of all.
-            note: stands beside them.
+            note: text that is shown after them.
             computed: of those done, the ones that this call computed; all of them where None.
         """
 
@@ -82,7 +82,7 @@ def shown(
         console: where it is shown.
         what: is counted, in the plural.
         total: number of all, where it is known before the first call.
-        note: stands beside the bar until the first call.
+        note: text that is shown after the bar until the first call.
         at_once: the first call makes a line where there is no terminal.
         few: each call makes a line there where the number of all is no larger than this.
         clock: in seconds.

@@ -90,7 +90,7 @@ def _head(result: outcome.Diagnosis) -> list[str]:
     if verdict.takes_part > max(CERTAIN, verdict.probability):
         chance = _chance(verdict.takes_part)
         who = "one of them" if len(verdict.effects) > 1 else "it"
-        first += f" That {who} takes part, perhaps beside something else: {chance}."
+        first += f" That {who} takes part, perhaps together with something else: {chance}."
     if result.suspicions:
         first += f" But check the data first: {result.suspicions[0]}"
     if result.not_reached:

@@ -81,8 +81,8 @@ def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndar
     least = float(rows["pressure_kPa"].min())
     if highest < least:
         raise ConfigError(
-            f"max_pressure_kPa = {highest:g} beside {test.file.name}: below all readings of "
+            f"max_pressure_kPa = {highest:g} of {test.file.name}: below all readings of "
             f"{test.specimen}; allowed: from {least:g} kPa on"
         )
-    told = f"{highest:g} kPa (max_pressure_kPa beside {test.file.name})"
+    told = f"{highest:g} kPa (max_pressure_kPa of {test.file.name})"
     yield rows["pressure_kPa"].to_numpy() <= highest, f"readings above {told} are left out"

@@ -69,7 +69,7 @@ def _edges(top: float) -> list[float]:
 
 
 def fitted_nuisances(found: Diagnosis) -> dict[str, float]:
-    """Nuisances beside the best fit, by their standard deviations."""
+    """Nuisances of the best fit, in their standard deviations."""
     problem, fit = found.problem, found.best
     shifts = {WALL, *(each.key for each in problem.shifts)}
     moved = {p.key: float(z) for p, z in zip(fit.parameters, fit.zeta, strict=True)

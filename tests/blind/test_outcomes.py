@@ -37,11 +37,11 @@ def test_sets_of_cases_beside_one_another(
         case = Judged(name, name, "none", False, (), (), 0.0, said, none)
         outcomes.table([case]).to_csv(tmp_path / f"{name}.csv", index=False)
     one, other = (str(tmp_path / f"{name}.csv") for name in ("P7+", "P1"))
-    report.main(["--beside", f"one={one}", f"both={one}+{other}"])
+    report.main(["--compare", f"one={one}", f"both={one}+{other}"])
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "| figure | target | one | both |"
     alarms = next(line for line in lines if "false alarms" in line)
     assert alarms.endswith("| 0.00 (0.00–0.95) / 0.00, 1 | 0.50 (0.03–0.97) / 0.00, 2 **no** |")
-    for wrongly in ([], [one], ["--beside", f"one={one}", "--out", str(tmp_path), one]):
+    for wrongly in ([], [one], ["--compare", f"one={one}", "--out", str(tmp_path), one]):
         with pytest.raises(SystemExit):
             report.main(wrongly)

@@ -103,7 +103,7 @@ def test_tangent_is_the_derivative_of_the_equations(element: str, further: bool)
         return np.array(product.array)
 
     assert taylor.rates(equations, slope, 0.1).min() > 1.9
-    # the global unknowns' own equations, small beside the elements'
+    # the global unknowns' own equations, small compared with the elements'
     rows = model.unknowns.global_rows(np.arange(len(slope)))
     found = taylor.rates(lambda step: equations(step)[rows], slope[rows], 0.1)
     assert found.min() > 1.9

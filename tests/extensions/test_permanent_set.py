@@ -1,4 +1,4 @@
-"""Permanent set: an elastic, perfectly plastic element beside a spring."""
+"""Permanent set: an elastic, perfectly plastic element in parallel with a spring."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_small_strain_is_a_jenkin_element() -> None:
 
 
 def test_what_yields_pulls_with_the_same_force_at_any_stretch() -> None:
-    """Kirchhoff stress P λ of a growing stretch: 3 gμ ε_y beside the elastic part's.
+    """Kirchhoff stress P λ of a growing stretch: 3 gμ ε_y and the elastic part's.
 
     Up to the order of ε_y and of the load step in strain, both 0.01.
     """

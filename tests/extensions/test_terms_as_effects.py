@@ -32,7 +32,7 @@ LITTLE = 1e-6
     ids=["ogden_terms", "polynomial"],
 )  # fmt: skip
 def test_an_effect_is_the_base_material(law: tuple[str, ...], effect: tuple[str, ...]) -> None:
-    """Beside a neo-Hookean base of μ = 1e-6 MPa and the same λ the difference is of that order."""
+    """Added to a neo-Hookean base of μ = 1e-6 MPa and equal λ; the difference is of that order."""
     bulk = "material.bulk_MPa=1000"
     _, alone = bars.stress(bars.pull(*PULL, *law, bulk))
     added = (f"material.mu_MPa={LITTLE}", bulk, *effect)

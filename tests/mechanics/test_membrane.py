@@ -168,12 +168,12 @@ def test_fibres_couple_tension_and_shear() -> None:
 
     space = u.function_space
     at = space.tabulate_dof_coordinates()
-    # held as a rigid body has to be: mid-plane's middle, and a point beside and one ahead of it
+    # held as a rigid body has to be: the mid-plane's middle, a point to its side and one ahead
     middle = np.isclose(at, [height / 2, 4.0, 6.0])
     ahead = np.isclose(at, [height / 2, 4.0, 12.0]).all(axis=1)
-    beside = np.isclose(at, [height / 2, 8.0, 6.0]).all(axis=1)
+    aside = np.isclose(at, [height / 2, 8.0, 6.0]).all(axis=1)
     here = middle.all(axis=1)
-    held = [(here, 0), (here, 1), (here, 2), (ahead, 0), (ahead, 1), (beside, 0)]
+    held = [(here, 0), (here, 1), (here, 2), (ahead, 0), (ahead, 1), (aside, 0)]
     supports = [
         fem.dirichletbc(
             PETSc.ScalarType(0.0),

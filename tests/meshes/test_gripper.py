@@ -20,7 +20,7 @@ def ball(radius: float):  # type: ignore[no-untyped-def]
 
 @pytest.mark.parametrize("pose", POSES)
 def test_presets(pose: str) -> None:
-    """All stand beside a ball, hang down and face it; B and C are mirror images."""
+    """All stand next to a ball, hang down and face it; B and C are mirror images."""
     gripper = Gripper(pose=pose)  # type: ignore[arg-type]
     found = stands(gripper, FINGER, ball(35.0))
     assert gripper.clearance == (42.0 if pose == "pinch" else 4.0)

@@ -137,7 +137,7 @@ def polish(
     """The design of greatest force at a COG limit, by a gradient method from a point of the front.
 
     NSGA-II chooses among the points it has, so its choice stops a little short of the limit; this
-    shows by how much. It is reported beside that choice and does not replace it.
+    shows by how much. It is reported in addition to that choice and does not replace it.
 
     Args:
         start: shape (inputs,).

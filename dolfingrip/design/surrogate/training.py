@@ -152,7 +152,7 @@ def _facts(
     settings: Settings,
     last: tuple[int, float, float],
 ) -> dict[str, Any]:
-    """What ``surrogate.json`` says beside the network itself."""
+    """Contents of ``surrogate.json`` without the network itself."""
     miss = surrogate.predict(table.inputs) - table.outputs
     rms = {
         name: {

@@ -39,7 +39,7 @@ MEASURED: Final = (*WHO, *NUMBERS)
 IGNORED: Final = frozenset(
     {name for each in EXPERIMENTS.values() for name in columns(each)} - {*MEASURED}
 )
-"""What a simulation's ``result.csv`` has besides, which no instrument reads."""
+"""Further columns of a simulation's ``result.csv``, which no instrument reads."""
 
 
 def near(name: str, known: Sequence[str]) -> str:

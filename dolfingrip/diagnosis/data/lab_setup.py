@@ -1,4 +1,4 @@
-"""How the laboratory tested: the TOML file beside a measured CSV.
+"""How the laboratory tested: the TOML file of a measured CSV.
 
     experiment = ["bending", "blocked_force"]   # one text where there is one
     rate_kPa_per_s = 2.0                        # where the CSV has no time_s
@@ -125,7 +125,7 @@ class LabSetup:
 
 
 class SetupFile:
-    """The TOML file beside a CSV.
+    """The TOML file of a CSV.
 
     Args:
         csv: the measured CSV; or the TOML itself.
@@ -148,7 +148,7 @@ class SetupFile:
             if csv == self.file or not csv.exists():
                 raise ConfigError(f"{csv}: no such file") from None
             raise ConfigError(
-                f"{self.file}: missing; allowed: a TOML file of the same stem beside {csv.name}, "
+                f"{self.file}: missing; allowed: a TOML file of the same stem next to {csv.name}, "
                 "with the set-up"
             ) from None
         except OSError as error:

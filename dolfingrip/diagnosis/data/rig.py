@@ -1,6 +1,6 @@
 """A rig: what a laboratory could measure, before anything is measured.
 
-A TOML file as beside a measurement (:mod:`dolfingrip.diagnosis.data.lab_setup`), with a table of
+A TOML file like that of a measurement (:mod:`dolfingrip.diagnosis.data.lab_setup`), with a table of
 how it would be controlled and read:
 
     experiment = ["bending", "blocked_force"]

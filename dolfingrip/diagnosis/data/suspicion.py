@@ -1,4 +1,4 @@
-"""Slips of units, signs and columns that show once readings are set beside a simulation.
+"""Slips of units, signs and columns that show if readings are compared with a simulation.
 
 A wrong unit multiplies a column by a known number, and so explains the readings far better than 1
 does. A pressure in the wrong unit was simulated at pressures that are as much too small; as the

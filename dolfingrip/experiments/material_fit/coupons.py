@@ -98,13 +98,13 @@ def _table(file: Path) -> pd.DataFrame:
 
 
 def _setup(file: Path) -> dict[str, Any]:
-    beside = file.with_suffix(".toml")
+    toml = file.with_suffix(".toml")
     try:
-        data = tomllib.loads(beside.read_text(encoding="utf-8"))
+        data = tomllib.loads(toml.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ConfigError(f"--fit {file}: {beside.name}: {error.strerror}") from None
+        raise ConfigError(f"--fit {file}: {toml.name}: {error.strerror}") from None
     except ValueError as error:
-        raise ConfigError(f"--fit {file}: {beside.name}: not TOML: {error}") from None
+        raise ConfigError(f"--fit {file}: {toml.name}: not TOML: {error}") from None
     return {**data, **data.get("coupon", {})}
 
 

@@ -16,7 +16,7 @@ WITHIN = 1.645
 """Standard deviations of a 90 % interval, normal."""
 
 TOLERANCE = 0.02
-"""Part of a reading's stress that no law is asked to follow better; it goes beside the noise, so
+"""Accuracy that is asked of a law, as a part of a reading's stress. It is added to the noise, so
 that small stresses weigh as much as large ones."""
 
 Values = np.ndarray

@@ -73,7 +73,7 @@ def stress(
 
     P = (λ₁ ∂ψ/∂λ₁ − λ₃ ∂ψ/∂λ₃)/λ₁ at constant volume, direction 3 being free (Ogden, Non-Linear
     Elastic Deformations, 1984, section 7.2). With a bulk modulus the free directions' stretch is
-    the root of their stress, ψ the energy of the isochoric stretches beside K/2 (ln J)².
+    the root of their stress; K/2 (ln J)² is then added to ψ, the energy of the isochoric stretches.
 
     Args:
         law: which.

@@ -1,4 +1,4 @@
-"""The laws that coupons are fitted to: those of the base material, and effects beside neo-Hooke's.
+"""The laws that are fitted to coupons: those of the base material, and neo-Hooke's with an effect.
 
 Each energy is said in its own file; here it is a function of numbers.
 """
@@ -25,10 +25,10 @@ class Law:
     """A strain energy with parameters.
 
     Attributes:
-        fittable: its values, their starts and bounds.
-        keys: of its parameters in the configuration, entries of lists numbered from 0.
-        material: the law of the base material.
-        effect: beside it, where there is one.
+        fittable: its values with their starts and bounds.
+        keys: keys of its parameters in the configuration; entries of lists are numbered from 0.
+        material: law of the base material.
+        effect: effect that is added to that law, if there is one.
     """
 
     fittable: Fittable
@@ -38,7 +38,7 @@ class Law:
 
     @property
     def name(self) -> str:
-        """As chosen with ``--law``."""
+        """Name by which ``--law`` chooses it."""
         return self.fittable.name
 
     @property

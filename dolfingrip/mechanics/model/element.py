@@ -69,7 +69,7 @@ def integration_degree(space: fem.FunctionSpace, *, full: bool = False) -> int:
 
     Args:
         space: of the displacement.
-        full: no reduced rule. Under a pressure that is not small beside the shear modulus, from
+        full: no reduced rule. Under a pressure that is not far below the shear modulus, from
             about a third of it on, a reduced one is unstable: the modes without energy grow where
             the pressure acts on them.
     """

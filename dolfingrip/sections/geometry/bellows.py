@@ -125,14 +125,14 @@ class Bellows(Geometry):
 
     def distances_mm(self) -> Mapping[str, float]:
         """Least distance of parallel faces by the key that sets it."""
-        beside = self.chamber_width_mm - self.channel_width
+        ledge_mm = self.chamber_width_mm - self.channel_width  # on both sides of the channel
         return {
             "length_mm": self.length_mm,
             "base_block_mm": self.base_block_mm,
             "tip_mm": self.tip_mm,
             "base_layer_mm": self.base_layer_mm,
             "gap_mm": self.gap_mm,
-            "channel_width_mm": min(self.channel_width, beside or self.channel_width),
+            "channel_width_mm": min(self.channel_width, ledge_mm or self.channel_width),
             "channel_mm": min(
                 self.channel_mm,
                 self.depth_mm - self.base_layer_mm - self.channel_mm - self.wall_mm,

@@ -97,7 +97,7 @@ def test_of_the_toml(tmp_path: Path, old: str, new: str, said: str) -> None:
 
 def test_of_a_toml_that_is_not_there(tmp_path: Path) -> None:
     said = refused(written(tmp_path, toml=None))
-    assert said.endswith("missing; allowed: a TOML file of the same stem beside lab.csv, with the "
+    assert said.endswith("missing; allowed: a TOML file of the same stem next to lab.csv, with the "
                          "set-up")  # fmt: skip
 
 

@@ -59,7 +59,7 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
     found, notes = selected(
         read([written(folder, "\n".join(lines) + "\n", TOLD)], block()), block()
     )
-    assert notes == ["readings above 8 kPa (max_pressure_kPa beside lab.csv) are left out"]
+    assert notes == ["readings above 8 kPa (max_pressure_kPa of lab.csv) are left out"]
     assert found.listed()["control"].max() == 8
     return found
 
@@ -102,7 +102,7 @@ def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> Non
     lines = "experiment,time_s,branch,pressure_kPa,chord_angle_deg\n"
     lines += "bending,9,loading,9,1\nbending,10,loading,10,2\n"
     file = written(tmp_path, lines, TOLD.partition("[specimen")[0])
-    with pytest.raises(ConfigError, match=r"^max_pressure_kPa = 8 beside lab.csv: below all readi"):
+    with pytest.raises(ConfigError, match=r"^max_pressure_kPa = 8 of lab.csv: below all readi"):
         selected(read([file], block()), block())
 
 
