@@ -62,7 +62,7 @@ def bend(config: Config, energy: str = "") -> dict[str, Any]:
     observation = Observation(finger)
     newton = Newton(model, config.solver, profile)
     built = time.perf_counter()
-    path = LoadPath(newton)
+    path = LoadPath(newton, {"pressure_kPa": config.solver.max_step_kPa})
     rows = []
     for pressure_kPa in pressures_kPa(config):
         arrival = path.advance({"pressure_kPa": pressure_kPa})
@@ -78,8 +78,8 @@ def bend(config: Config, energy: str = "") -> dict[str, Any]:
         "mesh_s": meshed - start,
         "setup_s": built - meshed,
         "solve_s": solved - built,
-        "iterations": newton.iterations,
-        "factorisations": newton.factorisations,
+        "iterations": newton.counts.iterations,
+        "factorisations": newton.counts.factorisations,
         "load_steps": len(rows) - 1,
         "rows": rows,
         "profile": profile.as_dict(),

@@ -108,6 +108,6 @@ def shear(element: str, cells: int, nu: float) -> dict[str, Any]:
         "dofs": panel.dofs,
         "elements": int(panel.domain.mesh.topology.index_map(3).size_global),
         "solve_s": time.perf_counter() - start,
-        "iterations": newton.iterations,
+        "iterations": newton.counts.iterations,
         "rise_mm": corner_rise_mm(panel),
     }

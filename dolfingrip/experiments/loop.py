@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.choices import choices
 from dolfingrip.experiments.derivatives.sensitivities import COLUMNS, Sensitivities, chosen
 from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.failures import explained
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.recorder import Recorder, write_outcome
@@ -111,7 +111,7 @@ def _run(
         observers = [] if sensitivities is None else [sensitivities.forward]
         failure = _lead(experiment, rig, stops, reached, observers)
         if failure is not None:
-            failure = replace(failure, advice=rig.advice(failure))
+            failure = explained(failure, rig)
         result.failure = failure
         if sensitivities is not None:
             result.sensitivities = sensitivities.rows
@@ -131,25 +131,14 @@ def _lead(
     observers: Sequence[Observer] = (),
 ) -> Failure | None:
     """Go through all stops and call ``reached`` with each row; return why the path ended early."""
-    path = _path(rig, observers)
+    path = rig.path(observers)
     failure = rig.start(path, stops[0])
     if failure is not None:
         return failure
     failure = _through(experiment, rig, path, stops, reached)
     if failure is not None and (further := rig.beyond(failure)):
-        failure = _through(experiment, rig, _path(rig, observers), further, reached)
+        failure = _through(experiment, rig, rig.path(observers), further, reached)
     return failure
-
-
-def _path(rig: Rig, observers: Sequence[Observer]) -> LoadPath:
-    """A load path of the rig's model under the rig's present control."""
-    return LoadPath(
-        rig.newton,
-        rig.longest(),
-        passable=rig.passable,
-        observers=observers,
-        damped=rig.jumps,
-    )
 
 
 def _through(

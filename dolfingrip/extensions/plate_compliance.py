@@ -39,6 +39,6 @@ class PlateCompliance(Effect):
         if site.plate is None:
             return ()
         place, rest = site.plate.offset, site.plate.unloaded
-        site.plate.unknown = site.unknown(self, "place_mm", place)
+        site.plate.solve_for(site.unknown(self, "place_mm", place))
         compliance = site.constant(self, "compliance_mm_per_N")
         return [site.spring(self, "force_N", place - rest, compliance)]

@@ -41,6 +41,11 @@ class Solver(Section):
         True, description="carry the stress as an independent field (fewer iterations)"
     )
 
+    @property
+    def shortest_step(self) -> float:
+        """The smallest step before a failure is called, as part of the longest."""
+        return self.min_step_kPa / self.max_step_kPa
+
     @model_validator(mode="after")
     def _steps(self) -> Solver:
         check_up_to(self, "min_step_kPa", "max_step_kPa", "kPa")

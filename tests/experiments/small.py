@@ -6,13 +6,13 @@ from collections.abc import Iterable
 
 import numpy as np
 from dolfinx import fem
+from mechanics.paths import by_pressure
 from mpi4py import MPI
 
 from dolfingrip import config
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.undeformed import load_domain
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.path import LoadPath
 
 COARSE = ("mesh.size_mm=6", "mesh.edge_size_mm=6")
 SHORT = (
@@ -43,7 +43,7 @@ def model(settings: config.Config, *, plate: bool, comm: MPI.Comm = MPI.COMM_SEL
 
 def pressurise(finger: FingerModel, pressures_kPa: Iterable[float]) -> Iterable[float]:
     """Load the finger to each of the pressures (kPa) in turn, and yield there."""
-    path = LoadPath(Newton(finger.model, finger.config.solver))
+    path = by_pressure(Newton(finger.model, finger.config.solver))
     for pressure in pressures_kPa:
         arrival = path.advance({"pressure_kPa": pressure})
         assert arrival.failure is None, arrival.failure.sentence()

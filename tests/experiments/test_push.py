@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from experiments import small
 from mechanics import bodies
+from mechanics.paths import by_pressure
 from mpi4py import MPI
 
 from dolfingrip import config
@@ -57,7 +58,7 @@ def test_a_bar_is_timoshenkos_cantilever() -> None:
     found = push.stiffness(newton)()
     shear = settings.material.mu_MPa
     young, area = 2 * shear * 1.05, sides[0] * sides[1]
-    path = LoadPath(newton)
+    path = by_pressure(newton)
     for axis, column, depth in zip(push.AXES, push.Push.columns, sides, strict=True):
         inertia = area * depth**2 / 12
         compliance = length**3 / (3 * young * inertia) + 6 * length / (5 * shear * area)
@@ -77,7 +78,7 @@ def test_a_pressurised_finger_gives_way_to_finite_loads_as_its_tangent_says() ->
     domain = load_domain(settings, MPI.COMM_SELF)
     finger = controlled(build(settings, domain, plate=False, loads=push.dead_loads))
     newton = Newton(finger.model, settings.solver)
-    path = LoadPath(newton)
+    path = by_pressure(newton)
     assert path.advance({"pressure_kPa": 40.0}).failure is None
     tangent = push.stiffness(newton)()
     rest = TipDisplacement(finger.model, "x").value()

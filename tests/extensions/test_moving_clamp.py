@@ -11,6 +11,7 @@ from dolfinx import fem, la
 from experiments import small
 from extensions import trial
 from mechanics import taylor
+from mechanics.paths import by_pressure
 
 from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.finger import FingerModel
@@ -21,7 +22,6 @@ from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.tangent import Tangent
-from dolfingrip.mechanics.path.path import LoadPath
 
 SEED = 3
 SOFT = {
@@ -138,7 +138,7 @@ def test_no_compliance_is_the_base_model() -> None:
     settings = [trial.configured(on, *trial.STRICT, *LOADED) for on in ({}, none)]
     held, still = (small.model(each, plate=True) for each in settings)
     for finger in (held, still):
-        path = LoadPath(Newton(finger.model, finger.config.solver))
+        path = by_pressure(Newton(finger.model, finger.config.solver))
         assert path.advance({"pressure_kPa": 20.0}).failure is None
     difference = still.model.u.x.array - held.model.u.x.array
     assert np.abs(difference).max() < 1e-9 * np.abs(held.model.u.x.array).max()

@@ -9,6 +9,7 @@ import pytest
 from experiments import small
 from extensions import trial
 from mechanics import taylor
+from mechanics.paths import by_pressure
 
 from dolfingrip.experiments import Result, run
 from dolfingrip.experiments.rigs.finger import FingerModel
@@ -49,7 +50,7 @@ def pressing(*overrides: str) -> tuple[FingerModel, Friction, LoadPath]:
     settings = trial.configured({PlateFriction: {}}, *APART, *overrides)
     finger = small.model(settings, plate=True)
     (friction,) = (term for term in finger.model.terms if isinstance(term, Friction))
-    return finger, friction, LoadPath(Newton(finger.model, settings.solver))
+    return finger, friction, by_pressure(Newton(finger.model, settings.solver))
 
 
 def test_both_frictions_are_of_one_law() -> None:

@@ -7,6 +7,7 @@ import pytest
 from experiments import small
 from extensions import trial
 from mechanics import bodies
+from mechanics.paths import by_pressure
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
@@ -14,7 +15,6 @@ from dolfingrip.experiments import run
 from dolfingrip.experiments.rigs.finger import build
 from dolfingrip.extensions.clamp_compliance import ClampCompliance
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.path import LoadPath
 
 ONE_STEP = (
     "contact.self_contact=false",
@@ -61,7 +61,7 @@ def test_a_base_turns_by_the_moment() -> None:
     values = {"compliance_mm_per_N": 0.0, "compliance_rad_per_Nmm": compliance}
     settings = trial.configured({ClampCompliance: values}, *ONE_STEP)
     finger = small.model(settings, plate=True)
-    path = LoadPath(Newton(finger.model, settings.solver))
+    path = by_pressure(Newton(finger.model, settings.solver))
     assert path.advance({"pressure_kPa": 20.0}).failure is None
     values = {unknown.name: unknown.value for unknown in finger.model.unknowns.global_unknowns}
     turn = values["clamp_compliance.turn_rad"]

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from experiments import small
 from mechanics import taylor
+from mechanics.paths import by_pressure
 
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.path import LoadPath
 
 SEED = 31
 SETTINGS = (
@@ -37,7 +37,7 @@ so the steps are short against the distances of nodes from there."""
 def finger() -> FingerModel:
     """Pressed and touching, in the middle of a load step."""
     made = small.model(small.short(*SETTINGS), plate=True)
-    path = LoadPath(Newton(made.by_pressure, made.config.solver))
+    path = by_pressure(Newton(made.by_pressure, made.config.solver))
     for pressure in (100.0, 150.0):
         assert path.advance({"pressure_kPa": pressure}).failure is None
     names = {term.name for term in made.model.terms}

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mechanics import bodies, spheres
+from mechanics.paths import by_pressure
 from scipy.optimize import brentq, minimize_scalar
 
 from dolfingrip.config import KPA, Solver
@@ -15,6 +16,7 @@ from dolfingrip.mechanics.newton.ending import Solve
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.path.policy import PathPolicy
 
 MU, LMBDA = 1.0, 9.0
 """MPa: of ``bodies.body`` at its Poisson's ratio of 0.45."""
@@ -41,7 +43,7 @@ def overloaded(
     settings = Solver(
         rtol=1e-11, max_iterations=10, max_step_kPa=request.param, min_step_kPa=SMALLEST_KPA
     )
-    path = LoadPath(Newton(sphere.model, settings))
+    path = by_pressure(Newton(sphere.model, settings))
     failure = path.advance({"pressure_kPa": 1.3 * greatest_kPa}).failure
     assert failure is not None
     print("greatest", greatest_kPa, failure.sentence())
@@ -85,7 +87,7 @@ def test_care_is_left_out_where_it_did_not_help(
         return found
 
     monkeypatch.setattr(newton, "solve", record)
-    path = LoadPath(newton)
+    path = by_pressure(newton)
     assert path.advance({"pressure_kPa": 0.5 * greatest_kPa}).failure is None
     tried.clear()
     arrival = path.advance({"pressure_kPa": 1.3 * greatest_kPa})
@@ -99,13 +101,11 @@ def test_care_is_left_out_where_it_did_not_help(
     assert failed.count(False) > 4
 
 
-def test_running_away_is_a_limit_point(
-    sphere: bodies.Body, greatest_kPa: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_running_away_is_a_limit_point(sphere: bodies.Body, greatest_kPa: float) -> None:
     """Also where the state before has not gone soft yet, as a step is too long to come close."""
-    monkeypatch.setattr("dolfingrip.mechanics.path.path.SOFT", 0.0)
     settings = Solver(rtol=1e-11, max_iterations=30, max_step_kPa=50, min_step_kPa=5)
-    arrival = LoadPath(Newton(sphere.model, settings)).advance({"pressure_kPa": 1.3 * greatest_kPa})
+    path = by_pressure(Newton(sphere.model, settings), policy=PathPolicy(soft=0.0))
+    arrival = path.advance({"pressure_kPa": 1.3 * greatest_kPa})
     sphere.displace(np.zeros_like(sphere.nodes))
     sphere.model.prescribe({"pressure_kPa": 0.0, "time_s": 0.0})
     assert arrival.failure is not None

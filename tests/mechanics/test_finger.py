@@ -8,6 +8,7 @@ import ufl
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mechanics import bodies, fingers
+from mechanics.paths import by_pressure
 from petsc4py import PETSc
 from scipy.spatial import cKDTree
 
@@ -16,7 +17,6 @@ from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.forms.kinematics import current_area_vector
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.path import LoadPath
 
 PRESSURE_KPA = 100.0
 
@@ -26,7 +26,7 @@ def pressurised(*, half: bool, gap_mm: float) -> FingerModel:
     mesh = fingers.half_mesh()
     solid = fingers.on_domain(mesh if half else fingers.mirrored(mesh))
     finger = fingers.build(solid, gap_mm)
-    path = LoadPath(Newton(finger.model, finger.config.solver))
+    path = by_pressure(Newton(finger.model, finger.config.solver))
     assert path.advance({"pressure_kPa": PRESSURE_KPA}).failure is None
     return finger
 

@@ -12,8 +12,11 @@ from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.ending import Ending, Solve
-from dolfingrip.mechanics.newton.lagging import AGAIN, LAG_TOLERANCE, OVERSHOT, LagRules
+from dolfingrip.mechanics.newton.lagging import LagRules
 from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.newton.policy import LagPolicy
+
+POLICY = LagPolicy()
 
 
 class Lagging(Term, Lagged):
@@ -68,21 +71,21 @@ def test_what_is_held_ends_as_that_of_the_solution() -> None:
     cube, term, newton = pulled(0.3 * stiffness)
     solve = newton.solve()
     assert solve.converged
-    assert term.lag_error(cube.u.x.array) <= LAG_TOLERANCE
+    assert term.lag_error(cube.u.x.array) <= POLICY.tolerance
     assert 0 < term.times < solve.iterations
-    assert cube.displacement()[top, 0].mean() == pytest.approx(alone / 0.7, rel=LAG_TOLERANCE)
+    assert cube.displacement()[top, 0].mean() == pytest.approx(alone / 0.7, rel=POLICY.tolerance)
 
 
 def test_what_never_settles_is_no_solution() -> None:
     _, term, newton = pulled(0.1, restless=1e-3)
     solve = newton.solve()
     assert solve.ending in (Ending.DIVERGED, Ending.ITERATIONS)
-    assert term.times > AGAIN
+    assert term.times > POLICY.again
 
 
 def test_steps_are_followed_until_one_overshoots() -> None:
     cube, _, _ = pulled(0.0)
-    rules = LagRules(cube.model)
+    rules = LagRules(cube.model, POLICY)
     assert not rules.is_due(1.0, 1.0)
     assert rules.current  # nothing is held that drifts
     for norm in (5.0, 6.0, 9.0):  # as a step that turns much makes it rise
@@ -91,7 +94,7 @@ def test_steps_are_followed_until_one_overshoots() -> None:
         assert rules.current
         rules.updated(norm)
     rules.corrected = True
-    assert not rules.is_due(OVERSHOT * 9.1, 1.0)
+    assert not rules.is_due(POLICY.overshot * 9.1, 1.0)
     assert rules.is_due(4.0, 1.0)
     assert not rules.current
     rules.start(predicted=True)
@@ -105,7 +108,7 @@ def test_steps_are_followed_until_one_overshoots() -> None:
 
 def test_an_overshoot_is_not_followed() -> None:
     cube, _, _ = pulled(0.0)
-    rules = LagRules(cube.model)
+    rules = LagRules(cube.model, POLICY)
     assert not rules.is_due(1.0, 1.0)  # where the load step starts
     assert not rules.is_due(3.0, 1.0)
     assert rules.is_due(0.4, 1.0)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mechanics import bodies
+from mechanics.paths import by_pressure
 
 from dolfingrip.config import Solver
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.limit_point import LimitPointSearch
-from dolfingrip.mechanics.path.path import LoadPath
 
 GREATEST_KPA = 316.0
 """The balloon's, see test_failure."""
@@ -23,7 +23,7 @@ def test_limit_point_ahead(balloon: bodies.Body, part: float, near: bool) -> Non
     """The search finds the balloon's limit point below a pressure, and only from near it."""
     model = balloon.model
     settings = Solver(rtol=1e-9)
-    arrival = LoadPath(Newton(model, settings)).advance({"pressure_kPa": part * GREATEST_KPA})
+    arrival = by_pressure(Newton(model, settings)).advance({"pressure_kPa": part * GREATEST_KPA})
     assert arrival.failure is None
     before = model.state()
     ds = model.domain.surface("cavity", quadrature_degree=6)

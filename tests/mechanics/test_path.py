@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from mechanics import bodies
+from mechanics.paths import by_pressure
 
 from dolfingrip.config import KPA, Solver
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import FailureKind
-from dolfingrip.mechanics.path.path import LoadPath
 
 SETTINGS = Solver(rtol=1e-11, max_step_kPa=40.0, min_step_kPa=5.0)
 
@@ -35,7 +35,7 @@ def solid(clamped: bodies.Body) -> Iterator[bodies.Body]:
 
 def test_lands_on_every_target(solid: bodies.Body) -> None:
     """Pressures and times are met exactly, in steps no longer than allowed."""
-    path = LoadPath(Newton(solid.model, SETTINGS))
+    path = by_pressure(Newton(solid.model, SETTINGS))
     for pressure, time, steps in ((33.3, 1.1, 1), (100.1, 2.0, 2), (100.1, 7.0, 1), (0.7, 9.3, 3)):
         arrival = path.advance({"pressure_kPa": pressure, "time_s": time})
         assert arrival.failure is None
@@ -49,13 +49,15 @@ def test_lands_on_every_target(solid: bodies.Body) -> None:
 
 def test_it_ends_where_it_is_over(solid: bodies.Body) -> None:
     """After an accepted step, without a failure, and goes on from there."""
-    path = LoadPath(Newton(solid.model, SETTINGS))
-    path.over = lambda: solid.pressure.value > 50 * KPA
+    highest = [50.0, 200.0]
+    path = by_pressure(
+        Newton(solid.model, SETTINGS), over=lambda: solid.pressure.value > highest[0] * KPA
+    )
     arrival = path.advance({"pressure_kPa": 120.0})
     assert arrival.failure is None
     assert arrival.steps == 2
     assert solid.pressure.value == pytest.approx(80 * KPA)
-    path.over = lambda: False
+    del highest[0]
     assert path.advance({"pressure_kPa": 120.0}).steps == 1
     assert solid.pressure.value == 120 * KPA
 
@@ -69,14 +71,14 @@ def test_intermediate_steps_lie_on_a_line(solid: bodies.Body) -> None:
         seen.append((controls["pressure_kPa"], controls["time_s"]))
         return ""
 
-    path = LoadPath(Newton(solid.model, SETTINGS), accept=record)
+    path = by_pressure(Newton(solid.model, SETTINGS), accept=record)
     path.advance({"pressure_kPa": 120.0, "time_s": 6.0})
     np.testing.assert_allclose(seen, [[40, 2], [80, 4], [120, 6]], rtol=1e-12)
 
 
 def test_unloading_returns(solid: bodies.Body) -> None:
     """An elastic body forgets: after 200 kPa and back it is where it was, to 1e-9 mm."""
-    path = LoadPath(Newton(solid.model, SETTINGS))
+    path = by_pressure(Newton(solid.model, SETTINGS))
     path.advance({"pressure_kPa": 200.0})
     assert np.abs(solid.displacement()).max() > 0.01
     path.advance({"pressure_kPa": 0.0})
@@ -85,7 +87,7 @@ def test_unloading_returns(solid: bodies.Body) -> None:
 
 def test_state_is_a_copy(solid: bodies.Body) -> None:
     """A state neither follows the model nor shares memory with its copies, and restores it."""
-    path = LoadPath(Newton(solid.model, SETTINGS))
+    path = by_pressure(Newton(solid.model, SETTINGS))
     path.advance({"pressure_kPa": 50.0, "time_s": 1.0})
     state = solid.model.state()
     copy = state.copy()
@@ -103,7 +105,7 @@ def test_state_is_a_copy(solid: bodies.Body) -> None:
 
 def test_path_does_not_depend_on_its_history(solid: bodies.Body) -> None:
     """Restored and loaded the same way again, the model reaches the same solution."""
-    path = LoadPath(Newton(solid.model, SETTINGS))
+    path = by_pressure(Newton(solid.model, SETTINGS))
     path.advance({"pressure_kPa": 50.0})
     state = solid.model.state()
     path.advance({"pressure_kPa": 130.0})
@@ -125,7 +127,7 @@ def test_rejected_step_is_contact(solid: bodies.Body) -> None:
         rejected.append(pressure)
         return "touches"
 
-    path = LoadPath(Newton(solid.model, SETTINGS), accept=reject)
+    path = by_pressure(Newton(solid.model, SETTINGS), accept=reject)
     assert path.advance({"pressure_kPa": 40.0, "time_s": 1.0}).failure is None
     arrival = path.advance({"pressure_kPa": 200.0, "time_s": 5.0})
     failure = arrival.failure
@@ -145,12 +147,14 @@ def test_rejected_step_is_contact(solid: bodies.Body) -> None:
 
 def test_failed_step_is_undone_bitwise(solid: bodies.Body) -> None:
     """Too few iterations are called that, and the last good state is kept to the last bit."""
-    path = LoadPath(Newton(solid.model, SETTINGS))
+    path = by_pressure(Newton(solid.model, SETTINGS))
     path.advance({"pressure_kPa": 50.0, "time_s": 2.0})
     good = solid.model.state()
     hasty = Solver(rtol=1e-30, atol_N=1e-30, max_step_kPa=40.0, min_step_kPa=5.0, max_iterations=1)
     failure = (
-        LoadPath(Newton(solid.model, hasty)).advance({"pressure_kPa": 200.0, "time_s": 9.0}).failure
+        by_pressure(Newton(solid.model, hasty))
+        .advance({"pressure_kPa": 200.0, "time_s": 9.0})
+        .failure
     )
     assert failure is not None
     assert failure.kind is FailureKind.ITERATION_LIMIT
@@ -164,10 +168,10 @@ def test_time_limit_ends_between_steps(solid: bodies.Body, monkeypatch: pytest.M
     ticks = itertools.count()
     monkeypatch.setattr("dolfingrip.mechanics.path.path.time.monotonic", lambda: float(next(ticks)))
     limited = SETTINGS.model_copy(update={"time_limit_s": 2.5})
-    arrival = LoadPath(Newton(solid.model, limited)).advance({"pressure_kPa": 200.0})
+    arrival = by_pressure(Newton(solid.model, limited)).advance({"pressure_kPa": 200.0})
     assert arrival.steps == 2
     failure = arrival.failure
     assert failure is not None
     assert failure.kind is FailureKind.TIME_LIMIT
     assert failure.last_good == pytest.approx({"pressure_kPa": 80.0})
-    assert failure.sentence() == "stopped at 80 kPa (time limit): solver.time_limit_s is over"
+    assert failure.sentence() == "stopped at 80 kPa (time limit)"

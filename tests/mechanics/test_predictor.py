@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 from mechanics import bodies
+from mechanics.paths import by_pressure
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path import predictor
-from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.path.policy import PathPolicy, PredictorPolicy
 
 SEED = 5
 SETTINGS = Solver(rtol=1e-10, max_step_kPa=40.0, min_step_kPa=5.0)
@@ -39,9 +40,11 @@ def test_weights_are_exact(count: int) -> None:
     assert weights @ polynomial(places) == pytest.approx(polynomial(ahead), rel=1e-11)
 
 
-def followed(solid: bodies.Body, pressures_kPa: list[float]) -> tuple[list[int], list[np.ndarray]]:
+def followed(
+    solid: bodies.Body, pressures_kPa: list[float], policy: PathPolicy | None = None
+) -> tuple[list[int], list[np.ndarray]]:
     """Iterations and displacements at each of the pressures, in turn."""
-    path = LoadPath(Newton(solid.model, SETTINGS))
+    path = by_pressure(Newton(solid.model, SETTINGS), policy=policy)
     iterations, displacements = [], []
     for pressure in pressures_kPa:
         arrival = path.advance({"pressure_kPa": pressure})
@@ -52,15 +55,13 @@ def followed(solid: bodies.Body, pressures_kPa: list[float]) -> tuple[list[int],
     return iterations, displacements
 
 
-def test_prediction_saves_iterations_and_changes_nothing_else(
-    solid: bodies.Body, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_prediction_saves_iterations_and_changes_nothing_else(solid: bodies.Body) -> None:
     """At first the steps start from the path's series, then from the last states."""
     with_series, found = followed(solid, RISE)
     solid.displace(np.zeros_like(solid.nodes))
     solid.model.prescribe({"pressure_kPa": 0.0})
-    monkeypatch.setattr(predictor, "FEWEST", 99)
-    plain, expected = followed(solid, RISE)
+    never = PathPolicy(predictor=PredictorPolicy(fewest=99))
+    plain, expected = followed(solid, RISE, never)
     assert max(with_series) < min(plain)
     assert sum(with_series) < 0.6 * sum(plain)
     for here, there in zip(found, expected, strict=True):
@@ -89,7 +90,7 @@ def test_a_turn_is_a_new_path(solid: bodies.Body, monkeypatch: pytest.MonkeyPatc
 
 def test_a_state_set_from_outside_is_a_new_path(solid: bodies.Body) -> None:
     """A path that is not where it had been left does not look back."""
-    path = LoadPath(Newton(solid.model, SETTINGS))
+    path = by_pressure(Newton(solid.model, SETTINGS))
     rest = solid.model.state()
     for pressure in RISE[:3]:
         path.advance({"pressure_kPa": pressure})
@@ -98,5 +99,7 @@ def test_a_state_set_from_outside_is_a_new_path(solid: bodies.Body) -> None:
     assert arrival.failure is None
     found = solid.model.u.x.array.copy()
     solid.model.restore(rest)
-    assert LoadPath(Newton(solid.model, SETTINGS)).advance({"pressure_kPa": 160.0}).failure is None
+    assert (
+        by_pressure(Newton(solid.model, SETTINGS)).advance({"pressure_kPa": 160.0}).failure is None
+    )
     np.testing.assert_allclose(found, solid.model.u.x.array, atol=1e-8 * np.abs(found).max())

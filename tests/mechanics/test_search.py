@@ -9,11 +9,16 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Solver
-from dolfingrip.mechanics.newton.globalisation import ENOUGH, Globalisation, Verdict
+from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
+from dolfingrip.mechanics.newton.policy import StepPolicy
+
+POLICY = StepPolicy()
 
 
 class Line:
     """One unknown x in the wells of Π = (x² − 1)² / 4, of force x³ − x."""
+
+    singular_at_rest = False
 
     def __init__(self, x: float, longest: float = 1.0) -> None:
         self.x = np.array([x])
@@ -33,7 +38,7 @@ class Line:
 def taken(line: Line, step: float) -> tuple[float, Globalisation]:
     """Fraction of ``step`` that is taken where the residual has stagnated."""
     model: Any = line
-    rules = Globalisation(model, Solver(), line.work)
+    rules = Globalisation(model, Solver(), line.work, POLICY)
     for iteration in range(7):
         rules.judge(iteration, 1.0)
     return rules.fraction(np.array([step])), rules
@@ -49,7 +54,7 @@ def test_ends_in_a_well(x: float, step: float, longest: float) -> None:
     assert line.x == [x]  # nothing has moved yet
     assert np.sign(fraction) == -np.sign(start)
     line.x[:] += fraction * step
-    assert abs(line.work(np.array([step]))) <= ENOUGH * abs(start)
+    assert abs(line.work(np.array([step]))) <= POLICY.left * abs(start)
     assert (line.x**2 - 1) ** 2 < (x**2 - 1) ** 2
     assert rules.bound == ("" if longest == 1 else "contact")
 
@@ -62,7 +67,7 @@ def test_damped_solves_search_every_step_and_allow_a_rising_residual() -> None:
     """What ends another solve, or is taken whole in it, is searched."""
     model: Any = Line(0.2)
     for damped, expected in ((False, 1.0), (True, 0.4)):
-        rules = Globalisation(model, Solver(), model.work)
+        rules = Globalisation(model, Solver(), model.work, POLICY)
         rules.start(damped=damped)
         rules.judge(0, 1.0)
         fraction = rules.fraction(np.array([2.0]))
@@ -80,9 +85,9 @@ def test_a_step_far_too_long_is_searched_by_decades() -> None:
         calls.append(model.x[0])
         return float(((model.x[0] / 1e-5) ** 3 - 1) * step[0])
 
-    rules = Globalisation(model, Solver(), work)
+    rules = Globalisation(model, Solver(), work, POLICY)
     rules.start(damped=True)
     rules.judge(0, 1.0)
     model.x[:] = rules.fraction(np.array([1.0]))
     assert len(calls) <= 13
-    assert abs(work(np.array([1.0]))) <= ENOUGH
+    assert abs(work(np.array([1.0]))) <= POLICY.left

@@ -7,13 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from mechanics import bodies
+from mechanics.paths import by_pressure
 
 from dolfingrip.config import Solver
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path import series
-from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.path.policy import SeriesPolicy
 
 EXACT = Solver(rtol=1e-14, atol_N=1e-14)
+POLICY = SeriesPolicy()
 UNIT_kPa = 200.0
 APART = 0.1
 """Of the solutions that the series is held against, a part of the unit."""
@@ -37,7 +39,7 @@ def at(solid: bodies.Body, pressure_kPa: float) -> np.ndarray:
 def terms(solid: bodies.Body, rates: Mapping[str, float]) -> list[np.ndarray]:
     """The series at the present state."""
     newton = Newton(solid.model, EXACT)
-    return series.terms(solid.model, newton.linear, solid.model.state().controls, rates)
+    return series.terms(solid.model, newton.linear, solid.model.state().controls, rates, POLICY)
 
 
 @pytest.mark.parametrize("start_kPa", [0.0, 120.0])
@@ -48,7 +50,7 @@ def test_terms_are_those_of_the_solutions(solid: bodies.Body, start_kPa: float) 
     expected = np.polynomial.polynomial.polyfit(steps, solutions, 6)
     here = at(solid, start_kPa)
     found = terms(solid, {"pressure_kPa": UNIT_kPa, "time_s": 1.0})
-    assert len(found) == series.ORDER
+    assert len(found) == POLICY.order
     first = np.abs(expected[1]).max()
     for term, wanted in zip(found, expected[1:], strict=False):
         np.testing.assert_allclose(term, wanted, rtol=0, atol=3e-5 * first)
@@ -65,7 +67,7 @@ def test_a_path_that_does_not_move_has_none(solid: bodies.Body) -> None:
         raise AssertionError
 
     controls = solid.model.state().controls
-    assert series.terms(solid.model, tangent, controls, {"time_s": 1.0}) == []
+    assert series.terms(solid.model, tangent, controls, {"time_s": 1.0}, POLICY) == []
 
 
 def test_a_touch_has_none() -> None:
@@ -81,5 +83,5 @@ def test_a_linear_body_arrives_at_once() -> None:
     """A step so small that third order suffices takes no second iteration."""
     solid = bodies.body(bodies.hollow_cube(), 1)
     solid.hold(bodies.plane(2, 0.0))
-    path = LoadPath(Newton(solid.model, Solver(rtol=1e-8, max_step_kPa=10.0)))
+    path = by_pressure(Newton(solid.model, Solver(rtol=1e-8, max_step_kPa=10.0)))
     assert path.advance({"pressure_kPa": 10.0}).iterations <= 1

@@ -7,13 +7,13 @@ import pytest
 import ufl
 from dolfinx import fem
 from mechanics import bodies, spheres
+from mechanics.paths import by_pressure
 
 from dolfingrip.config import KPA, Solver
 from dolfingrip.forms import cavity_pressure
 from dolfingrip.forms.kinematics import current_area_vector
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.path import LoadPath
 
 STRICT = Solver(rtol=1e-12, max_step_kPa=100.0)
 
@@ -41,7 +41,7 @@ def test_inflation(balloon: bodies.Body) -> None:
     moves the widening by 0.05 %. Near the greatest pressure (stretch 1.54) the widening is an
     ill-conditioned measure, so the pressure of the stretch found is compared there.
     """
-    path = LoadPath(Newton(balloon.model, STRICT))
+    path = by_pressure(Newton(balloon.model, STRICT))
     moduli = float(balloon.mu.value), float(balloon.lmbda.value)
     for stretch in (1.05, 1.2, 1.4, 1.5):
         pressure = spheres.pressure_MPa(stretch, *moduli)
@@ -64,7 +64,7 @@ def test_work_of_the_pressure(balloon: bodies.Body) -> None:
     The discrete balance is exact as Π is a potential, so what is left is the quadrature of
     ∫ p dV = p V − ∫ V dp: Gauss–Legendre with 8 points in p, and Newton's tolerance.
     """
-    path = LoadPath(Newton(balloon.model, STRICT))
+    path = by_pressure(Newton(balloon.model, STRICT))
     volume, _ = volume_forms(balloon)
     highest = 250.0  # kPa: the stretch is 1.21
     points, weights = np.polynomial.legendre.leggauss(8)

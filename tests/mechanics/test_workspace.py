@@ -9,6 +9,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.newton import workspace
+from dolfingrip.mechanics.newton.policy import WORKSPACE
 from dolfingrip.mechanics.newton.symmetric import symmetric
 
 SEED = 4
@@ -60,7 +61,7 @@ def test_the_next_matrix_has_it_at_once(starved: PETSc.PC) -> None:
     room = starved.getFactorMatrix().getMumpsIcntl(14)
     starved.getOperators()[0].scale(2.0)
     workspace.set_up(starved)
-    assert starved.getFactorMatrix().getMumpsIcntl(14) == room == workspace.FIRST
+    assert starved.getFactorMatrix().getMumpsIcntl(14) == room == WORKSPACE.first_percent
 
 
 def test_a_singular_matrix_is_still_reported(starved: PETSc.PC) -> None:

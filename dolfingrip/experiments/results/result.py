@@ -96,10 +96,10 @@ def facts(
             "half": model.domain.half,
         },
         "newton": {
-            "iterations": newton.iterations,
-            "factorisations": newton.factorisations,
+            "iterations": newton.counts.iterations,
+            "factorisations": newton.counts.factorisations,
             "load_steps": sum(row["load_steps"] for row in result.rows),
-            "damped_steps": newton.damped,
+            "damped_steps": newton.counts.damped,
             "matrix_patterns": newton.tangent.patterns + 1,
         },
         "failure": None

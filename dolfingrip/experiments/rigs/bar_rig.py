@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 from mpi4py import MPI
 
@@ -30,6 +31,9 @@ class BarRig(Rig):
         bar: its model.
         profile: where the time is booked.
     """
+
+    specimen_name: ClassVar = "coupon"
+    quantity = "displacement"
 
     def __init__(self, config: Config, bar: CouponModel, profile: Profile) -> None:
         super().__init__(Newton(bar.model, _strict(bar.config), profile), bar)

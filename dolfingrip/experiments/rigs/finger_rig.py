@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import ClassVar
 
 import ufl
 from mpi4py import MPI
@@ -41,6 +42,8 @@ class FingerRig(Rig):
         further: what an experiment reads besides, by column, undistorted by instruments.
     """
 
+    specimen_name: ClassVar = "finger"
+
     def __init__(
         self, config: Config, finger: FingerModel, observation: Observation, profile: Profile
     ) -> None:
@@ -49,6 +52,7 @@ class FingerRig(Rig):
         self._finger = finger
         self._observation = observation
         self._by_pressure = pressurisation.by_pressure(config)
+        self.quantity = "pressure" if self._by_pressure else "volume"
         self.readings = observation.readings
         self.from_rest = observation.from_rest
         self._tared = False
@@ -125,7 +129,7 @@ class FingerRig(Rig):
         if found:
             finger.model = volume_controlled(finger.model, finger.cavity, finger.enclosed)
             self.newton = self.newton.of(finger.model)
-            self._by_pressure = False
+            self._by_pressure, self.quantity = False, "volume"
             self.jumps = True
         return found
 

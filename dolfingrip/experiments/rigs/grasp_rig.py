@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 import numpy as np
 from mpi4py import MPI
@@ -17,8 +18,9 @@ from dolfingrip.experiments.rigs.policy import GRASP_PATH
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.path.failure import Failure
-from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.newton.policy import CorrectionPolicy, LagPolicy, NewtonPolicy
+from dolfingrip.mechanics.path.path import LoadPath, Observer
+from dolfingrip.mechanics.path.policy import PathPolicy
 
 
 class GraspRig(Rig):
@@ -30,11 +32,15 @@ class GraspRig(Rig):
         profile: where the time is booked.
     """
 
+    specimen_name: ClassVar = "gripper"
+
     def __init__(self, config: Config, gripper: GripperModel, profile: Profile) -> None:
-        super().__init__(Newton(gripper.model, config.solver, profile), gripper)
-        self.newton.guess_residual_ratio = GRASP_PATH.guess_residual_ratio
-        self.newton.tolerate_lag(GRASP_PATH.lag_tolerance)
-        self.newton.close = GRASP_PATH.close
+        policy = NewtonPolicy(
+            lag=LagPolicy(tolerance=GRASP_PATH.lag_tolerance),
+            correction=CorrectionPolicy(tolerance=GRASP_PATH.close),
+            guess_residual_ratio=GRASP_PATH.guess_residual_ratio,
+        )
+        super().__init__(Newton(gripper.model, config.solver, profile, policy), gripper)
         self.readings = {}
         self._config = config
         self._gripper = gripper
@@ -66,12 +72,14 @@ class GraspRig(Rig):
             "table_z_mm": -lift_mm(self._config.gripper, stop.time_s),
         }
 
-    def start(self, path: LoadPath, first: Stop) -> Failure | None:
-        """The food stands on the table; the books start."""
-        path.from_equilibrium = path.halves_first = True
-        path.observers = [*path.observers, self._reads]
-        path.over = self.over
-        return None
+    def path(self, observers: Sequence[Observer]) -> LoadPath:
+        return LoadPath(
+            self.newton,
+            self.longest(),
+            observers=[*observers, self._reads],
+            over=self.over,
+            policy=PathPolicy(from_equilibrium=True, halves_first=True),
+        )
 
     def read(self) -> dict[str, float]:
         model = self._gripper.model

@@ -36,7 +36,8 @@ def go_to_rest(
         newton = Newton(finger.by_pressure, newton.settings, newton.profile)
     if plate is not None:
         plate.retract()
-    failure = LoadPath(newton, observers=observers).advance(UNPRESSURISED).failure
+    longest = {"pressure_kPa": newton.settings.max_step_kPa}
+    failure = LoadPath(newton, longest, observers=observers).advance(UNPRESSURISED).failure
     if plate is not None:
         plate.put()
         model.accept_step()  # effects remember where the plate stands

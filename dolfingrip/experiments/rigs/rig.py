@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.protocol.schedule import Stop
@@ -13,7 +13,7 @@ from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.perturbation import ParameterPerturbation
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
-from dolfingrip.mechanics.path.path import LoadPath
+from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.parameter import Parameter
 
@@ -22,6 +22,8 @@ class Rig(ABC):
     """A test rig with its specimen.
 
     Attributes:
+        specimen_name: what the specimen is called.
+        quantity: what is prescribed, in words.
         newton: solver of the specimen's model.
         specimen: the model with its parts, as a visitor of the run is handed it.
         gaps_mm: distance between neighbouring parts by their names (mm), for each reading.
@@ -32,6 +34,8 @@ class Rig(ABC):
         jumps: whether a load step may jump to another state where none is near.
     """
 
+    specimen_name: ClassVar[str]
+    quantity: str = "pressure"
     readings: Mapping[str, Reading]
     from_rest: Sequence[str] = ()
 
@@ -46,6 +50,16 @@ class Rig(ABC):
     @abstractmethod
     def longest(self) -> dict[str, float]:
         """Longest load step of each control that limits the step."""
+
+    def path(self, observers: Sequence[Observer]) -> LoadPath:
+        """A load path of the specimen's model under the rig's present control."""
+        return LoadPath(
+            self.newton,
+            self.longest(),
+            passable=self.passable,
+            observers=observers,
+            damped=self.jumps,
+        )
 
     @abstractmethod
     def controls(self, stop: Stop) -> Mapping[str, float]:

@@ -84,8 +84,8 @@ class RigidPlate(RigidContact):
         """The plane's position as an unknown, where it is one."""
         return self.pose.global_unknowns[0]
 
-    @unknown.setter
-    def unknown(self, unknown: GlobalUnknown | None) -> None:
+    def solve_for(self, unknown: GlobalUnknown) -> None:
+        """Make the plane's position an unknown; call it before there is a model."""
         self.pose.global_unknowns[0] = unknown
 
     # -- for friction ----------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Final
 
 import ufl
 from dolfinx import fem
@@ -14,22 +13,9 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton import workspace
+from dolfingrip.mechanics.newton.counts import Counts
+from dolfingrip.mechanics.newton.policy import DampingPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
-
-LEAST: Final = 1e-7
-"""Smallest damping above 0, relative to the tangent's diagonal."""
-
-MORE: Final = 8.0
-"""Factor on a damping that leaves the tangent indefinite."""
-
-MOST: Final = 20
-"""Largest number of such factors in a row; the last damping is far stiffer than the body."""
-
-EASY, HARD, STUCK = 0.5, 0.1, 1e-3
-"""Parts of a step, taken above or below which the next ones are damped less, more, far more."""
-
-LESS, STRONGER, FAR_STRONGER = 4.0, 4.0, 100.0
-"""By how much."""
 
 
 class Damping:
@@ -47,14 +33,19 @@ class Damping:
         prefix: of the factorisation's options.
         model: whose tangent is factorised.
         tangent: that tangent.
+        policy: how much is damped.
+        counts: what is counted.
 
     Attributes:
-        count: factorisations so far.
         unstable: the tangent was indefinite since :meth:`start`.
     """
 
-    def __init__(self, prefix: str, model: Model, tangent: Tangent) -> None:
+    def __init__(
+        self, prefix: str, model: Model, tangent: Tangent, policy: DampingPolicy, counts: Counts
+    ) -> None:
         self._model = model
+        self._policy = policy
+        self._counts = counts
         self._tangent = tangent
         # Π is concave in further fields, as a pressure is one, and in multipliers
         self._negative = sum(unknown.multiplier for unknown in model.unknowns.global_unknowns)
@@ -62,7 +53,6 @@ class Damping:
             dofmap = further.function_space.dofmap
             self._negative += dofmap.index_map_bs * dofmap.index_map.size_global
         self._prefix = prefix
-        self.count = 0
         self._least = 0.0
         self.start()
 
@@ -73,12 +63,14 @@ class Damping:
 
     def adapt(self, fraction: float) -> None:
         """Damp the next step less or more, by the fraction of the last one that was taken."""
-        if abs(fraction) > EASY:
-            self._damping /= LESS
+        policy = self._policy
+        if abs(fraction) > policy.easy:
+            self._damping /= policy.less
             if self._damping < self._least:
                 self._damping = 0.0
-        elif abs(fraction) < HARD:
-            by = STRONGER if abs(fraction) > STUCK else FAR_STRONGER
+        elif abs(fraction) < policy.hard:
+            stuck = abs(fraction) <= policy.stuck
+            by = policy.far_stronger if stuck else policy.stronger
             self._damping = max(by * self._damping, self._least)
 
     # -- as PETSc's preconditioner -----------------------------------------------------------------
@@ -87,17 +79,17 @@ class Damping:
         """Factorise the matrix, damped."""
         matrix = pc.getOperators()[0]
         stiffness = matrix.getDiagonal().norm(PETSc.NormType.N1)
-        self._least = LEAST * stiffness / self._masses.norm(PETSc.NormType.N1)
+        self._least = self._policy.least * stiffness / self._masses.norm(PETSc.NormType.N1)
         self._add(matrix, self._damping)
         if self._leads_downhill(matrix):
             return
         # contact of edges that pass one another is far from convex: damping it would hold all
         self._tangent.assemble(convex=True)
         self._add(matrix, self._damping)
-        for _ in range(MOST):
+        for _ in range(self._policy.most):
             if self._leads_downhill(matrix):
                 return
-            more = max(MORE * self._damping, self._least)
+            more = max(self._policy.more * self._damping, self._least)
             self._add(matrix, more - self._damping)
             self._damping = more
 
@@ -105,7 +97,7 @@ class Damping:
         """Factorise; whether the inertia is that of a minimum's tangent."""
         self._pc.setOperators(matrix)
         workspace.set_up(self._pc)
-        self.count += 1
+        self._counts.factorisations += 1
         downhill = self._pc.getFactorMatrix().getMumpsInfog(12) == self._negative
         self.unstable |= not downhill
         return bool(downhill)

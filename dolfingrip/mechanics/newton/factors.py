@@ -3,31 +3,16 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Final
 
 import numpy as np
 import scipy.sparse as sp
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.newton import workspace
+from dolfingrip.mechanics.newton.counts import Counts
 from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.ordering import AUTOMATIC, cheapest
-
-RTOL: Final = 3e-5
-"""Preconditioned residual of an iterative solve, relative to its first: a step as good as an exact
-one. Thirty times looser leaves errors of 1e-6 in a run's figures, this of 1e-13."""
-
-MOST: Final = 8
-"""Iterations of GMRES that cost as much as factorising."""
-
-ROUGH: Final = 1e-2
-"""As :data:`RTOL` for an operator beside the matrix: what is left is solved for again."""
-
-BESIDE: Final = {False: 12, True: 40}
-"""Iterations for an operator beside the matrix, by whether the matrix has just been factorised."""
-
-WORN: Final = 5
-"""Iterations of GMRES after which the next matrix is factorised at once."""
+from dolfingrip.mechanics.newton.policy import FactorPolicy
 
 
 class Factors:
@@ -35,27 +20,31 @@ class Factors:
 
     Factorising costs about ten times what solving does. Where the matrix has changed a little,
     GMRES (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) preconditioned by the earlier
-    factors takes a few iterations; where it takes more than :data:`MOST`, the matrix is factorised.
+    factors takes a few iterations; where it takes more than these cost, it is factorised.
     It is PETSc's preconditioner of type ``python``, to be applied once (``preonly``).
 
     Args:
         prefix: of the factorisation's options.
         graph: (owned nodes, nodes) which nodes the matrix couples at first; its elimination order
             is chosen by it, by MUMPS where None.
+        policy: how long factors serve.
+        counts: what is counted.
 
     Attributes:
-        count: factorisations so far.
         corrected_step: that the next matrix is a part of; None where it is all.
     """
 
-    def __init__(self, prefix: str, graph: sp.csr_matrix | None) -> None:
+    def __init__(
+        self, prefix: str, graph: sp.csr_matrix | None, policy: FactorPolicy, counts: Counts
+    ) -> None:
         self._prefix = prefix
+        self._policy = policy
+        self._counts = counts
         self._graph = graph
         self._ksp: PETSc.KSP | None = None
         self._factorised: PETSc.Mat | None = None
         self._current = False
         self._good = False
-        self.count = 0
         self.corrected_step: CorrectedStep | None = None
 
     def renew(self) -> None:
@@ -80,7 +69,7 @@ class Factors:
             if self._good and matrix == self._factorised:
                 ksp.setOperators(matrix)
                 ksp.solve(right, solution)
-                self._good = ksp.getIterationNumber() <= WORN
+                self._good = ksp.getIterationNumber() <= self._policy.worn
                 if ksp.getConvergedReason() > 0:
                     return
             self._factorise(ksp, matrix)
@@ -96,16 +85,17 @@ class Factors:
         solution: PETSc.Vec,
     ) -> None:
         """Solve with an ``operator`` near ``matrix``, by the factors of this or an earlier one."""
+        most = (self._policy.operator_iterations, self._policy.operator_iterations_at_most)
         known = self._good and matrix == self._factorised
         for fresh in (False, True) if known else (True,):
             if fresh and not self._current:
                 self._factorise(ksp, matrix)
             ksp.setOperators(operator, matrix)
-            ksp.setTolerances(rtol=ROUGH, max_it=BESIDE[fresh])
+            ksp.setTolerances(rtol=self._policy.operator_rtol, max_it=most[fresh])
             ksp.solve(right, solution)
             done = ksp.getConvergedReason() > 0
-            self._good = self._current or ksp.getIterationNumber() <= MOST
-            ksp.setTolerances(rtol=RTOL, max_it=MOST)
+            self._good = self._current or ksp.getIterationNumber() <= self._policy.iterations
+            ksp.setTolerances(rtol=self._policy.rtol, max_it=self._policy.iterations)
             ksp.setOperators(matrix, matrix)
             if done:
                 return
@@ -144,7 +134,7 @@ class Factors:
         ksp.setOptionsPrefix(self._prefix)
         ksp.setType(PETSc.KSP.Type.GMRES)
         ksp.setPCSide(PETSc.PC.Side.LEFT)  # its residual is nearly the error of the displacement
-        ksp.setTolerances(rtol=RTOL, max_it=MOST)
+        ksp.setTolerances(rtol=self._policy.rtol, max_it=self._policy.iterations)
         pc = ksp.getPC()
         pc.setType(PETSc.PC.Type.CHOLESKY)
         pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
@@ -162,4 +152,4 @@ class Factors:
         pc.setReusePreconditioner(True)
         self._factorised = matrix
         self._current = self._good = True
-        self.count += 1
+        self._counts.factorisations += 1

@@ -9,49 +9,8 @@ from enum import Enum, auto
 import numpy as np
 
 from dolfingrip.mechanics.model.model import INVERTED, Model
+from dolfingrip.mechanics.newton.policy import StepPolicy
 from dolfingrip.sections.numerics import Solver
-
-RECENT = 3
-"""How many of the last residuals are compared with one another."""
-
-FALLING = 0.5
-"""A residual that has not fallen to this part of the one before belongs to a tangent that has
-changed much."""
-
-STUBBORN = 0.7
-"""Once the first iterations are over, a residual that falls by less calls a line search."""
-
-SETTLED = 2
-"""Iterations after which a step that a bound cuts is searched: a new touch must not undo them."""
-
-HOPELESS = 3.0
-"""A residual above this multiple of its early peak ends the solve."""
-
-EARLY = 4
-"""Iterations in which the residual may rise, as the carried stress makes it do."""
-
-SHORTEST_STEP = 1e-3
-"""A Newton step shortened below this fraction makes no progress any more."""
-
-PATIENCE = 2
-"""Number of such steps in a row that are allowed."""
-
-FOLDED = 5
-"""Number of steps in a row in which elements would invert; the next one would, too."""
-
-SEARCHED = 8
-"""Residuals that a search evaluates beyond the first two."""
-
-ENOUGH = 0.3
-"""Part of the work at the start of a step that may be left where a search ends."""
-
-
-OVERSHOT = 0.5
-"""Part of a step, as searched, below which the stress that follows it linearly means nothing."""
-
-STEEP, CLOSER = 100.0, 0.1
-"""Where the work is so many times that of the start, the search goes on at this part of the way: a
-membrane's force grows as the cube of its deflection, of which regula falsi hardly takes note."""
 
 
 class Verdict(Enum):
@@ -77,6 +36,7 @@ class Globalisation:
         settings: tolerances.
         residual_along: product of the residual at the model's present displacement with a step
             (mJ).
+        policy: how long steps are, and when a solve stops.
 
     Attributes:
         bound: name of what cut the last step, "" if nothing did.
@@ -90,10 +50,12 @@ class Globalisation:
         model: Model,
         settings: Solver,
         residual_along: Callable[[np.ndarray], float],
+        policy: StepPolicy,
     ) -> None:
         self._model = model
         self._settings = settings
         self._residual_along = residual_along
+        self._policy = policy
         self._search_first = model.singular_at_rest
         self.start()
 
@@ -115,7 +77,7 @@ class Globalisation:
         self._inverted = 0
         self._scale_N = scale_N
         self._peak = 0.0
-        self._recent: deque[float] = deque(maxlen=RECENT)
+        self._recent: deque[float] = deque(maxlen=self._policy.recent)
         self._before: list[float] = []
         self._settled = False
         self._stagnates = False
@@ -128,7 +90,7 @@ class Globalisation:
     @property
     def _folds(self) -> bool:
         """Whether elements would have inverted in too many steps in a row."""
-        return self._inverted > FOLDED
+        return self._inverted > self._policy.folded
 
     @property
     def stuck(self) -> bool:
@@ -144,28 +106,29 @@ class Globalisation:
             scale: force (N) that the relative tolerance refers to, where larger than the
                 first residual.
         """
+        policy, late = self._policy, iteration > self._policy.early
         if not np.isfinite(norm):
             return Verdict.NOT_A_NUMBER
         if self._scale_N is None:
             self._scale_N = norm
         self._before = []
-        if iteration <= EARLY:
+        if not late:
             self._peak = max(self._peak, norm)
-        if self._short > PATIENCE or self._folds:
+        if self._short > policy.patience or self._folds:
             return Verdict.STUCK
         tolerance = self._settings.rtol * max(self._scale_N, scale)
         if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
             return Verdict.CONVERGED
         self._before = list(self._recent)
         if self._recent:
-            self.far = norm > FALLING * self._recent[-1]
-        self._settled = iteration >= SETTLED
+            self.far = norm > policy.far * self._recent[-1]
+        self._settled = iteration >= policy.settled
         # not against the last alone: pairs that touch and part in turn make it jump up and down
         self._stagnates = self._damped or (
-            iteration > EARLY and norm > STUBBORN * min(self._recent, default=np.inf)
+            late and norm > policy.stagnant * min(self._recent, default=np.inf)
         )
         self._recent.append(norm)
-        if iteration > EARLY and norm > HOPELESS * self._peak and not self._damped:
+        if late and norm > policy.hopeless * self._peak and not self._damped:
             return Verdict.HOPELESS
         return Verdict.GO_ON
 
@@ -175,7 +138,7 @@ class Globalisation:
         The residuals before still tell whether it stagnates: what is held followed the steps. Not
         those before a state that converged for what was held then.
         """
-        self._recent = deque(self._before, maxlen=RECENT)
+        self._recent = deque(self._before, maxlen=self._policy.recent)
         return self.judge(iteration, norm, scale)
 
     def fraction(self, step: np.ndarray) -> float:
@@ -186,8 +149,8 @@ class Globalisation:
             fraction = self._search(step, fraction)
         elif self._search_first and not self._settled:
             fraction = self._search(step, fraction)
-            self.overshot = abs(fraction) < OVERSHOT
-        self._short = self._short + 1 if abs(fraction) < SHORTEST_STEP else 0
+            self.overshot = abs(fraction) < self._policy.overshot
+        self._short = self._short + 1 if abs(fraction) < self._policy.shortest else 0
         self._inverted = self._inverted + 1 if self.bound == INVERTED else 0
         return fraction
 
@@ -209,25 +172,25 @@ class Globalisation:
         try:
             first = work(0.0)
             if first <= 0:
-                return _root(work, first, longest)
+                return _root(work, first, longest, self._policy)
             back, self.bound = self._model.admissible_step(-step)
-            return -_root(lambda fraction: -work(-fraction), -first, back)
+            return -_root(lambda fraction: -work(-fraction), -first, back, self._policy)
         finally:
             unknowns.set_local(start)
 
 
-def _root(work: Callable[[float], float], first: float, end: float) -> float:
+def _root(work: Callable[[float], float], first: float, end: float, policy: StepPolicy) -> float:
     """Where ``work``, ``first`` at 0, comes near 0 up to ``end``; ``end`` where it does not."""
     near, far = (0.0, first), (end, work(end))
-    if far[1] <= ENOUGH * abs(first):
+    if far[1] <= policy.left * abs(first):
         return end
     found = end
-    for _ in range(SEARCHED):
+    for _ in range(policy.searched):
         found = near[0] - near[1] * (far[0] - near[0]) / (far[1] - near[1])
-        if far[1] > STEEP * abs(first):
-            found = near[0] + CLOSER * (far[0] - near[0])
+        if far[1] > policy.steep * abs(first):
+            found = near[0] + policy.closer * (far[0] - near[0])
         value = work(found)
-        if abs(value) <= ENOUGH * abs(first):
+        if abs(value) <= policy.left * abs(first):
             break
         if value > 0:
             far = (found, value)

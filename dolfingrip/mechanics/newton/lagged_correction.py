@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
-
-CLOSE: Final = 1e-4
-"""Part of the residual that a step's equations may be off by, where nothing else is asked for."""
-
-MOST: Final = 8
-"""Solves for a step beyond the first."""
-
-FALLING: Final = 0.5
-"""Part of the one before that an error is to fall to, or the next solve is a careful one."""
+from dolfingrip.mechanics.newton.policy import CorrectionPolicy
 
 Solver = Callable[[PETSc.Mat, PETSc.Vec, PETSc.Vec], None]
 """Solves with a matrix and a right-hand side for a solution."""
@@ -38,11 +30,11 @@ class CorrectedStep:
     Args:
         model: at the state of r and K.
         tangent: K.
-        close: part of the residual that the equations may be off by.
+        policy: how it is solved for.
     """
 
-    def __init__(self, model: Model, tangent: PETSc.Mat, close: float = CLOSE) -> None:
-        self._close = close
+    def __init__(self, model: Model, tangent: PETSc.Mat, policy: CorrectionPolicy) -> None:
+        self._policy = policy
         self._model = model
         self._tangent = tangent
         dofs = model.u.x.array
@@ -71,9 +63,9 @@ class CorrectedStep:
         solve(matrix, right, solution)
         left, more, trial, error = (right.duplicate() for _ in range(4))
         off, careful = self._error(right, solution, left), False
-        enough = self._close * right.norm()
+        enough = self._policy.tolerance * right.norm()
         best, least = solution.copy(), off
-        for _ in range(MOST):
+        for _ in range(self._policy.solves):
             if off <= enough or not np.isfinite(off):
                 break
             self._linearise(solution, convex=careful)
@@ -81,7 +73,7 @@ class CorrectedStep:
             more.copy(trial)
             trial.axpy(1.0, solution)
             now = self._error(right, trial, error)
-            if not careful and not now <= FALLING * off:
+            if not careful and not now <= self._policy.falling * off:
                 careful = True
                 continue
             careful = False

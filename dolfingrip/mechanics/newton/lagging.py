@@ -3,28 +3,7 @@
 from __future__ import annotations
 
 from dolfingrip.mechanics.model.model import Model
-
-FALLEN = 0.5
-"""Part of the residual after the last update to which it falls before the next."""
-
-CLOSE = 1e-3
-"""Part of its peak below which lagged quantities are kept, unless they lag too far: then Newton's
-method converges."""
-
-LAG_TOLERANCE = 0.01
-"""Relative lag error above which lagged quantities are outdated, and a converged state is none."""
-
-OVERSHOT = 5.0
-"""Growth of the residual since the last update in a corrected step, from which on steps are
-corrected no more: a contact force may then be a hundred times too large. A solve's first step may
-be as large as it likes."""
-
-LONGEST = 8
-"""Corrected steps of one solve. Where more are needed they go astray, and an update whenever the
-residual has fallen to half is the safer way."""
-
-AGAIN = 5
-"""How often one solve goes on after it has converged for outdated quantities."""
+from dolfingrip.mechanics.newton.policy import LagPolicy
 
 
 class LagRules:
@@ -39,18 +18,17 @@ class LagRules:
 
     Args:
         model: whose terms have lagged quantities.
-        tolerance: lag error above which these are outdated.
+        policy: when they are updated.
 
     Attributes:
-        tolerance: as given.
         current: they are those of the present iterate, so that the next step may be corrected.
         corrected: the last step was; Newton's method says so.
         overshot: a corrected step made the residual grow too much.
     """
 
-    def __init__(self, model: Model, tolerance: float = LAG_TOLERANCE) -> None:
+    def __init__(self, model: Model, policy: LagPolicy) -> None:
         self._model = model
-        self.tolerance = tolerance
+        self._policy = policy
         self.start()
 
     def start(self, *, predicted: bool = False, corrected: bool = True) -> None:
@@ -63,12 +41,12 @@ class LagRules:
         self._peak_N = self._last_N = 0.0
         self._kept = self.current = self.corrected = self.overshot = False
         self._predicted = predicted
-        self._repeats, self._corrections = 0, 0 if corrected else LONGEST
+        self._repeats, self._corrections = 0, 0 if corrected else self._policy.longest
 
     @property
     def lost(self) -> bool:
         """Whether quantities lag too far however often the state is solved for again."""
-        return self._repeats > AGAIN
+        return self._repeats > self._policy.again
 
     def is_due(self, norm: float, first_N: float) -> bool:
         """Whether terms are to update their quantities, at an iterate that goes on.
@@ -79,15 +57,15 @@ class LagRules:
         """
         at_start = self._peak_N == 0.0
         self._peak_N = max(self._peak_N, norm, first_N)
-        fallen = norm <= FALLEN * (self._last_N or first_N)
+        fallen = norm <= self._policy.fallen * (self._last_N or first_N)
         self._corrections += self.corrected
-        if self.corrected and 0 < OVERSHOT * self._last_N < norm:
-            self.corrected, self.overshot, self._corrections = False, True, LONGEST
+        if self.corrected and 0 < self._policy.overshot * self._last_N < norm:
+            self.corrected, self.overshot, self._corrections = False, True, self._policy.longest
         due = self.corrected or (at_start and self._predicted)
         due = due or (fallen and (not self._kept or self._is_outdated()))
-        self._kept |= norm <= CLOSE * self._peak_N
+        self._kept |= norm <= self._policy.close * self._peak_N
         current = due or (at_start and not self._is_outdated())
-        self.current = current and not self._kept and self._corrections < LONGEST
+        self.current = current and not self._kept and self._corrections < self._policy.longest
         self.corrected = False
         return due
 
@@ -98,7 +76,7 @@ class LagRules:
         return outdated
 
     def _is_outdated(self) -> bool:
-        return self._model.lag_error() > self.tolerance
+        return self._model.lag_error() > self._policy.tolerance
 
     def updated(self, norm: float) -> None:
         """Take note of the residual (N) once they have."""

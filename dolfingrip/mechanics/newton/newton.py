@@ -15,21 +15,20 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.newton.condensation import Condensation
+from dolfingrip.mechanics.newton.counts import Counts
 from dolfingrip.mechanics.newton.damping import Damping
 from dolfingrip.mechanics.newton.ending import REASON, Solve, ending_of
 from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
-from dolfingrip.mechanics.newton.lagged_correction import CLOSE, CorrectedStep
+from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.lagging import LagRules
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
+from dolfingrip.mechanics.newton.policy import NewtonPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.numerics import Solver
 
 PREFIX = "dolfingrip_"
 """Prefix of PETSc's options."""
-
-DAMPED = 3
-"""Factor on ``max_iterations`` for a damped solve."""
 
 
 class Newton:
@@ -39,13 +38,11 @@ class Newton:
         model: whose displacement is solved for.
         settings: tolerances and limits.
         profile: of the time that phases take.
+        policy: the numbers that its decisions rest on.
+        counts: go on from there; default: from 0.
 
     Attributes:
-        iterations: Newton iterations since the start, failed solves included.
-        damped: damped solves since the start that converged.
-        guess_residual_ratio: a guess is left out whose residual is more than so many times the
-            start's, as in contact, which an extrapolation may press together or take apart.
-        close: part of the residual that a corrected step may leave.
+        counts: of iterations, factorisations and damped solves.
     """
 
     def __init__(
@@ -53,39 +50,38 @@ class Newton:
         model: Model,
         settings: Solver,
         profile: Profile | None = None,
+        policy: NewtonPolicy | None = None,
+        counts: Counts | None = None,
     ) -> None:
         model.potential.compile()
         self.model = model
         self.settings = settings
         self.profile = profile or Profile()
+        self.counts = counts or Counts()
+        self._policy = policy = policy or NewtonPolicy()
         mixed = len(model.unknowns.fields) > 1
         self.tangent = MixedTangent(model) if mixed else Tangent(model)
-        self.iterations = 0
-        self.damped = 0
         # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
-        self._factors = Factors(PREFIX, None if mixed else self.tangent.graph)
+        graph = None if mixed else self.tangent.graph
+        self._factors = Factors(PREFIX, graph, policy.factors, self.counts)
         self._residual = model.unknowns.create_vector()
         # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
-        self._globalisation = Globalisation(model, settings, self._residual_along)
-        self._lagging = LagRules(model)
-        self._damping = Damping(PREFIX + "damped_", model, self.tangent)
+        self._globalisation = Globalisation(model, settings, self._residual_along, policy.steps)
+        self._lagging = LagRules(model, policy.lag)
+        self._damping = Damping(
+            PREFIX + "damped_", model, self.tangent, policy.damping, self.counts
+        )
         self._condensation = Condensation(model) if mixed else None
         self._damped = False
-        self.guess_residual_ratio = np.inf
-        self.close = CLOSE
         self._before: Mapping[str, float] = {}
         self._snes = self._make_snes()
 
     def of(self, model: Model) -> Newton:
-        """A solver of another model with the same settings; its counts begin with these."""
-        made = Newton(model, self.settings, self.profile)
-        made.iterations, made.damped = self.iterations, self.damped
-        made.guess_residual_ratio, made.close = self.guess_residual_ratio, self.close
-        made._factors.count, made._damping.count = self._factors.count, self._damping.count
-        return made
+        """A solver of another model with the same settings, which goes on with the counts."""
+        return Newton(model, self.settings, self.profile, self._policy, self.counts)
 
     def _make_snes(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.model.comm)
@@ -104,11 +100,6 @@ class Newton:
         options["snes_divergence_tolerance"] = -1
         snes.setFromOptions()
         return snes
-
-    @property
-    def factorisations(self) -> int:
-        """Factorisations since the start."""
-        return self._factors.count + self._damping.count
 
     # -- callbacks -----------------------------------------------------------------------------
 
@@ -153,7 +144,7 @@ class Newton:
             return None
         # a contact without pairs has no force that might lag
         self._lagging.corrected = bool(self.model.lagged_terms)
-        step = CorrectedStep(self.model, self.tangent.matrix, self.close)
+        step = CorrectedStep(self.model, self.tangent.matrix, self._policy.correction)
         return step if step.any else None
 
     @contextmanager
@@ -205,10 +196,6 @@ class Newton:
             due = verdict is Verdict.CONVERGED and self._lagging.is_due_at_the_end()
         return due and self.model.update_lagged()
 
-    def tolerate_lag(self, most: float) -> None:
-        """Let lagged quantities be behind by a relative change of up to ``most``."""
-        self._lagging.tolerance = most
-
     # -- solve ---------------------------------------------------------------------------------
 
     def solve(
@@ -243,7 +230,7 @@ class Newton:
             self._before = before or {}
             second = self._iterate(guess, damped=damped, corrected=False)
             solve = replace(second, iterations=solve.iterations + second.iterations)
-        self.damped += damped and solve.converged
+        self.counts.damped += damped and solve.converged
         return solve
 
     def _iterate(self, guess: Guess | None, *, damped: bool, corrected: bool = True) -> Solve:
@@ -253,13 +240,11 @@ class Newton:
         self._prepare(damped)
         self._lagging.start(corrected=corrected)
         if guess is not None:
+            most = self._policy.guess_residual_ratio
             first_N, here = self._residual_norm(), model.unknowns.local()
             model.unknowns.set_local(guess.unknowns)
             carried.values = guess.carried
-            if (
-                self.guess_residual_ratio < np.inf
-                and self._residual_norm() > self.guess_residual_ratio * first_N
-            ):
+            if most < np.inf and self._residual_norm() > most * first_N:
                 model.unknowns.set_local(here)
                 carried.reset()
             else:
@@ -275,7 +260,7 @@ class Newton:
         self._take(self._x)
         self._retired.clear()
         iterations = self._snes.getIterationNumber()
-        self.iterations += iterations
+        self.counts.iterations += iterations
         return Solve(
             ending_of(self._snes.getConvergedReason(), self._globalisation),
             iterations,
@@ -309,4 +294,4 @@ class Newton:
         solver = self._damping if damped else self._factors
         self._snes.getKSP().getPC().setPythonContext(solver)
         most = self.settings.max_iterations
-        self._snes.setTolerances(max_it=DAMPED * most if damped else most)
+        self._snes.setTolerances(max_it=self._policy.damping.iterations * most if damped else most)

@@ -6,17 +6,13 @@ from typing import Final
 
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.newton.policy import WORKSPACE
+
 RELAXATION: Final = "mat_mumps_icntl_14"
 """PETSc's option for MUMPS' ICNTL(14): by how many per cent the workspace exceeds the estimate."""
 
 TOO_SMALL: Final = (-8, -9, -14, -17, -20)
 """INFOG(1) of MUMPS where the integer or real workspace, or a buffer of messages, is too small."""
-
-FIRST: Final = 100
-"""Workspace beyond the estimate (%) that a factorisation is repeated with at first."""
-
-MOST: Final = 400
-"""Largest workspace beyond the estimate (%); a matrix of zeros needs no more to be refused."""
 
 
 def set_up(pc: PETSc.PC) -> None:
@@ -31,11 +27,11 @@ def set_up(pc: PETSc.PC) -> None:
             ``getFailedReason``.
     """
     pc.setUp()
-    more = FIRST
-    while more <= MOST and pc.getFactorMatrix().getMumpsInfog(1) in TOO_SMALL:
+    more = WORKSPACE.first_percent
+    while more <= WORKSPACE.most_percent and pc.getFactorMatrix().getMumpsInfog(1) in TOO_SMALL:
         operators = pc.getOperators()
         pc.reset()  # PETSc takes no further matrix for factors that ran out of memory once
         pc.setOperators(*operators)
         PETSc.Options(pc.getOptionsPrefix())[RELAXATION] = more
         pc.setUp()
-        more *= 4
+        more *= WORKSPACE.growth

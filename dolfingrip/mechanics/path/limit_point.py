@@ -7,19 +7,8 @@ import ufl
 from dolfingrip.mechanics.model.model import Control, Model
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL, volume_controlled
+from dolfingrip.mechanics.path.policy import LIMIT_POINT
 from dolfingrip.sections.numerics import Solver
-
-FIRST, LONGEST = 1e-4, 0.1
-"""First step of the volume, relative to the cavity's, and longest; each is twice the one before."""
-
-MOST = 20
-"""Largest number of steps; together they are about the cavity's volume."""
-
-SHORTER = 4.0
-"""Factor by which a step that fails is shortened."""
-
-FALL = 1e-4
-"""Part of the pressure by which it must fall to have had a maximum."""
 
 
 class LimitPointSearch:
@@ -51,24 +40,24 @@ class LimitPointSearch:
         model = volume_controlled(self._model, self._pressure, self._volume)
         newton, control = Newton(model, self._settings), model.controls[CONTROL]
         highest, start = self._pressure.value, control.value
-        volume, step, last = start, FIRST * start, model.state()
+        volume, step, last = start, LIMIT_POINT.first * start, model.state()
         try:
-            for _ in range(MOST):
+            for _ in range(LIMIT_POINT.most):
                 control.set(volume + step)
                 if not newton.solve().converged:
                     model.restore(last)
-                    step /= SHORTER
-                    if step < FIRST * start:
+                    step /= LIMIT_POINT.shorter
+                    if step < LIMIT_POINT.first * start:
                         return False
                     continue
                 pressure = self._pressure.value
-                if pressure < (1 - FALL) * highest:
+                if pressure < (1 - LIMIT_POINT.fall) * highest:
                     return True
                 if pressure > beyond_kPa:
                     return False
                 highest = max(highest, pressure)
                 volume, last = volume + step, model.state()
-                step = min(2 * step, LONGEST * start)
+                step = min(2 * step, LIMIT_POINT.longest * start)
         finally:
             self._model.restore(good)
         return False

@@ -14,16 +14,8 @@ from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.newton.ending import Ending, Solve
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure, FailureKind
+from dolfingrip.mechanics.path.policy import PathPolicy
 from dolfingrip.mechanics.path.predictor import Guess, Predictor
-
-SOFT = 0.2
-"""Part of the largest stiffness on the path below which a failure is a limit point."""
-
-AWAY = 0.1
-"""Part of the largest stiffness below which a motion past unstable states runs away."""
-
-COMFORTABLE = 8
-"""Newton iterations up to which the next step may be longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,48 +52,44 @@ class LoadPath:
 
     Args:
         newton: solver of the model.
-        longest: longest step of each control that limits the step (``pressure_kPa`` to the
-            solver's ``max_step_kPa`` by default); a control that is absent does not.
+        longest: longest step of each control that limits the step; a control that is absent does
+            not.
         accept: called after each converged step; returns a reason to reject it, or ""; default:
             what the model's terms say.
         passable: called at the last good state with the controls that were not reached; returns
             whether equilibrium goes on there at a falling load.
         observers: called after each converged step, before it is accepted.
-        damped: solve a failed step again with damping, which may jump to another state.
-
-    Attributes:
-        from_equilibrium: a step that starts without a predicted state has its first tangent with
-            the controls of its start.
-        halves_first: a step that fails is halved before it starts again in another way or is
-            damped, but for the last one tried: where inertia follows a motion, short steps are
-            easy ones.
         over: called after each accepted step; where it says so, the path ends there.
+        damped: solve a failed step again with damping, which may jump to another state.
+        policy: the numbers that its decisions rest on.
     """
 
     def __init__(
         self,
         newton: Newton,
-        longest: Mapping[str, float] | None = None,
+        longest: Mapping[str, float],
         accept: Callable[[], str] | None = None,
         passable: Callable[[Mapping[str, float]], bool] = lambda attempted: False,
         observers: Sequence[Observer] = (),
+        over: Callable[[], bool] = lambda: False,
         damped: bool = True,
+        policy: PathPolicy | None = None,
     ) -> None:
         self.newton = newton
         self.model = newton.model
         settings = newton.settings
-        self._longest = longest or {"pressure_kPa": settings.max_step_kPa}
+        self._longest = longest
         self._accept = accept or self.model.rejects
         self._passable = passable
         self.observers = observers
+        self._over = over
         self._damped = damped
-        self.from_equilibrium = self.halves_first = False
-        self.over: Callable[[], bool] = lambda: False
+        self._policy = policy = policy or PathPolicy()
         self._length = 1.0  # of the longest step
         self._stiffest = 0.0
-        self._shortest = settings.min_step_kPa / settings.max_step_kPa
+        self._shortest = settings.shortest_step
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
-        self._predictor = Predictor(self.model, newton.linear)
+        self._predictor = Predictor(self.model, newton.linear, policy)
         self._lost = False  # whether the last damped solve towards this target failed
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
@@ -120,7 +108,7 @@ class LoadPath:
 
         self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
         self._lost = False
-        before = self.newton.iterations
+        before = self.newton.counts.iterations
         done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
             if self._late():
@@ -128,13 +116,13 @@ class LoadPath:
                 return Arrival(iterations, steps, failure)
             length = min(self._length, 1.0) / whole
             # no sliver is left for a last step
-            reach = 1.0 if done + 1.01 * length >= 1.0 else done + length
+            reach = 1.0 if done + (1 + self._policy.sliver) * length >= 1.0 else done + length
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * whole
             guess = self._predictor.guess(ahead)
             last = (reach - done) * whole < 2 * self._shortest
             solve = self._solve(good, at(reach), guess, last=last)
-            iterations = self.newton.iterations - before
+            iterations = self.newton.counts.iterations - before
             rejected = self._accept() if solve.converged else ""
             if solve.converged and not rejected:
                 stiffness = self._stiffness((reach - done) * whole, good)
@@ -146,9 +134,9 @@ class LoadPath:
                 self._place, self._end = ahead, at(reach)
                 self._predictor.keep(ahead)
                 good = self.model.state()
-                if solve.iterations <= COMFORTABLE:
+                if solve.iterations <= self._policy.comfortable:
                     self._length = min(2 * self._length, 1.0)
-                if self.over():
+                if self._over():
                     break
                 continue
             away = solve.unstable and self._runs_away((reach - done) * whole, good)
@@ -185,11 +173,11 @@ class LoadPath:
         damped solve takes many iterations to run away.
         """
         before = None
-        if self.from_equilibrium:
+        if self._policy.from_equilibrium:
             before = {name: good.controls[name] for name in self.model.controls}
-        again = last or not self.halves_first
+        again = last or not self._policy.halves_first
         solve = self.newton.solve(guess, before=before, again=again)
-        gives_up = (self._lost or self.halves_first) and not last
+        gives_up = (self._lost or self._policy.halves_first) and not last
         if solve.converged or not self._damped or gives_up:
             return solve
         self.model.restore(good)
@@ -227,7 +215,7 @@ class LoadPath:
         A motion through a viscous medium that finds no other stable state inverts elements or
         exceeds its iterations.
         """
-        return self._stiffness(length, good) < AWAY * self._stiffest
+        return self._stiffness(length, good) < self._policy.away * self._stiffest
 
     def _is_soft(self, controls: Mapping[str, float], length: float, good: State) -> bool:
         """Whether the stiffness along a small step back is far below the largest on the path.
@@ -240,7 +228,7 @@ class LoadPath:
         converged = self.newton.solve().converged
         stiffness = self._stiffness(length, good)
         self.model.restore(good)
-        return converged and 0 < stiffness < SOFT * self._stiffest
+        return converged and 0 < stiffness < self._policy.soft * self._stiffest
 
 
 def _classify(solve: Solve, rejected: str, soft: bool) -> FailureKind:

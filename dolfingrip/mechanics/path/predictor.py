@@ -10,20 +10,7 @@ import numpy as np
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.state import Guess
 from dolfingrip.mechanics.path import series
-
-MOST, FEWEST = 4, 3
-"""Largest and smallest number of states that the polynomial interpolates (four: a cubic)."""
-
-CLEAR = 0.9
-"""Fraction of the step to a bound that is taken; nearer, the barrier's force would be too large."""
-
-WORTH = 0.3
-"""Smallest fraction of the step to the predicted state that saves iterations."""
-
-AHEAD = (0.25, -0.125, 0.125)
-"""Places at which the Taylor series is sampled, in the unit of the path. Those that are used
-longest come last. They lie near enough for the series to hold, and far enough apart for rounding
-not to matter."""
+from dolfingrip.mechanics.path.policy import PathPolicy
 
 
 class Predictor:
@@ -38,12 +25,17 @@ class Predictor:
     Args:
         model: whose states are kept; where its tangent carries nothing, nothing is predicted.
         tangent: makes K⁻¹ at the model's state, as :func:`series.terms` takes it.
+        policy: of paths.
     """
 
-    def __init__(self, model: Model, tangent: Callable[[], series.Solve]) -> None:
+    def __init__(
+        self, model: Model, tangent: Callable[[], series.Solve], policy: PathPolicy
+    ) -> None:
         self._model = model
         self._tangent = tangent
-        self._kept: deque[tuple[float, Guess]] = deque(maxlen=MOST)
+        self._series = policy.series
+        self._policy = policy.predictor
+        self._kept: deque[tuple[float, Guess]] = deque(maxlen=self._policy.most)
 
     def restart(self, place: float) -> None:
         """Forget all but the present, converged state at ``place`` on the path."""
@@ -62,13 +54,13 @@ class Predictor:
         state = self._model.state()
         if not self._model.carried or state.history:
             return  # where internal variables evolve, half a step ends in another state
-        terms = series.terms(self._model, self._tangent, state.controls, rates)
+        terms = series.terms(self._model, self._tangent, state.controls, rates, self._series)
         here = self._model.unknowns.local()
-        farthest = series.along(here, terms, AHEAD[0])
+        farthest = series.along(here, terms, self._policy.ahead[0])
         if not terms or self._model.admissible_step(farthest - here)[0] < 1.0:
             return
         self._kept.clear()
-        for ahead in (*AHEAD, 0.0):
+        for ahead in (*self._policy.ahead, 0.0):
             self._model.unknowns.set_local(series.along(here, terms, ahead))
             self._model.carried.reset()
             self.keep(place + ahead)
@@ -82,7 +74,7 @@ class Predictor:
 
     def guess(self, place: float) -> Guess | None:
         """The state at ``place``, or as near to it as bounds allow; None if not far."""
-        if len(self._kept) < FEWEST:
+        if len(self._kept) < self._policy.fewest:
             return None
         places = np.array([kept for kept, _ in self._kept])
         weights = lagrange(places, place)
@@ -91,8 +83,8 @@ class Predictor:
         step = np.tensordot(weights, [state.unknowns for state in states], 1) - last.unknowns
         part, _ = self._model.admissible_step(step)
         if part < 1.0:
-            part *= CLEAR
-        if part < WORTH:
+            part *= self._policy.clear
+        if part < self._policy.worth:
             return None
         carried = np.tensordot(weights, [state.carried for state in states], 1)
         return Guess(last.unknowns + part * step, last.carried + part * (carried - last.carried))

@@ -8,17 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
-
-ORDER = 3
-"""Of the series, as of the polynomials that the path is continued by."""
-
-NEAR = 1e-3
-"""Distance of the states that the derivatives are differences of, in the path's unit. Membranes
-are so stiff that at a hundredth the third term is 1.7 times too large; rounding stays below 1e-5
-of the first term."""
-
-FALLING = 0.3
-"""Part of the first term that the last one may be: a series with a larger one is not used."""
+from dolfingrip.mechanics.path.policy import SeriesPolicy
 
 Solve = Callable[[np.ndarray], np.ndarray]
 """K⁻¹ of an array of the equations' residual, both owned values in the order of a vector."""
@@ -29,6 +19,7 @@ def terms(
     tangent: Callable[[], Solve],
     controls: Mapping[str, float],
     rates: Mapping[str, float],
+    policy: SeriesPolicy,
 ) -> list[np.ndarray]:
     """Taylor terms of the states on a straight path through a model's present solution.
 
@@ -42,6 +33,7 @@ def terms(
         tangent: makes K⁻¹ at the model's state; not called where the state does not depend on s.
         controls: there.
         rates: of the controls, for each unit of s.
+        policy: how it is made, and when it is used.
 
     Returns:
         The factors of s, s², … of the unknowns, local arrays; none where the path does not move,
@@ -58,9 +50,9 @@ def terms(
         return equations.array_r.copy()
 
     def difference(order: int) -> np.ndarray:
-        ahead, back = residual(NEAR), residual(-NEAR)
+        ahead, back = residual(policy.near), residual(-policy.near)
         both = ahead - back if order % 2 else ahead + back - 2 * residual(0.0)
-        return both / (2 * NEAR**order)
+        return both / (2 * policy.near**order)
 
     try:
         change = difference(1)
@@ -70,14 +62,14 @@ def terms(
         model.prescribe(controls)
         solve = tangent()
         found.append(model.unknowns.to_local(-solve(change)))
-        for order in range(2, ORDER + 1):
+        for order in range(2, policy.order + 1):
             found.append(model.unknowns.to_local(-solve(difference(order))))
     finally:
         model.unknowns.set_local(start)
         model.prescribe(controls)
         equations.destroy()
     first, last = (_length(model, term) for term in (found[0], found[-1]))
-    return found if last < FALLING * first else []
+    return found if last < policy.falling * first else []
 
 
 def along(start: np.ndarray, terms: Sequence[np.ndarray], s: float) -> np.ndarray:

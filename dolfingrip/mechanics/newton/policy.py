@@ -1,0 +1,178 @@
+"""The numbers that decisions of Newton's method rest on, those of each decision together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class StepPolicy:
+    """How long a step is, and when a solve stops; see :class:`~.globalisation.Globalisation`.
+
+    Attributes:
+        recent: how many of the last residuals are compared with one another.
+        far: a residual that has not fallen to this part of the one before belongs to a tangent that
+            has changed much.
+        stagnant: once the first iterations are over, a residual that has not fallen to this part of
+            the least recent one calls a line search.
+        settled: iterations after which a step that a bound cuts is searched: a new touch must not
+            undo them.
+        hopeless: a residual above this multiple of its early peak ends the solve.
+        early: iterations in which the residual may rise, as the carried stress makes it do.
+        shortest: a step shortened below this fraction makes no progress any more.
+        patience: number of such steps in a row that are allowed.
+        folded: number of steps in a row in which elements would invert; the next one would, too.
+        searched: residuals that a search evaluates beyond the first two.
+        left: part of the work at the start of a step that may be left where a search ends.
+        overshot: part of a first step, as searched, below which what is carried along it linearly
+            means nothing.
+        steep, closer: where the work is so many times that of the start, the search goes on at this
+            part of the way: a membrane's force grows as the cube of its deflection, of which regula
+            falsi hardly takes note.
+    """
+
+    recent: int = 3
+    far: float = 0.5
+    stagnant: float = 0.7
+    settled: int = 2
+    hopeless: float = 3.0
+    early: int = 4
+    shortest: float = 1e-3
+    patience: int = 2
+    folded: int = 5
+    searched: int = 8
+    left: float = 0.3
+    overshot: float = 0.5
+    steep: float = 100.0
+    closer: float = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class LagPolicy:
+    """When terms update lagged quantities; see :class:`~.lagging.LagRules`.
+
+    Attributes:
+        fallen: part of the residual after the last update to which it falls before the next.
+        close: part of its peak below which lagged quantities are kept, unless they lag too far:
+            then Newton's method converges.
+        tolerance: relative lag error above which they are outdated, and a converged state is none.
+        overshot: growth of the residual since the last update in a corrected step, from which on
+            steps are corrected no more: a contact force may then be a hundred times too large. A
+            solve's first step may be as large as it likes.
+        longest: corrected steps of one solve. Where more are needed they go astray, and an update
+            whenever the residual has fallen to half is the safer way.
+        again: how often one solve goes on after it has converged for outdated quantities.
+    """
+
+    fallen: float = 0.5
+    close: float = 1e-3
+    tolerance: float = 0.01
+    overshot: float = 5.0
+    longest: int = 8
+    again: int = 5
+
+
+@dataclass(frozen=True, slots=True)
+class CorrectionPolicy:
+    """How a corrected step is solved for; see :class:`~.lagged_correction.CorrectedStep`.
+
+    Attributes:
+        tolerance: part of the residual that the step's equations may be off by.
+        solves: for a step, beyond the first.
+        falling: part of the one before that an error is to fall to, or the next solve is a careful
+            one.
+    """
+
+    tolerance: float = 1e-4
+    solves: int = 8
+    falling: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class FactorPolicy:
+    """How long factors of one tangent serve the next ones; see :class:`~.factors.Factors`.
+
+    Attributes:
+        rtol: preconditioned residual of an iterative solve, relative to its first: a step as good
+            as an exact one. Thirty times looser leaves errors of 1e-6 in a run's figures, this of
+            1e-13.
+        iterations: of GMRES that cost as much as factorising.
+        worn: iterations after which the next matrix is factorised at once.
+        operator_rtol: as ``rtol``, for an operator that the matrix is a part of: what is left is
+            solved for again.
+        operator_iterations: for such an operator, by factors of an earlier matrix.
+        operator_iterations_at_most: likewise, by the matrix' own factors.
+    """
+
+    rtol: float = 3e-5
+    iterations: int = 8
+    worn: int = 5
+    operator_rtol: float = 1e-2
+    operator_iterations: int = 12
+    operator_iterations_at_most: int = 40
+
+
+@dataclass(frozen=True, slots=True)
+class DampingPolicy:
+    """How much a damped solve is damped; see :class:`~.damping.Damping`.
+
+    Attributes:
+        least: smallest damping above 0, relative to the tangent's diagonal.
+        more: factor on a damping that leaves the tangent indefinite.
+        most: largest number of such factors in a row; the last damping is far stiffer than the
+            body.
+        easy, less: a step of which a larger part is taken has the next ones damped less, by this
+            factor.
+        hard, stronger: a step of which a smaller part is taken has the next ones damped more, by
+            this factor.
+        stuck, far_stronger: likewise, far more.
+        iterations: factor on the iterations that a solve may take.
+    """
+
+    least: float = 1e-7
+    more: float = 8.0
+    most: int = 20
+    easy: float = 0.5
+    less: float = 4.0
+    hard: float = 0.1
+    stronger: float = 4.0
+    stuck: float = 1e-3
+    far_stronger: float = 100.0
+    iterations: int = 3
+
+
+@dataclass(frozen=True, slots=True)
+class WorkspacePolicy:
+    """How much memory beyond MUMPS' estimate a factorisation may have.
+
+    Attributes:
+        first_percent: what a factorisation is repeated with at first.
+        growth: factor for each further repetition.
+        most_percent: the largest; a matrix of zeros needs no more to be refused.
+    """
+
+    first_percent: int = 100
+    growth: int = 4
+    most_percent: int = 400
+
+
+WORKSPACE = WorkspacePolicy()
+
+
+@dataclass(frozen=True, slots=True)
+class NewtonPolicy:
+    """All decisions of one solver.
+
+    Attributes:
+        guess_residual_ratio: a guess is left out whose residual is more than so many times the
+            start's, as in contact, which an extrapolation may press together or take apart.
+    """
+
+    steps: StepPolicy = field(default_factory=StepPolicy)
+    lag: LagPolicy = field(default_factory=LagPolicy)
+    correction: CorrectionPolicy = field(default_factory=CorrectionPolicy)
+    factors: FactorPolicy = field(default_factory=FactorPolicy)
+    damping: DampingPolicy = field(default_factory=DampingPolicy)
+    guess_residual_ratio: float = np.inf

@@ -1,0 +1,93 @@
+"""The numbers that decisions along a load path rest on, those of each decision together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class PredictorPolicy:
+    """From where a load step starts; see :class:`~.predictor.Predictor`.
+
+    Attributes:
+        fewest, most: smallest and largest number of states that the polynomial interpolates (four:
+            a cubic).
+        clear: fraction of the step to a bound that is taken; nearer, the barrier's force would be
+            too large.
+        worth: smallest fraction of the step to the predicted state that saves iterations.
+        ahead: places at which the Taylor series is sampled, in the unit of the path. Those that are
+            used longest come last. They lie near enough for the series to hold, and far enough
+            apart for rounding not to matter.
+    """
+
+    fewest: int = 3
+    most: int = 4
+    clear: float = 0.9
+    worth: float = 0.3
+    ahead: tuple[float, ...] = (0.25, -0.125, 0.125)
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesPolicy:
+    """The Taylor series of a path at its start; see :func:`~.series.terms`.
+
+    Attributes:
+        order: of the series, as of the polynomials that the path is continued by.
+        near: distance of the states that the derivatives are differences of, in the path's unit.
+            Membranes are so stiff that at a hundredth the third term is 1.7 times too large;
+            rounding stays below 1e-5 of the first term.
+        falling: part of the first term that the last one may be: a series with a larger one is not
+            used.
+    """
+
+    order: int = 3
+    near: float = 1e-3
+    falling: float = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class LimitPointPolicy:
+    """The search for a limit point; see :class:`~.limit_point.LimitPointSearch`.
+
+    Attributes:
+        first: first step of the volume, relative to the cavity's; each is twice the one before.
+        longest: longest one.
+        most: largest number of steps; together they are about the cavity's volume.
+        shorter: factor by which a step that fails is shortened.
+        fall: part of the pressure by which it must fall to have had a maximum.
+    """
+
+    first: float = 1e-4
+    longest: float = 0.1
+    most: int = 20
+    shorter: float = 4.0
+    fall: float = 1e-4
+
+
+LIMIT_POINT = LimitPointPolicy()
+
+
+@dataclass(frozen=True, slots=True)
+class PathPolicy:
+    """How a path is divided into steps; see :class:`~.path.LoadPath`.
+
+    Attributes:
+        soft: part of the largest stiffness on the path below which a failure is a limit point.
+        away: part of the largest stiffness below which a motion past unstable states runs away.
+        comfortable: Newton iterations up to which the next step may be longer.
+        sliver: part of a step that is not left for a last one.
+        from_equilibrium: a step that starts without a predicted state has its first tangent with
+            the controls of its start.
+        halves_first: a step that fails is halved before it starts again in another way or is
+            damped, but for the last one tried: where inertia follows a motion, short steps are
+            easy ones.
+    """
+
+    soft: float = 0.2
+    away: float = 0.1
+    comfortable: int = 8
+    sliver: float = 0.01
+    from_equilibrium: bool = False
+    halves_first: bool = False
+    predictor: PredictorPolicy = field(default_factory=PredictorPolicy)
+    series: SeriesPolicy = field(default_factory=SeriesPolicy)
