@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import FORCE
 from dolfingrip.cli.options import ConfigFile, Out, Overrides, check_writable, console, one_process
 from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config
@@ -118,16 +119,17 @@ def _plot(found: Optimum, resolved: Sequence[Resolved], surrogate: Path, out: Pa
     """Plot the front with the surrogate's training designs, if its folder still has them."""
     import numpy as np
 
-    from dolfingrip.design.optimum.pareto import COG, FORCE
+    from dolfingrip.design.optimum.pareto import COG
     from dolfingrip.report.design import FrontPicture, Points, plot_front
 
     cloud = None
     if (surrogate / "designs.csv").is_file():
         with (surrogate / "designs.csv").open(encoding="utf-8", newline="") as stream:
             designs = list(csv.DictReader(stream))
-        cloud = Points(*(np.array([float(row[name]) for row in designs]) for name in (COG, FORCE)))
+        names = (COG, FORCE.name)
+        cloud = Points(*(np.array([float(row[name]) for row in designs]) for name in names))
     computed = [
-        (one.candidate.role, one.computed[COG], one.computed[FORCE])
+        (one.candidate.role, one.computed[COG], one.computed[FORCE.name])
         for one in resolved
         if isinstance(one.computed, dict)
     ]
@@ -138,7 +140,7 @@ def _plot(found: Optimum, resolved: Sequence[Resolved], surrogate: Path, out: Pa
         cloud=cloud,
         failed=int(found.surrogate.facts.get("failed_designs", 0)),
         chosen={
-            one.cog_max_mm: (one.predicted[COG], one.predicted[FORCE])
+            one.cog_max_mm: (one.predicted[COG], one.predicted[FORCE.name])
             for one in found.candidates
             if one.role == "chosen" and one.cog_max_mm is not None
         },

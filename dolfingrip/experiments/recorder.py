@@ -10,7 +10,7 @@ from typing import Any
 
 import tomlkit
 
-from dolfingrip.channels import CHANNELS, WHO, measured, read_of
+from dolfingrip.channels import CHANNELS, TIME, WHO, measured, read_of
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
@@ -136,7 +136,7 @@ class Recorder:
         interrupted = interrupt_behind(error) is not None
         sentence = self._kept() if interrupted else f"{type(error).__name__}: {error}"
         if self._comm.rank == 0:
-            controls = (self._experiment.control.name, "time_s")
+            controls = (self._experiment.control.name, TIME.name)
             failure = {
                 "kind": "interrupted" if interrupted else "error",
                 "last_good": {name: self._last[name] for name in controls if name in self._last},
@@ -149,7 +149,7 @@ class Recorder:
     def _kept(self) -> str:
         """What an interrupted run leaves, and how to go on, in one line."""
         control = self._experiment.control
-        reached = f", up to {self._last[control.name]:g} {control.unit}," if self._last else ""
+        reached = f", up to {self._last[control.name]:g} {control.symbol}," if self._last else ""
         return (
             f"{self._rows} readings{reached} are kept in {self._out}; "
             "the same command starts from the beginning"

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import ANGLE, CONTACT_GAP, FORCE, PRESSURE
 from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.jobs.job import JobFailure
 
@@ -30,11 +31,11 @@ if TYPE_CHECKING:
 
     from dolfingrip.experiments.results.result import Result
 
-QUANTITIES: Final = ("cog_offset_mm", "force_N", "angle_deg")
+QUANTITIES: Final = ("cog_offset_mm", FORCE.name, ANGLE.name)
 """What can be computed: the undeformed centroid's offset, and the blocked force and the free
 tip's angle at the highest pressure."""
 
-EXPERIMENTS: Final = {"force_N": ("blocked_force", "blocked"), "angle_deg": ("bending", "free")}
+EXPERIMENTS: Final = {FORCE.name: ("blocked_force", "blocked"), ANGLE.name: ("bending", "free")}
 """Experiment by the quantity that it yields, and what its columns of the curve begin with."""
 
 MODULE: Final = "dolfingrip.design.campaign.objective"
@@ -115,7 +116,7 @@ def compute(
             raise JobFailure(
                 str(result.failure.kind), result.failure.sentence(), {"curve": outcome.curve}
             )
-        highest = max(result.rows, key=lambda row: row["pressure_kPa"])
+        highest = max(result.rows, key=lambda row: row[PRESSURE.name])
         outcome.outputs[quantity] = highest[quantity]
         if asked is not None:
             row = result.rows.index(highest)
@@ -127,9 +128,9 @@ def compute(
 def _curve(result: Result, quantity: str, prefix: str) -> dict[str, list[float]]:
     """Readings at each pressure that was reached."""
     columns = {
-        f"{prefix}_pressure_kPa": "pressure_kPa",
+        f"{prefix}_{PRESSURE.name}": PRESSURE.name,
         quantity: quantity,
-        f"{prefix}_contact_gap_mm": "contact_gap_mm",
+        f"{prefix}_{CONTACT_GAP.name}": CONTACT_GAP.name,
     }
     return {name: list(map(float, result.column(source))) for name, source in columns.items()}
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.evaluate import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
@@ -18,7 +19,7 @@ SCHEMA = 1
 OBJECTIVE = "dolfingrip.design.campaign.objective:simulate"
 """Import path of what computes a design."""
 
-QUANTITIES = ("cog_offset_mm", "force_N")
+QUANTITIES = ("cog_offset_mm", FORCE.name)
 """The paper's objectives."""
 
 

@@ -11,6 +11,7 @@ from pymoo.core.problem import Problem
 from pymoo.termination import get_termination
 from scipy import optimize
 
+from dolfingrip.channels import FORCE
 from dolfingrip.design.optimum.genetic import Settings, nsga2
 from dolfingrip.design.surrogate.surrogate import Surrogate
 
@@ -19,8 +20,8 @@ Vector = npt.NDArray[np.float64]
 Predict = Callable[[Matrix], Matrix]
 """Designs, shape (n, inputs), to objectives, shape (n, 2): offset to keep low, force to raise."""
 
-COG, FORCE = "cog_offset_mm", "force_N"
-"""The paper's objectives: COG offset of the undeformed finger, kept low; blocked force, raised."""
+COG = "cog_offset_mm"
+"""COG offset of the undeformed finger, which is kept low as the blocked force is raised."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class _Designs(Problem):
         out["F"] = self.predict(x) * (1.0, -1.0)
 
 
-def objectives(surrogate: Surrogate, cog: str = COG, force: str = FORCE) -> Predict:
+def objectives(surrogate: Surrogate, cog: str = COG, force: str = FORCE.name) -> Predict:
     """The two outputs that are traded off against each other, the first kept low.
 
     Raises:

@@ -7,7 +7,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from dolfingrip.design.optimum.pareto import FORCE, Front, Matrix, Vector
+from dolfingrip.channels import FORCE
+from dolfingrip.design.optimum.pareto import Front, Matrix, Vector
 from dolfingrip.design.surrogate.surrogate import Surrogate
 
 Outputs = dict[str, float]
@@ -132,9 +133,9 @@ def errors(resolved: Sequence[Resolved]) -> dict[str, dict[str, float]]:
 
 def improvement(resolved: Sequence[Resolved], one: Resolved) -> float | None:
     """Force over the original's, less 1 (the paper's φ), both by finite elements."""
-    force = computed(one, FORCE)
+    force = computed(one, FORCE.name)
     original = next((each for each in resolved if each.candidate.role == "original"), None)
-    reference = None if original is None else computed(original, FORCE)
+    reference = None if original is None else computed(original, FORCE.name)
     return None if force is None or not reference else force / reference - 1
 
 
