@@ -85,8 +85,8 @@ def load(
             Its mesh file is relative to its folder.
         overrides: ``section.key=value`` strings, applied in order; a mesh file is relative
             to the working folder.
-        defaults: likewise, where a command's defaults differ from the reference finger's; the file
-            and the overrides take precedence.
+        defaults: ``section.key=value`` strings that a command has in place of the reference
+            finger's; the file and the overrides take precedence.
 
     Raises:
         ConfigError: one line naming the key, its value and the allowed range.

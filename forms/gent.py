@@ -42,7 +42,7 @@ def energy(strain: Expr, mu: Expr, inverse_limit: Expr) -> Expr:
 
 
 NEAREST = 1e-6
-"""Of 1 − x in numbers: beyond the chains' limit there is no state, but a fit passes through."""
+"""Smallest 1 − x in numbers: a fit may try values beyond the chains' limit, where no state is."""
 
 
 def in_numbers(first: Jet, mu: float, inverse_limit: float) -> Jet:

@@ -269,3 +269,14 @@ def test_every_key_is_printed_with_its_meaning() -> None:
         assert any(
             re.match(rf"(# )?{name} = .*# {re.escape(info.description)}", line) for line in lines
         ), key
+
+
+def test_a_configuration_is_not_assigned_to() -> None:
+    """One line says how to change one, at any depth."""
+    made = config.load()
+    for section, key in ((made, "finger"), (made.finger, "wall_mm"), (made.material, "mu_MPa")):
+        with pytest.raises(ConfigError) as caught:
+            setattr(section, key, 1.7)
+        said = str(caught.value)
+        assert said.startswith(f"{key} = 1.7: a configuration does not change; allowed: a changed")
+        assert "\n" not in said

@@ -18,7 +18,6 @@ from dolfingrip.channels import FORCE
 from dolfingrip.diagnosis.conclude import Conclusion
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Vector
-from dolfingrip.diagnosis.inference.laplace import to_value
 from dolfingrip.diagnosis.linear import with_linear
 from dolfingrip.diagnosis.model import FreeParameter
 from dolfingrip.diagnosis.problem import Problem
@@ -118,7 +117,7 @@ def start(problem: Problem) -> dict[str, float]:
     for z in np.linspace(-FARTHEST, FARTHEST, 2 * GRID + 1):
         for zeta in np.linspace(-FARTHEST, FARTHEST, 2 * GRID + 1):
             gap_mm = own[GAP].prior.mean + z * own[GAP].prior.spread
-            factor = to_value(problem.scale.prior, float(zeta))
+            factor = problem.scale.prior.at(float(zeta))
             if gap_mm < 0:
                 continue
             moved_kPa = pressure / factor + by_mm * (gap_mm - own[GAP].prior.mean)

@@ -10,7 +10,7 @@ import numpy as np
 from dolfingrip.diagnosis.descent import Descent
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Vector
-from dolfingrip.diagnosis.inference.laplace import to_value, to_values
+from dolfingrip.diagnosis.inference.laplace import to_values
 from dolfingrip.diagnosis.model import EffectModel
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.surface import SecantSurface
@@ -46,7 +46,7 @@ def by_surface(problem: Problem, surface: SecantSurface, base: EffectModel) -> D
 
     def readings(zeta: Vector) -> Vector:
         values = to_values(priors, zeta[:count])
-        factor = 1.0 if base.scale is None else to_value(base.scale.prior, float(zeta[0]))
+        factor = 1.0 if base.scale is None else base.scale.prior.at(float(zeta[0]))
         return problem.take(base.evaluate(values)[0]) + surface.change(zeta[count:], factor)
 
     def leaves(before: Hypothesis, after: Hypothesis) -> float:

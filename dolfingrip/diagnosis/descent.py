@@ -17,7 +17,7 @@ from scipy.optimize import least_squares, lsq_linear
 
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
-from dolfingrip.diagnosis.inference.laplace import MARGIN, slope, to_values, to_zeta, zeta_bounds
+from dolfingrip.diagnosis.inference.laplace import MARGIN, to_values, zeta_bounds
 from dolfingrip.diagnosis.model import FitFailure, FreeParameter
 
 SHIFT = 10.0
@@ -139,7 +139,7 @@ def descend(
     def slopes(shifted: Vector) -> Matrix:
         zeta = shifted - SHIFT
         readings, by_value = evaluate(to_values(priors, zeta))
-        factors = np.array([slope(p, float(z)) for p, z in zip(priors, zeta, strict=True)])
+        factors = np.array([p.slope(float(z)) for p, z in zip(priors, zeta, strict=True)])
         here = Visited(zeta, readings, by_value * factors)
         visited.append(here)
         white = covariance.whiten(np.column_stack([value - readings, here.jacobian]))
@@ -156,7 +156,7 @@ def descend(
             raise _Ended
         return jac
 
-    first = np.array([to_zeta(p, v) for p, v in zip(priors, start, strict=True)])
+    first = np.array([p.zeta(v) for p, v in zip(priors, start, strict=True)])
     with suppress(_Ended):
         least_squares(
             misfit, np.clip(first, low + MARGIN, high - MARGIN) + SHIFT, jac=slopes,

@@ -21,7 +21,7 @@ from dolfingrip.diagnosis.departure import Departure, by_descent, by_surface
 from dolfingrip.diagnosis.descent import Descent, Visited, descend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.laplace import to_values, to_zeta
+from dolfingrip.diagnosis.inference.laplace import to_values
 from dolfingrip.diagnosis.inference.screen import Score
 from dolfingrip.diagnosis.linear import beside_own_modulus, with_linear
 from dolfingrip.diagnosis.model import (
@@ -291,9 +291,7 @@ class Fitter:
             return corrected.to_graded(*rough.evaluate(values), factor)
 
         if close is not None:
-            at = np.array(
-                [to_zeta(p.prior, v) for p, v in zip(model.parameters, start, strict=True)]
-            )
+            at = np.array([p.prior.zeta(v) for p, v in zip(model.parameters, start, strict=True)])
             fit = self._refined(names, model, rough.evaluate, at, close)
             return replace(fit, evaluations=model.count + rough.count)
         found = self._descend(evaluate, model, start, ROUGH, hopeless)

@@ -17,7 +17,7 @@ import numpy as np
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.evidence import INTERVAL
-from dolfingrip.diagnosis.inference.laplace import Estimate, to_value, to_values
+from dolfingrip.diagnosis.inference.laplace import Estimate, to_values
 from dolfingrip.diagnosis.model import EffectModel, FreeParameter
 from dolfingrip.diagnosis.problem import Problem
 
@@ -109,9 +109,9 @@ class Hypothesis:
         """Parameters with 90 % intervals."""
         return [
             Estimate(
-                to_value(p.prior, z),
-                max(to_value(p.prior, z - INTERVAL * s), p.low),
-                min(to_value(p.prior, z + INTERVAL * s), p.high),
+                p.prior.at(z),
+                max(p.prior.at(z - INTERVAL * s), p.low),
+                min(p.prior.at(z + INTERVAL * s), p.high),
                 float(s),
             )
             for p, z, s in zip(self.parameters, self.zeta, self.std(problem), strict=True)

@@ -12,7 +12,6 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.laplace import to_value
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.closed_forms import has_closed_form
 from dolfingrip.diagnosis.simulation.nuisances import WALL, by_log_modulus, modulus_keys
@@ -173,7 +172,7 @@ class EffectModel:
 
     def start(self) -> list[float]:
         """Medians of the priors."""
-        return [to_value(each.prior, 0.0) for each in self.parameters]
+        return [each.prior.at(0.0) for each in self.parameters]
 
     def overrides(self, values: Sequence[float]) -> tuple[str, ...]:
         """The configuration at these values, as with ``--set``; without ``shifts``."""

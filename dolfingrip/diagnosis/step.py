@@ -10,7 +10,7 @@ import numpy as np
 from dolfingrip.diagnosis.descent import Visited, tangent_step
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.laplace import slope, to_values, zeta_bounds
+from dolfingrip.diagnosis.inference.laplace import to_values, zeta_bounds
 from dolfingrip.diagnosis.model import EffectModel
 from dolfingrip.diagnosis.problem import Problem
 
@@ -22,7 +22,7 @@ def visit(problem: Problem, evaluate: Evaluate, model: EffectModel, zeta: Vector
     """The readings that are kept, and their derivatives, at ζ."""
     priors = [p.prior for p in model.parameters]
     readings, slopes = evaluate(to_values(priors, zeta))
-    by_zeta = np.array([slope(prior, float(z)) for prior, z in zip(priors, zeta, strict=True)])
+    by_zeta = np.array([prior.slope(float(z)) for prior, z in zip(priors, zeta, strict=True)])
     return Visited(zeta, problem.take(readings), slopes[problem.kept] * by_zeta)
 
 

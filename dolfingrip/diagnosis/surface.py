@@ -24,7 +24,7 @@ from scipy.optimize import least_squares
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.laplace import MARGIN, to_value, to_values, to_zeta, zeta_bounds
+from dolfingrip.diagnosis.inference.laplace import MARGIN, to_values, zeta_bounds
 from dolfingrip.diagnosis.model import SCALE, FreeParameter
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation.secants import Candidate
@@ -118,7 +118,7 @@ class SecantSurface:
     def _zeta(self, texts: Sequence[str]) -> list[float]:
         told = numbers(texts)
         return [
-            to_zeta(p.prior, min(max(told.get(p.key, p.prior.mean), p.low), p.high))
+            p.prior.zeta(min(max(told.get(p.key, p.prior.mean), p.low), p.high))
             for p in self.parameters
         ]
 
@@ -199,7 +199,7 @@ class SecantSurface:
         )
 
         def change(zeta: Vector) -> Vector:
-            factor = 1.0 if prior is None else to_value(prior, float(zeta[0]))
+            factor = 1.0 if prior is None else prior.at(float(zeta[0]))
             return self.change(zeta[first:], factor)
 
         def misfit(zeta: Vector) -> Vector:

@@ -10,7 +10,24 @@ enough. Tetrahedra lock; on hexahedra Newton's method takes several times as man
 
 
 def notes(config: Config) -> list[str]:
-    """One line for each doubt about the choice of the element."""
+    """One line for each doubt about the finger's regions and about the element."""
+    return [*_unlimited(config), *_element(config)]
+
+
+def _unlimited(config: Config) -> list[str]:
+    """A geometry whose strain-limiting region is of the same material as the rest."""
+    region = config.geometry.limiting
+    if not region or config.mesh.file or region in config.material.own or config.film.all:
+        return []
+    return [
+        f'finger.kind = "{config.finger.kind}": its region {region} is of the same material as the '
+        f"rest, so nothing limits its strain, and the finger may bend the wrong way; give "
+        f"[material.{region}], or a film on it, as [film.NAME]"
+    ]
+
+
+def _element(config: Config) -> list[str]:
+    """A choice of the element that does not suit the material."""
     element = config.solver.element
     if element == "P1":
         return [

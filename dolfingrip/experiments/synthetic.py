@@ -118,10 +118,7 @@ def _values(effect: type[Effect], shear_MPa: float, rng: np.random.Generator) ->
 
 def draw(prior: Prior, rng: np.random.Generator) -> float:
     """A value drawn from a prior, normal or log-normal."""
-    if not prior.positive:
-        return float(rng.normal(prior.mean, prior.spread))
-    variance = math.log1p((prior.spread / prior.mean) ** 2)
-    return float(rng.lognormal(math.log(prior.mean) - variance / 2, math.sqrt(variance)))
+    return prior.at(float(rng.standard_normal()))
 
 
 def measure(

@@ -6,6 +6,7 @@ that they need of a solver.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -47,6 +48,33 @@ class Prior:
     spread: float
     source: str
     positive: bool = False
+
+    @property
+    def _sigma(self) -> float:
+        """Standard deviation of the logarithm of a positive value."""
+        return math.sqrt(math.log1p((self.spread / self.mean) ** 2))
+
+    def at(self, zeta: float) -> float:
+        """Value at a standard normal number ζ."""
+        if not self.positive:
+            return self.mean + self.spread * zeta
+        return self.mean * math.exp(self._sigma * zeta - self._sigma**2 / 2)
+
+    def zeta(self, value: float) -> float:
+        """Standard normal number of a value.
+
+        Raises:
+            ValueError: where the parameter is positive and the value is not.
+        """
+        if not self.positive:
+            return (value - self.mean) / self.spread
+        if value <= 0:
+            raise ValueError(f"value = {value}: allowed: above 0")
+        return (math.log(value / self.mean) + self._sigma**2 / 2) / self._sigma
+
+    def slope(self, zeta: float) -> float:
+        """Derivative of the value by ζ."""
+        return self._sigma * self.at(zeta) if self.positive else self.spread
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, NoReturn
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import PydanticCustomError
+
+from dolfingrip.sections.errors import ConfigError
 
 Vector = Annotated[tuple[float, float, float], Field(strict=False)]
 """Type of a list of numbers: TOML's arrays are lists, and their numbers are checked."""
@@ -21,6 +23,17 @@ class Section(BaseModel):
     entries: ClassVar[type[BaseModel] | None] = None
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        """Refuse a change, in one line.
+
+        Raises:
+            ConfigError: always.
+        """
+        raise ConfigError(
+            f"{name} = {value}: a configuration does not change; allowed: a changed copy, "
+            'config.overridden(["section.key=value"])'
+        )
 
 
 def outside(key: str, value: object, allowed: str) -> PydanticCustomError:

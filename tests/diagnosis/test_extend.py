@@ -12,7 +12,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.extend import extended, parameters
 from dolfingrip.diagnosis.hypothesis import Hypothesis
-from dolfingrip.diagnosis.inference.laplace import Estimate, to_zeta
+from dolfingrip.diagnosis.inference.laplace import Estimate
 from dolfingrip.diagnosis.model import SCALE, EffectModel, FreeParameter, free_parameters
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.strengths import ordinary
@@ -41,7 +41,7 @@ def test_reported_parameters_are_those_of_the_extended_configuration(
     own = free_parameters(name, tried.shapes[0].overrides, config)
     model = Alone(cast(Measurement, None), config, cast(Workers, None), MODULUS, own)
     values: Sequence[float] = [factor, *(1.1 * p.prior.mean for p in own)]
-    zeta = np.array([to_zeta(p.prior, v) for p, v in zip(model.parameters, values, strict=True)])
+    zeta = np.array([p.prior.zeta(v) for p, v in zip(model.parameters, values, strict=True)])
     fit = Hypothesis(
         (name,), tuple(model.parameters), zeta, np.zeros(0), np.zeros((0, len(values))),
         overrides=model.overrides(values),

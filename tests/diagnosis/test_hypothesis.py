@@ -14,7 +14,6 @@ from scipy.stats import multivariate_normal, norm
 from dolfingrip.diagnosis.descent import Visited, descend
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.covariance import Covariance
-from dolfingrip.diagnosis.inference.laplace import to_value, to_zeta
 from dolfingrip.diagnosis.model import FreeParameter
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.extensions.effect import Prior
@@ -74,14 +73,14 @@ def test_a_nonlinear_one_is_near_quadrature() -> None:
     found = at(descend(evaluate, own, y, told.covariance, [0.9], 1e-12, 30).last, own)
 
     def density(zeta: float) -> float:
-        left = y - evaluate([to_value(prior, zeta)])[0]
+        left = y - evaluate([prior.at(zeta)])[0]
         return float(np.exp(told.covariance.log_density(left) - 20) * norm.pdf(zeta))
 
     peak = float(found.zeta[0])
     integral, _ = quad(density, peak - 3, peak + 3, points=[peak], epsrel=1e-9)
     assert found.log_evidence(told) == pytest.approx(np.log(integral) + 20, abs=0.02)
     (estimate,) = found.estimates(told)
-    inside, _ = quad(density, to_zeta(prior, estimate.low), to_zeta(prior, estimate.high))
+    inside, _ = quad(density, prior.zeta(estimate.low), prior.zeta(estimate.high))
     assert inside / integral == pytest.approx(0.9, abs=0.01)
     assert estimate.low < 1.4 < estimate.high
 
@@ -98,9 +97,9 @@ def test_log_normal_numbers_have_the_prior_mean_and_spread() -> None:
     # reference: moments of 200,000 draws
     prior = Prior(0.6, 0.2, "test", positive=True)
     zeta = np.random.default_rng(11).normal(size=200_000)
-    values = np.array([to_value(prior, z) for z in zeta])
+    values = np.array([prior.at(z) for z in zeta])
     assert values.mean() == pytest.approx(0.6, rel=0.005)
     assert values.std() == pytest.approx(0.2, rel=0.02)
-    assert to_zeta(prior, to_value(prior, 0.7)) == pytest.approx(0.7)
+    assert prior.zeta(prior.at(0.7)) == pytest.approx(0.7)
     with pytest.raises(ValueError, match="value = -1"):
-        to_zeta(prior, -1.0)
+        prior.zeta(-1.0)

@@ -57,11 +57,10 @@ def surface() -> tuple[SecantSurface, Sequence[FreeParameter]]:
 
 @pytest.mark.parametrize(("g", "tau_s"), [(0.2, 5.0), (0.35, 9.0), (0.1, 15.0)])
 def test_a_surface_goes_through_and_between_what_was_tried(g: float, tau_s: float) -> None:
-    from dolfingrip.diagnosis.inference.laplace import to_zeta
 
     found, own = surface()
     at = dict(zip((p.key.rpartition(".")[2] for p in own), (p.prior for p in own), strict=True))
-    zeta = np.array([to_zeta(at["g"], g), to_zeta(at["tau_s"], tau_s)])
+    zeta = np.array([at["g"].zeta(g), at["tau_s"].zeta(tau_s)])
     assert [p.key.rpartition(".")[2] for p in own] == ["g", "tau_s"]
     change = found.change(zeta)
     # a parabola in ln τ through three places, of a power law of it

@@ -11,7 +11,6 @@ from experiments import small
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import problem_of
-from dolfingrip.diagnosis.inference.laplace import to_zeta
 from dolfingrip.diagnosis.model import free_parameters
 from dolfingrip.diagnosis.problem import Problem
 from dolfingrip.diagnosis.simulation import modulus, relaxation
@@ -104,7 +103,7 @@ def test_the_surface_is_closer_than_the_law_and_than_secants(
     (candidate,) = problem.base.candidates
     own = free_parameters("prony", candidate.overrides[0], config())
     told = {"g": G, "tau_s": TAU_s}
-    zeta = np.array([to_zeta(p.prior, told[p.key.rpartition(".")[2]]) for p in own])
+    zeta = np.array([p.prior.zeta(told[p.key.rpartition(".")[2]]) for p in own])
     change = problem.take(simulated[SOFTER])
     law = problem.take(
         relaxation.change(problem.measurement, problem.base.simulated,

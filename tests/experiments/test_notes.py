@@ -1,4 +1,4 @@
-"""Doubts about the choice of the element."""
+"""Doubts about regions and about the choice of the element."""
 
 from __future__ import annotations
 
@@ -22,6 +22,10 @@ from dolfingrip.experiments.notes import notes
             ["nu = 0.4999 is nearly incompressible"],
         ),
         (["material.nu=0.499", "solver.element=P2-P1"], []),
+        (["finger.kind=cast"], ["region film is of the same material as the rest"]),
+        (["finger.kind=pneunet"], ["give [material.paper], or a film"]),
+        (["finger.kind=cast", "material.film.mu_MPa=30"], []),
+        (["finger.kind=pneunet", "film.paper.Et_N_per_mm=50"], []),
     ],
 )
 def test_notes(overrides: list[str], said: list[str]) -> None:

@@ -31,7 +31,6 @@ from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.classes import TIED
 from dolfingrip.diagnosis.inference.covariance import Covariance
-from dolfingrip.diagnosis.inference.laplace import slope
 from dolfingrip.diagnosis.inference.verdict import REFUTED
 from dolfingrip.diagnosis.model import FitFailure
 from dolfingrip.diagnosis.problem import AREA, MODULUS, Problem
@@ -229,7 +228,7 @@ def fitted_readings(
     readings, own = model.evaluate([fit.values[i] for i in kept])
     slopes = np.zeros((len(readings), len(fit.parameters)))
     slopes[:, kept] = own
-    by_zeta = [slope(p.prior, float(z)) for p, z in zip(fit.parameters, fit.zeta, strict=True)]
+    by_zeta = [p.prior.slope(float(z)) for p, z in zip(fit.parameters, fit.zeta, strict=True)]
     return readings, slopes * np.array(by_zeta)
 
 

@@ -19,7 +19,6 @@ from dolfingrip.diagnosis.gain.refitted import Refitted
 from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.covariance import Covariance
-from dolfingrip.diagnosis.inference.laplace import to_value, to_zeta
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
 from dolfingrip.diagnosis.problem import Problem
 
@@ -53,13 +52,10 @@ class NuisanceFit:
             return
         (parameter,) = none.parameters
         ends = (none.values[0] / RANGE, none.values[0] * RANGE)
-        low, high = (to_zeta(parameter.prior, min(max(end, parameter.low), parameter.high))
+        low, high = (parameter.prior.zeta(min(max(end, parameter.low), parameter.high))
                      for end in ends)  # fmt: skip
         self._zeta = np.asarray(np.linspace(low, high, PLACES), dtype=float)
-        rows = [
-            problem.take(model.evaluate([to_value(parameter.prior, float(z))])[0])
-            for z in self._zeta
-        ]
+        rows = [problem.take(model.evaluate([parameter.prior.at(float(z))])[0]) for z in self._zeta]
         self._curve = CubicSpline(self._zeta, np.array(rows))
 
     def refitted(self, known: np.ndarray) -> Refitted:

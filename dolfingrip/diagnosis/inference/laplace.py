@@ -34,38 +34,9 @@ class Estimate:
     std_by_prior: float
 
 
-def to_value(prior: Prior, zeta: float) -> float:
-    """A parameter's value from its standard normal number."""
-    if not prior.positive:
-        return prior.mean + prior.spread * zeta
-    variance = math.log1p((prior.spread / prior.mean) ** 2)
-    return prior.mean * math.exp(math.sqrt(variance) * zeta - variance / 2)
-
-
 def to_values(priors: Iterable[Prior], zeta: Iterable[float]) -> list[float]:
     """Values of parameters."""
-    return [to_value(prior, float(z)) for prior, z in zip(priors, zeta, strict=True)]
-
-
-def to_zeta(prior: Prior, value: float) -> float:
-    """The inverse of :func:`to_value`.
-
-    Raises:
-        ValueError: where the parameter is positive and the value is not.
-    """
-    if not prior.positive:
-        return (value - prior.mean) / prior.spread
-    if value <= 0:
-        raise ValueError(f"value = {value}: allowed: above 0")
-    variance = math.log1p((prior.spread / prior.mean) ** 2)
-    return (math.log(value / prior.mean) + variance / 2) / math.sqrt(variance)
-
-
-def slope(prior: Prior, zeta: float) -> float:
-    """Derivative of the value by ζ."""
-    if not prior.positive:
-        return prior.spread
-    return math.sqrt(math.log1p((prior.spread / prior.mean) ** 2)) * to_value(prior, zeta)
+    return [prior.at(float(z)) for prior, z in zip(priors, zeta, strict=True)]
 
 
 def zeta_bounds(
@@ -74,6 +45,6 @@ def zeta_bounds(
     """Bounds of the values as bounds of ζ."""
     low, high = [], []
     for prior, (least, most) in zip(priors, bounds, strict=True):
-        low.append(-math.inf if prior.positive and least <= 0 else to_zeta(prior, least))
-        high.append(to_zeta(prior, most))
+        low.append(-math.inf if prior.positive and least <= 0 else prior.zeta(least))
+        high.append(prior.zeta(most))
     return np.array(low), np.array(high)

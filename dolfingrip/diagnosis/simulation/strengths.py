@@ -89,7 +89,7 @@ def _by_prior(effect: type[Effect], shear_MPa: float) -> TriedEffect:
     middle = {key: _neutral(effect, key) + step for key, step in steps.items()}
     free = [key for key in priors if key not in amplitudes and key not in effect.shapeless]
     held = {
-        key: _middle(priors[key]) if key in free else priors[key].mean
+        key: priors[key].at(0.0) if key in free else priors[key].mean
         for key in priors
         if key not in amplitudes
     }
@@ -98,8 +98,7 @@ def _by_prior(effect: type[Effect], shear_MPa: float) -> TriedEffect:
         if key in effect.alike:
             continue
         shapes += [
-            _shape(effect, {**middle, **held, key: _away(priors[key], way * APART)})
-            for way in (-1, 1)
+            _shape(effect, {**middle, **held, key: priors[key].at(way * APART)}) for way in (-1, 1)
         ]
     if len(amplitudes) > 1:  # each by itself, too
         neutral = {key: _neutral(effect, key) for key in amplitudes}
@@ -107,7 +106,7 @@ def _by_prior(effect: type[Effect], shear_MPa: float) -> TriedEffect:
     if effect.curved:
         (key,) = amplitudes
         for way in (-1, 1):
-            value = _away(priors[key], way * APART)
+            value = priors[key].at(way * APART)
             part = (value - _neutral(effect, key)) / steps[key]
             shapes.append(_shape(effect, {**held, key: value}, part))
     if effect.lopsided:
@@ -160,19 +159,6 @@ def _step(effect: type[Effect], key: str, prior: Prior) -> float:
     """From the neutral value to the ordinary one."""
     step = prior.mean - _neutral(effect, key)
     return step if abs(step) > 1e-9 * prior.spread else prior.spread
-
-
-def _middle(prior: Prior) -> float:
-    """The prior's median."""
-    return _away(prior, 0.0)
-
-
-def _away(prior: Prior, spreads: float) -> float:
-    """So many standard deviations from the prior's median."""
-    if not prior.positive:
-        return prior.mean + spreads * prior.spread
-    variance = math.log1p((prior.spread / prior.mean) ** 2)
-    return prior.mean * math.exp(-variance / 2 + spreads * math.sqrt(variance))
 
 
 def _one_sided(effect: type[Effect], key: str) -> bool:

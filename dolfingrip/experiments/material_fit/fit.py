@@ -50,7 +50,7 @@ class Fit:
 
     @property
     def half_width(self) -> Values:
-        """Of the 90 % intervals of the values."""
+        """Half width of the 90 % interval of each value."""
         return np.asarray(WITHIN * np.sqrt(np.diag(self.covariance)))
 
     @property
@@ -184,7 +184,7 @@ def _covariance(slopes: np.ndarray, values: Values, scale: float) -> np.ndarray:
 
 
 def _correlation(left: np.ndarray, data: Sequence[Series]) -> tuple[float, float]:
-    """Of successive residuals, and the number of independent ones."""
+    """Correlation of successive residuals, and the number of independent residuals."""
     parts = np.split(left, np.cumsum([len(series.stretch) for series in data])[:-1])
     found, effective = [], 0.0
     for part in parts:

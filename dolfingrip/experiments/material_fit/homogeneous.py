@@ -21,7 +21,7 @@ EXPONENTS: Final[dict[Mode, np.ndarray]] = {
 """Principal stretches at constant volume, as powers of the stretch."""
 
 Values = Sequence[float] | np.ndarray
-"""Of a law's parameters, in the order of its keys."""
+"""Values of a law's parameters, in the order of its keys."""
 
 
 class OfStretches:

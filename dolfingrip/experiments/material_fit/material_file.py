@@ -13,7 +13,7 @@ from dolfingrip.experiments.material_fit.coupons import Series
 from dolfingrip.experiments.material_fit.fit import Fit
 
 DIGITS = 6
-"""Of a value; its interval is never that narrow."""
+"""Number of digits of a value, whose interval is never that narrow."""
 
 
 def allowed(fit: Fit) -> bool:

@@ -25,10 +25,10 @@ EXPONENTS: Final = (
     (-1.0, 3.0, 6.0),
     (2.0, 5.0, -3.0),
 )
-"""Of the terms, that a fit starts from; a fit of fewer terms takes the first ones."""
+"""Exponents of the terms that a fit starts from; a fit of fewer terms takes the first ones."""
 
 SHARES: Final = (1.0, 0.05, 0.01)
-"""Of the shear modulus, in the terms at a start."""
+"""Shares of the shear modulus that the terms have at a start."""
 
 
 def check_terms(mu_key: str, mu: Sequence[float], alpha_key: str, alpha: Sequence[float]) -> None:

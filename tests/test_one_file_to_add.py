@@ -1,0 +1,191 @@
+"""One of each kind of thing is added to a copy of the package, which its own commands then run.
+
+The files in ``tests/additions`` are made up. Each is put in its folder and, where that has an index
+by hand, named there in one line; nothing else of the package changes.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+MADE_UP = Path(__file__).parent / "additions"
+
+
+class Addition(NamedTuple):
+    """A file and the line that names it.
+
+    Attributes:
+        file: in ``tests/additions``.
+        folder: of the checkout, that it is put in.
+        index: file there that lists names; "" where files are found by themselves.
+        behind: name in that list which the new one is put behind.
+    """
+
+    file: str
+    folder: str
+    index: str = ""
+    behind: str = ""
+
+
+ADDITIONS = {
+    "a kind of geometry": Addition("block", "dolfingrip/sections/geometry", "index.py", "pneunet"),
+    "a strain energy as base law": Addition(
+        "stiffening", "dolfingrip/sections/laws", "index.py", "ogden"
+    ),
+    "an effect": Addition("force_square", "dolfingrip/extensions"),
+    "a food": Addition("egg", "dolfingrip/foods", "index.py", "cube"),
+    "an experiment": Addition("stretch", "dolfingrip/experiments", "index.py", "grasp"),
+}
+MOST_FILES = 2
+"""Files that an addition may touch: its own, and the index."""
+
+
+def lines(folder: Path) -> dict[Path, list[str]]:
+    """Lines of all files of Python, by the file."""
+    return {
+        file.relative_to(folder): file.read_text(encoding="utf-8").splitlines()
+        for name in ("dolfingrip", "forms", "meshes")
+        for file in (folder / name).rglob("*.py")
+    }
+
+
+def add(addition: Addition, copy: Path) -> None:
+    """Add to a copy of the package."""
+    folder = copy / addition.folder
+    shutil.copy(MADE_UP / f"{addition.file}.py", folder)
+    if addition.index:
+        index = folder / addition.index
+        text = index.read_text(encoding="utf-8")
+        line = f'    "{addition.behind}",\n'
+        assert text.count(line) == 1
+        index.write_text(text.replace(line, f'{line}    "{addition.file}",\n'), encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package with all additions, which takes the place of the checkout's."""
+    folder = tmp_path_factory.mktemp("copy")
+    ignored = shutil.ignore_patterns("__pycache__")
+    for name in ("dolfingrip", "forms", "meshes"):
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in ("forms", "meshes"):  # parts of the package that lie beside it
+        (folder / "dolfingrip" / name).symlink_to(folder / name)
+    for addition in ADDITIONS.values():
+        add(addition, folder)
+    return folder
+
+
+def run(copy: Path, *arguments: str) -> str:
+    """What a command of the copy prints."""
+    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+    ended = subprocess.run(
+        [sys.executable, *arguments], cwd=copy, env=environment, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+def column(folder: Path, name: str) -> list[float]:
+    """Numbers of a run's result."""
+    with (folder / "result.csv").open(encoding="utf-8", newline="") as text:
+        return [float(row[name]) for row in csv.DictReader(text)]
+
+
+@pytest.mark.parametrize("what", ADDITIONS)
+def test_files_to_touch(what: str, tmp_path: Path) -> None:
+    addition = ADDITIONS[what]
+    folder = tmp_path / addition.folder
+    folder.mkdir(parents=True)
+    if addition.index:
+        shutil.copy(ROOT / addition.folder / addition.index, folder)
+    for name in ("dolfingrip", "forms", "meshes"):
+        (tmp_path / name).mkdir(exist_ok=True)
+    before = lines(tmp_path)
+    add(addition, tmp_path)
+    after = lines(tmp_path)
+    touched = [file for file in after if after[file] != before.get(file)]
+    assert len(touched) <= MOST_FILES
+    more = {file: len(after[file]) - len(before[file]) for file in before}
+    assert sum(more.values()) == bool(addition.index)
+    print(f"{what}: {len(touched)} files")
+
+
+def test_the_geometry_is_meshed_and_bends(copy: Path) -> None:
+    chosen = ("--set", "finger.kind=block", "--set", "mesh.size_mm=12",
+              "--set", "mesh.edge_size_mm=12")  # fmt: skip
+    assert "cavity" in run(copy, "-m", "dolfingrip", "mesh", *chosen, "--out", "mesh")
+    pressed = ("--set", "experiment.max_pressure_kPa=10", "--set", "plate.contact_length_mm=5",
+               "--set", "material.mu_MPa=0.1")  # fmt: skip
+    said = run(copy, "-m", "dolfingrip", "bend", *chosen, *pressed, "--out", "bend")
+    assert "Free bending" in said
+    assert abs(column(copy / "bend", "angle_deg")[-1]) > 0.01
+    thicker = ("extensions.wall_offset.offset_mm=0.5",)
+    code = (
+        "from dolfingrip.config import load\n"
+        "from dolfingrip.parameter import every\n"
+        f"config = load(None, ['finger.kind=block', {thicker[0]!r}])\n"
+        "print(config.adapted().geometry.wall_mm, [p.key for p in every(config)])"
+    )
+    told = run(copy, "-c", code)
+    assert told.startswith("4.5 ")
+    assert "block.floor_mm" in told
+
+
+def test_the_law_pulls_and_is_fitted(copy: Path) -> None:
+    pull = ("--set", "coupon.max_strain=0.5", "--set", "coupon.step_strain=0.5",
+            "--set", "material.bulk_MPa=1000", "--set", "material.law=stiffening")  # fmt: skip
+    run(copy, "-m", "dolfingrip", "coupon", *pull, "--out", "coupon")
+    stretch = 1.5
+    i = stretch**2 + 2 / stretch - 3
+    expected = (stretch - stretch**-2) * (1 + 2 * 0.1 * i)
+    assert column(copy / "coupon", "nominal_stress_MPa")[-1] == pytest.approx(expected, rel=1e-3)
+    readings = ROOT / "examples" / "coupons" / "ecoflex30_uniaxial.csv"
+    said = run(copy, "-m", "dolfingrip", "coupon", "--fit", str(readings), "--law", "stiffening",
+               "--max-stretch", "2.5", "--out", "fit")  # fmt: skip
+    assert "Stiffening" in said
+    assert 'law = "stiffening"' in (copy / "fit" / "material.toml").read_text(encoding="utf-8")
+
+
+def test_the_effect_is_displayed_and_tried(copy: Path) -> None:
+    pull = ("--set", "coupon.max_strain=0.1", "--set", "coupon.step_strain=0.1")
+    run(copy, "-m", "dolfingrip", "coupon", *pull, "--out", "plain")
+    run(copy, "-m", "dolfingrip", "coupon", *pull, "--set",
+        "extensions.force_square.square_per_N=0.1", "--out", "square")  # fmt: skip
+    plain, shown = (column(copy / name, "force_N")[-1] for name in ("plain", "square"))
+    assert shown == pytest.approx(plain + 0.1 * plain**2, rel=1e-5)
+    assert "force_square" in run(copy, "-m", "dolfingrip", "extensions")
+    code = (
+        "from dolfingrip.config import Config\n"
+        "from dolfingrip.diagnosis.simulation.strengths import ordinary\n"
+        "print([len(e.shapes) for e in ordinary(Config()) if e.effect == 'force_square'])"
+    )
+    assert run(copy, "-c", code) == "[3]\n"
+
+
+def test_the_food_lies_on_the_table(copy: Path) -> None:
+    said = run(copy, "-m", "dolfingrip", "config", "--set", "food.kind=egg")
+    assert 'kind = "egg"' in said
+    code = (
+        "from dolfingrip.config import load\n"
+        "from dolfingrip.experiments.rigs.grasped import grasped\n"
+        "print(1e3 * grasped(load(None, ['food.kind=egg']).food).body.mass_kg)"
+    )
+    mass_g = 3.1416 / 6 * 56 * 44 * 44 * 1030e-6
+    assert float(run(copy, "-c", code)) == pytest.approx(mass_g, rel=0.03)
+
+
+def test_the_experiment_has_a_command(copy: Path) -> None:
+    assert "Pull the material by a tenth" in run(copy, "-m", "dolfingrip", "--help")
+    said = run(copy, "-m", "dolfingrip", "stretch", "--rate", "1", "--out", "stretch")
+    assert "A tenth" in said
+    assert len(column(copy / "stretch", "force_N")) == 2
