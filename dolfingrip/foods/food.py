@@ -13,7 +13,7 @@ from dolfingrip.sections.section import Section, outside
 if TYPE_CHECKING:  # the kinds and their keys are known as it runs only
 
     class FoodKeys(Section):
-        kind: str
+        kind: str = ""
 else:
     FoodKeys = create_model(
         "FoodKeys",

@@ -13,7 +13,7 @@ from dolfingrip.sections.section import Section, outside
 if TYPE_CHECKING:  # the laws and their keys are known as it runs only
 
     class LawKeys(Section):
-        law: str
+        law: str = ""
 else:
     names = tuple(sorted(LAWS))
     LawKeys = create_model(

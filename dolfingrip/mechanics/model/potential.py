@@ -90,7 +90,9 @@ class Potential(Term):
         self.global_unknowns = tuple(global_unknowns)
         self.sheets = tuple(sheets)
         self.singular_at_rest = bool(sheets)  # flat ones resist deflection only once deflected
-        self.carried = _carried(fields, solids, apart, degree) if carried else None
+        self.carried: CarriedStress | None = (
+            _carried(fields, solids, apart, degree) if carried else None
+        )
         stresses = [part.stress for part in parts]
         if self.carried is not None:
             stresses = [self.carried.stress] * len(solids) + self.carried.on_sheets
