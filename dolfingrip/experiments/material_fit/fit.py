@@ -166,7 +166,7 @@ def _solved(
     return least_squares(
         residuals,
         start,
-        bounds=law.fittable.bounds([float(each) for each in start]),
+        bounds=law.fittable.bounds(start.tolist()),
         x_scale=size,
         xtol=1e-12,
         ftol=1e-12,
