@@ -23,12 +23,12 @@ class Series:
     """One specimen in one mode of tension.
 
     Attributes:
-        name: of its file and specimen.
-        mode: of tension.
-        stretch: (n,).
-        stress_MPa: (n,), nominal.
-        noise_MPa: standard deviation of a reading's stress, that of its displacement included; None
-            where the file tells none.
+        name: name of its file and specimen.
+        mode: mode of tension.
+        stretch: (n,) stretches.
+        stress_MPa: (n,) nominal stresses.
+        noise_MPa: standard deviation of a reading's stress, with the contribution of the
+            displacement's noise; None if the file does not tell any.
     """
 
     name: str
@@ -39,15 +39,15 @@ class Series:
 
 
 def read(file: Path, max_stretch: float | None = None) -> list[Series]:
-    """The specimens of a table in the measured-data format.
+    """The specimens of a table in the format of measured data.
 
     The TOML file of the same stem gives ``gauge_length_mm`` and ``area_mm2`` (or ``width_mm`` and
     ``thickness_mm``), at its top or in ``[coupon]``; ``mode`` stands there or is a column of the
-    table. Readings of the first loading are taken.
+    table. Only readings of the first loading are used.
 
     Args:
-        file: CSV.
-        max_stretch: leaves out what is stretched more.
+        file: CSV file.
+        max_stretch: readings at larger stretches are left out.
 
     Raises:
         ConfigError: one line naming the file, what is wrong and what is allowed.

@@ -1,4 +1,4 @@
-"""What coupons do not fix of a law, in sentences, and which experiment would."""
+"""Sentences on what coupons do not determine of a law, and on experiments that would do so."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from dolfingrip.experiments.material_fit.fit import (
 from dolfingrip.experiments.material_fit.homogeneous import stable_to
 
 LOOSE = 0.2
-"""Half width of a prediction, as a part of it, beyond which it is not fixed."""
+"""A prediction is not determined if its half width is a larger part of it than this."""
 
 MIDDLE = 1.5
-"""Stretch at which other modes are predicted, where the coupons go as far."""
+"""Stretch at which other modes are predicted, if the coupons go so far."""
 
 
 def doubts(fit: Fit, data: Sequence[Series]) -> list[str]:
@@ -46,7 +46,7 @@ def _values(fit: Fit) -> list[str]:
 
 
 def _combination(fit: Fit) -> list[str]:
-    """The direction in which the values may change most, as parts of themselves."""
+    """The direction of the largest relative change of the values that the data allow."""
     if len(fit.values) == 1:
         return []
     size = np.maximum(np.abs(fit.values), 1e-12 * np.abs(fit.values).max())
@@ -83,7 +83,7 @@ def _modes(fit: Fit, data: Sequence[Series]) -> list[str]:
 
 
 def _ratio(fit: Fit, data: Sequence[Series]) -> list[str]:
-    """C01/C10 that fit equally with the other factors refitted, in a law linear in them."""
+    """A sentence on ratios C01/C10 that fit equally well, the other factors being refitted."""
     keys = [key.rpartition(".")[2] for key in fit.law.keys]
     if not {"C10_MPa", "C01_MPa"} <= set(keys) or len(keys) < 3:
         return []
@@ -101,7 +101,8 @@ def _ratio(fit: Fit, data: Sequence[Series]) -> list[str]:
 def apart(fits: Sequence[Fit], data: Sequence[Series]) -> list[str]:
     """Sentences on modes of tension in which laws that fit equally well predict different stresses.
 
-    Equally well is a misfit of less than one tolerance a reading, or of twice the least.
+    Laws fit equally well if their misfit is below one tolerance for each reading, or below twice
+    the smallest misfit.
     """
     measured = {series.mode for series in data}
     least = min(each.misfit for each in fits)
@@ -127,9 +128,9 @@ def accepted(
     """Smallest and largest of ``ratios`` C01/C10 whose misfit is within a 90 % interval.
 
     Args:
-        fit: of a law that is linear in its values, C10 and C01 among them.
-        data: that it was fitted to.
-        ratios: those tried.
+        fit: fit of a law that is linear in its values; C10 and C01 are among them.
+        data: data that it was fitted to.
+        ratios: ratios that are tried.
     """
     keys = [key.rpartition(".")[2] for key in fit.law.keys]
     tolerance = tolerances_MPa(data)

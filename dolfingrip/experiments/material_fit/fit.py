@@ -13,7 +13,7 @@ from dolfingrip.experiments.material_fit.homogeneous import Mode, stress
 from dolfingrip.experiments.material_fit.law import LAWS, Law
 
 WITHIN = 1.645
-"""Standard deviations of a 90 % interval, normal."""
+"""Half width of a 90 % interval of a normal distribution, in standard deviations."""
 
 TOLERANCE = 0.02
 """Accuracy that is asked of a law, as a part of a reading's stress. It is added to the noise, so
@@ -24,18 +24,19 @@ Values = np.ndarray
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """A law's values that fit best.
+    """The values of a law that fit best.
 
     Attributes:
-        law: which.
-        values: of its parameters.
-        covariance: of the values; residuals that follow one another count as fewer.
+        law: the law.
+        values: values of its parameters.
+        covariance: covariance of the values; correlated residuals count as fewer readings.
         rms_MPa: root mean square of the residuals.
-        relative_rms: that of residuals by readings, of readings above a tenth of the largest.
-        misfit: sum of squares of residuals by their tolerance.
-        correlation: of successive residuals, mean over the specimens.
+        relative_rms: root mean square of the residuals relative to the readings, for readings above
+            a tenth of the largest.
+        misfit: sum of squares of the residuals relative to their tolerances.
+        correlation: correlation of successive residuals, the mean over the specimens.
         count: number of readings.
-        effective: number of independent ones.
+        effective: number of independent readings.
     """
 
     law: Law
@@ -55,7 +56,7 @@ class Fit:
 
     @property
     def criterion(self) -> float:
-        """Bayes' (Schwarz), χ² + k ln n; the least is the best."""
+        """Bayesian information criterion (Schwarz), χ² + k ln n; the smallest is the best."""
         return self.misfit + len(self.values) * float(np.log(self.count))
 
     def band(self, mode: Mode, stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -67,14 +68,14 @@ class Fit:
 
 
 def fit(law: Law, data: Sequence[Series]) -> Fit:
-    """The best of several starts.
+    """Fit a law from several starts and return the best fit.
 
-    A law that misses the curve has residuals that follow one another; with a correlation ρ of
-    successive ones n readings tell as much as n (1 − ρ)/(1 + ρ) independent ones.
+    If a law misses the curve, successive residuals are correlated. With a correlation ρ, n readings
+    tell as much as n (1 − ρ)/(1 + ρ) independent ones.
 
     Args:
-        law: which.
-        data: more readings than the law has parameters.
+        law: law to fit.
+        data: series with more readings than the law has parameters.
     """
     measured, tolerance = measured_MPa(data), tolerances_MPa(data)
 
@@ -123,25 +124,25 @@ def measured_MPa(data: Sequence[Series]) -> np.ndarray:
 
 
 def predicted_MPa(law: Law, data: Sequence[Series], values: Values) -> np.ndarray:
-    """The law's at the same stretches."""
+    """Nominal stresses of the law at the stretches of the data."""
     return np.concatenate([stress(law, each.mode, each.stretch, values) for each in data])
 
 
 def tolerances_MPa(data: Sequence[Series]) -> np.ndarray:
-    """By which residuals are weighed: noise and a part of the reading."""
+    """Tolerances (MPa) that residuals are divided by: noise, and a part of the reading."""
     measured = measured_MPa(data)
     least = 0.1 * TOLERANCE * float(np.abs(measured).max())
     return np.hypot(np.maximum(_noise_MPa(data), least), TOLERANCE * measured)
 
 
 def residual_variance(misfit: float, free: int, effective: float, data: Sequence[Series]) -> float:
-    """Variance of residuals by their tolerance: what is left, and the noise at least.
+    """Variance of the residuals relative to their tolerances; it is at least that of the noise.
 
     Args:
         misfit: sum of their squares.
         free: number of values that were fitted.
         effective: number of independent readings.
-        data: that they are of.
+        data: data that they are residuals of.
     """
     tolerance = tolerances_MPa(data)
     spare = max(effective - free, 1.0)
@@ -176,7 +177,7 @@ def _solved(
 
 
 def _covariance(slopes: np.ndarray, values: Values, scale: float) -> np.ndarray:
-    """Inverse of the information; a direction without any is very wide, not infinite."""
+    """Inverse of the information; a direction without information is very wide, not infinite."""
     size = np.maximum(np.abs(values), 1e-6 * scale)
     _, singular, ways = np.linalg.svd(slopes * size, full_matrices=False)
     singular = np.maximum(singular, 1e-9 * singular.max())

@@ -1,4 +1,4 @@
-"""Even deformation of a law: stress in three modes of tension, limit points, stability."""
+"""Laws under homogeneous deformation: stress in three modes of tension, limit points, stability."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class OfStretches:
     """Invariants of isochoric stretches, with derivatives by the logarithms of the first two.
 
     Args:
-        logarithms: of the principal stretches, whose sum is 0, (3, n).
+        logarithms: (3, n) logarithms of the principal stretches, whose sum is 0.
     """
 
     def __init__(self, logarithms: np.ndarray) -> None:
@@ -45,7 +45,7 @@ class OfStretches:
         return self.power_sum(-2.0)
 
     def power_sum(self, exponent: float) -> Jet:
-        """Sum of the principal stretches to this power, less 3."""
+        """Sum of the principal stretches to a power, less 3."""
         a, b, c = np.exp(exponent * self._logarithms)
         square = exponent**2
         return Jet(
@@ -59,7 +59,7 @@ class OfStretches:
 
 
 WIDEST = 3.0
-"""Largest logarithm of a lateral stretch that is sought."""
+"""Largest logarithm of a lateral stretch in the search."""
 
 
 def stress(
@@ -76,11 +76,11 @@ def stress(
     the root of their stress; K/2 (ln J)² is then added to ψ, the energy of the isochoric stretches.
 
     Args:
-        law: which.
-        mode: of tension; in planar tension direction 2 is held.
-        stretch: (n,), above 0.
-        values: of the law's parameters.
-        bulk_MPa: bulk modulus K; incompressible where None.
+        law: the law.
+        mode: mode of tension; in planar tension direction 2 is held.
+        stretch: (n,) stretches, above 0.
+        values: values of the law's parameters.
+        bulk_MPa: bulk modulus K; None: the law is incompressible.
     """
     stretch, numbers = np.asarray(stretch, dtype=float), np.asarray(values, dtype=float)
     if bulk_MPa is None:
@@ -110,16 +110,16 @@ def _compressible(
 
 
 def balloon(law: Law, stretch: np.ndarray, values: Values) -> np.ndarray:
-    """Pressure in a thin spherical balloon, by twice its wall by its radius at rest (MPa): P/λ²."""
+    """Pressure (MPa) in a thin spherical balloon, over 2 · wall / radius at rest: P/λ²."""
     return stress(law, "equibiaxial", stretch, values) / np.asarray(stretch) ** 2
 
 
 def limit_points(law: Law, values: Values, highest: float = 8.0) -> list[tuple[float, bool]]:
-    """Stretches at which a balloon's pressure is greatest or least, and whether greatest.
+    """Stretches at which a balloon's pressure has a maximum or minimum, and whether a maximum.
 
     Args:
-        law: which.
-        values: of its parameters.
+        law: the law.
+        values: values of its parameters.
         highest: stretch up to which they are sought.
     """
     stretch = np.exp(np.linspace(np.log(1.005), np.log(highest), 400))
@@ -146,13 +146,13 @@ def limit_points(law: Law, values: Values, highest: float = 8.0) -> list[tuple[f
 def stable_to(law: Law, mode: Mode, values: Values, highest: float = 8.0) -> tuple[float, float]:
     """Stretches between which the law is stable by Drucker's criterion, dτ : dε > 0.
 
-    At constant volume it is that the Hessian of ψ by the logarithmic strains is positive definite.
+    At constant volume the Hessian of ψ by the logarithmic strains must be positive definite.
 
     Args:
-        law: which.
-        mode: along whose deformation.
-        values: of its parameters.
-        highest: stretch up to which, and whose inverse down to which, it is sought.
+        law: the law.
+        mode: mode of tension along which the law is deformed.
+        values: values of its parameters.
+        highest: largest stretch of the search; the smallest one is its inverse.
     """
     grid = np.linspace(0, np.log(highest), 300)
 

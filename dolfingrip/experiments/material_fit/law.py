@@ -1,6 +1,6 @@
 """The laws that are fitted to coupons: those of the base material, and neo-Hooke's with an effect.
 
-Each energy is said in its own file; here it is a function of numbers.
+Each energy stands in a file of its own; here it is a function of numbers.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Law:
 
     @property
     def title(self) -> str:
-        """In tables."""
+        """Name in tables."""
         return self.fittable.title
 
     def energy(self, values: Sequence[float] | np.ndarray, invariants: Invariants) -> Jet:
@@ -57,7 +57,7 @@ class Law:
         return found + self.effect.in_numbers(own, c["mu_MPa"], invariants)
 
     def tables(self, values: Sequence[float] | np.ndarray) -> dict[str, Any]:
-        """Tables of the configuration, by name."""
+        """Tables of the configuration with these values, by name."""
         found: dict[str, Any] = {"material": {"law": self.material.law()}}
         for key, value in zip(self.keys, values, strict=True):
             path, _, place = key.partition("[")
@@ -77,7 +77,7 @@ def _of_material(law: type[MaterialLaw], fittable: Fittable) -> Law:
 
 
 def _of_effect(effect: type[Effect], fittable: Fittable) -> Law:
-    """An effect's parameters behind neo-Hooke's modulus."""
+    """Neo-Hooke's modulus, followed by an effect's parameters."""
     (base,) = NeoHooke.fits
     own = tuple(f"extensions.{effect.name()}.{key}" for key in fittable.keys)
     keys = (*(f"material.{key}" for key in base.keys), *own)

@@ -17,7 +17,7 @@ DIGITS = 6
 
 
 def allowed(fit: Fit) -> bool:
-    """Whether a configuration may hold the values: an initial shear modulus above 0, for one."""
+    """Whether a configuration may hold the values; it requires an initial shear modulus above 0."""
     try:
         config.from_dict(fit.law.tables(fit.values))
     except ConfigError:
@@ -26,7 +26,7 @@ def allowed(fit: Fit) -> bool:
 
 
 def write(fit: Fit, data: Sequence[Series], file: Path) -> None:
-    """Write the tables of the fitted law, with what they were fitted to as comments."""
+    """Write the tables of the fitted law; comments tell the data that it was fitted to."""
     document = tomlkit.document()
     names = ", ".join(dict.fromkeys(series.name.partition(" ")[0] for series in data))
     modes = ", ".join(dict.fromkeys(series.mode for series in data))

@@ -23,13 +23,13 @@ from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.readings.reaction import Reaction
 
 CLAMPED_CELLS = 2
-"""Elements across the thinner side of a bar that is held fast."""
+"""Elements across the thinner side of a bar whose ends are held fast."""
 
 
 class Crosshead(Memory):
     """Moves one end of the bar: a control, and a memory of its position.
 
-    A move stretches the whole bar evenly, which is the solution where its ends are free to narrow.
+    A move stretches the whole bar evenly. This is the solution if its ends are free to narrow.
     """
 
     def __init__(self, u: fem.Function, length_mm: float) -> None:
@@ -48,11 +48,11 @@ class Crosshead(Memory):
         self._value = value
 
     def values(self) -> dict[str, np.ndarray]:
-        """Where it stands."""
+        """Its present position."""
         return {"crosshead_mm": np.array([self._value])}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Take note of where it stands in a restored displacement."""
+        """Read its position from a restored displacement."""
         self._value = float(values["crosshead_mm"][0])
 
 
@@ -61,9 +61,9 @@ class CouponModel:
     """A bar along z, at rest from 0 to its gauge length.
 
     Attributes:
-        config: as built.
-        model: what is solved.
-        history: its internal variables.
+        config: configuration that it was built from.
+        model: model that is solved.
+        history: internal variables of the model.
         moved: owned displacement nodes of the end that moves.
         parameters: constants of the potential by name.
     """
@@ -80,9 +80,9 @@ class CouponModel:
 
 
 def build(config: Config, comm: MPI.Comm = MPI.COMM_WORLD) -> CouponModel:
-    """Model of the bar.
+    """The model of a bar.
 
-    With sliding grips the stretch is uniform and the stress uniaxial, so that any number of
+    With sliding grips the stretch is uniform and the stress is uniaxial, so any number of
     linear elements is exact.
     """
     config = config.adapted()

@@ -1,4 +1,4 @@
-"""The base material's energy, by the law that the configuration chooses."""
+"""The base material's energy, for the law that the configuration chooses."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class BaseMaterial:
     """Constants of the base material's energy on a mesh.
 
     Attributes:
-        material: as configured.
+        material: material of the configuration.
         mu, lmbda: moduli at small strain (MPa).
-        constants: all of them by name, that sensitivities are taken to.
-        table: of the configuration, which these names begin with.
+        constants: all constants by name; readings can be derived by them.
+        table: table of the configuration; these names begin with it.
     """
 
     material: Material
@@ -45,19 +45,19 @@ class BaseMaterial:
         return cls(material, made[f"{table}.mu_MPa"], made[f"{table}.lmbda_MPa"], made, table)
 
     def energy(self, strain: Expr, p: fem.Function | None = None) -> Expr:
-        """Energy per reference volume (mJ/mm³), mixed where there is a pressure field p."""
+        """Energy per reference volume (mJ/mm³); mixed if there is a pressure field p."""
         if p is None:
             return self.of_shape(strain) + self.of_volume(strain)
         return self.of_shape(strain) + mixed_bulk_modulus.energy(strain, p, self._volumetric)
 
     def of_shape(self, strain: Expr) -> Expr:
-        """That part of the energy that is not :meth:`of_volume`."""
+        """The part of the energy without :meth:`of_volume`."""
         law = self._law
         own = {key: self.constants[f"{self.table}.{key}"] for key in law.constants()}
         return law.of_shape(strain, own)
 
     def of_volume(self, strain: Expr) -> Expr:
-        """The part that a change of volume alone decides, stiff where ν is near 0.5."""
+        """The part that depends on the change of volume alone; it is stiff if ν is near 0.5."""
         return bulk_modulus.energy(strain, self._volumetric)
 
     @property

@@ -1,4 +1,4 @@
-"""Distances between neighbouring bellows, and the reading of the smallest."""
+"""Distances between neighbouring bellows, and the reading of the smallest one."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class BellowsGaps:
         return mesh, vertices
 
     def all_mm(self) -> dict[str, float]:
-        """Distance by pair of neighbours (mm); infinite beyond 1.25 times the gap at rest."""
+        """Distance of each pair of neighbours (mm); infinite beyond 1.25 times the gap at rest."""
         if self._surface is None:
             return {}
         dofs = self._model.u.x.array
@@ -72,10 +72,10 @@ class BellowsGaps:
 
 
 class ContactGap(Reading):
-    """Smallest distance between neighbouring bellows (mm); NaN where none is known or near.
+    """Smallest distance between neighbouring bellows (mm); NaN if none is known or near.
 
     Attributes:
-        gaps_mm: distance by pair of neighbours at the last reading.
+        gaps_mm: distance of each pair of neighbours at the last reading.
     """
 
     differentiable = False

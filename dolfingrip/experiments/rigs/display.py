@@ -1,4 +1,4 @@
-"""What the instruments display of true readings."""
+"""The values that instruments display, from true readings."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dolfingrip.config import Config
 
 
 def displayed(config: Config, true: Mapping[str, float]) -> dict[str, float]:
-    """A row of readings as the instruments' extensions distort it, one after the other."""
+    """A row of readings that the instruments' extensions distort one after the other."""
     row = dict(true)
     for effect in config.extensions.active("reading"):
         row |= effect.reading(row)

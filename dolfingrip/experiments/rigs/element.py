@@ -8,10 +8,10 @@ from dolfingrip.mechanics.model.element import CELL
 
 
 def element_name(config: Config, domain: Domain) -> str:
-    """Name of the displacement element; where the configuration names none, the cells decide.
+    """Name of the displacement element; the cells decide it if the configuration does not.
 
     Raises:
-        ConfigError: the element does not fit the mesh's cells, or an effect has no mixed form.
+        ConfigError: if the element does not fit the mesh's cells, or an effect has no mixed form.
     """
     cell = domain.mesh.ufl_cell().cellname()
     if config.solver.element is None:

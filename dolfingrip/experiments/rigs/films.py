@@ -31,7 +31,7 @@ def film_value(config: Config, name: str, key: str) -> np.ndarray:
 def _constants(
     config: Config, name: str, mesh: dolfinx.mesh.Mesh, known: dict[str, fem.Constant]
 ) -> Callable[[str], fem.Constant]:
-    """Makes the constants of a film, once each."""
+    """Makes each constant of a film once."""
 
     def constant(key: str) -> fem.Constant:
         full = f"film.{name}.{key}"
@@ -49,7 +49,7 @@ def layer_energy(
     mesh: dolfinx.mesh.Mesh,
     known: dict[str, fem.Constant],
 ) -> StrainEnergy:
-    """Strain energy of a region of elements that a film is: its stiffness by its thickness."""
+    """Strain energy of a film of elements, whose modulus is its stiffness by its thickness."""
     constant = _constants(config, name, mesh, known)
     thickness = constant("thickness_mm")
 
@@ -63,7 +63,7 @@ def layer_energy(
 
 
 def sheets(config: Config, mesh: dolfinx.mesh.Mesh, known: dict[str, fem.Constant]) -> list[Sheet]:
-    """All membranes, their constants added to ``known``."""
+    """The energies of all membranes; their constants are added to ``known``."""
     found = []
     for name, film in config.film.membranes.items():
         constant = _constants(config, name, mesh, known)
@@ -88,7 +88,7 @@ def _membrane_energy(
 def _families(
     film: Film, strain: Expr, normal: Expr, constant: Callable[[str], fem.Constant]
 ) -> list[Expr]:
-    """Energy per area of each family of fibres."""
+    """Energy per reference area of each family of fibres."""
     found = []
     for i in range(len(film.fibre_deg)):
         angle = constant("fibre_deg")[i] * (ufl.pi / 180)

@@ -42,15 +42,15 @@ Loads = Callable[[Site], Sequence[ufl.Form]]
 
 @dataclass(slots=True)
 class FingerModel:
-    """A pressurised finger, with the plate where one faces it.
+    """A pressurised finger, free or with the plate that faces it.
 
     Attributes:
-        config: as built, extensions of geometry and set-up applied.
-        site: its fields, constants and contacts.
-        model: what is solved.
-        by_pressure: the model under pressure control; ``model`` itself, unless the control is the
-            volume.
-        rest: state that readings count from, at first the undeformed one.
+        config: configuration that it was built from, after extensions of geometry and set-up.
+        site: fields, constants and contacts of the model.
+        model: model that is solved.
+        by_pressure: the model under pressure control; it is ``model`` itself, unless the control is
+            the volume.
+        rest: state that readings count from; it starts as the undeformed state.
     """
 
     config: Config
@@ -61,22 +61,22 @@ class FingerModel:
 
     @property
     def plate(self) -> RigidPlate | None:
-        """Plate of the force sensor, where one faces the finger."""
+        """Plate of the force sensor; None if none faces the finger."""
         return self.site.plate
 
     @property
     def contact(self) -> BarrierContact | None:
-        """Contact of the skin with itself, where there is any."""
+        """Contact of the skin with itself; None if there is none."""
         return self.site.contact
 
     @property
     def parameters(self) -> dict[str, fem.Constant]:
-        """Constants of the potential by name, that sensitivities are taken to."""
+        """Constants of the potential by name; readings can be derived by them."""
         return self.site.parameters
 
     @property
     def cavity(self) -> Control:
-        """The cavity's pressure, which is the regulator's where no extension stands between."""
+        """The cavity's pressure, which is the regulator's unless an extension is in between."""
         return Control(self.site.pressure, KPA)
 
     @property
@@ -88,10 +88,10 @@ class FingerModel:
         return cavity_pressure.volume_density(site.u, site.domain.mesh) * exactly
 
     def take_over(self, config: Config, rest: np.ndarray) -> None:
-        """Put the plate and set the supply's stages as ``config``, adapted, asks for.
+        """Put the plate and set the supply's stages as the adapted ``config`` asks for.
 
         Args:
-            config: another one of the same model.
+            config: another configuration of the same model.
             rest: displacement at rest (local array, mm), from which the plate's gap counts.
         """
         if self.plate is not None:
@@ -109,14 +109,14 @@ def total_potential(
         Π = ∫ ψ dX + ∫ ψ_film dA − p V + Π_effects + Π_loads
             − ∫ ρ g · u dX + Π_plate + Π_contact + Π_friction
 
-    The first line is written in UFL and is one term, of which residual and tangent are derived; the
+    The first line is one term in UFL; residual and tangent are its derivatives. The
     terms of the second line bring their own derivatives.
 
     Args:
         config: materials, films, effects and how elements are integrated.
-        site: with plate and contact, where there are any; effects may add friction to them.
-        base: material of what has none of its own.
-        loads: further energies, which an experiment adds.
+        site: the site, with plate and contact if there are any; effects may add friction to them.
+        base: material of all parts that have no material of their own.
+        loads: further energies that an experiment adds.
     """
     u, mesh, space = site.u, site.domain.mesh, site.u.function_space
     solid = strain_energies(config, site, base)
@@ -141,16 +141,16 @@ def total_potential(
 def build(
     config: Config, domain: Domain, *, plate: bool, loads: Loads = lambda site: ()
 ) -> FingerModel:
-    """Model of the finger on ``domain``.
+    """Build the model of the finger on ``domain``.
 
     Args:
-        config: all that it depends on.
+        config: everything that it depends on.
         domain: reference configuration.
         plate: whether the force sensor's plate faces it.
-        loads: further energies (mJ of the meshed part), which an experiment adds.
+        loads: further energies (mJ of the meshed part) that an experiment adds.
 
     Raises:
-        ConfigError: the configuration asks for what this experiment has not.
+        ConfigError: if the configuration asks for something that this experiment does not have.
     """
     config = config.adapted()
     mesh, element = domain.mesh, element_name(config, domain)

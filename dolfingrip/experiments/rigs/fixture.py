@@ -1,4 +1,4 @@
-"""What surrounds a finger: the clamp, the force sensor's plate, other bellows, the air supply."""
+"""A finger's surroundings: clamp, force sensor's plate, neighbouring bellows, air supply."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ def normal_of(plate: Plate) -> np.ndarray:
 
 
 def surround(site: Site, *, plate: bool) -> None:
-    """Put onto the site what the skin may touch, and the regions that are held.
+    """Add to the site the contacts of the skin and the regions that are held.
 
     Args:
-        site: of a finger.
-        plate: whether the force sensor's plate faces the finger. It may touch the site's new region
-            "facing plate".
+        site: site of a finger.
+        plate: whether the force sensor's plate faces the finger. It may touch the new region
+            "facing plate" of the site.
 
     Raises:
-        ConfigError: no element of the mesh is near enough to the tip.
+        ConfigError: if no element of the mesh is near enough to the tip.
     """
     given, contact = site.config.plate, site.config.contact
     if plate:
         normal, mesh = normal_of(given), site.domain.mesh
         length = mesh.comm.allreduce(mesh.geometry.x[:, 2].max(initial=-np.inf), MPI.MAX)
-        # a facet that straddles the plate's end does not face it
+        # a facet that crosses the plate's end does not face the plate
         start = length - given.contact_length_mm - 1e-6 * length
         site.domain = site.domain.with_region(FACING, SKIN, lambda x: x[2] >= start)
         if not mesh.comm.allreduce(len(site.domain.regions[FACING])):
@@ -66,16 +66,16 @@ def surround(site: Site, *, plate: bool) -> None:
         skin = site.domain.facets(*SKIN)
         surface = Surface(site.u.function_space, site.domain, skin, contact.spacing_mm)
         site.contact = BarrierContact(surface, contact.barrier_mm, contact.stiffness_MPa)
-    # across the clamp, in the plane of symmetry, too
+    # the clamp is held across, and so is the plane of symmetry
     across = ["clamp", "symmetry"] if site.domain.half else ["clamp"]
     site.held |= {0: ["clamp"], 1: across, 2: ["clamp"]}
 
 
 def supply(config: Config, cavity: Control) -> Supply | None:
-    """The stages between regulator and cavity, where there are any.
+    """The supply with its stages between regulator and cavity; None if there are none.
 
     Raises:
-        ConfigError: the configuration prescribes the cavity's volume, if only from some state on.
+        ConfigError: if the configuration prescribes the cavity's volume, from the start or later.
     """
     stages = config.extensions.active("outlet_kPa")
     if stages and config.experiment.control != "pressure":
@@ -86,10 +86,10 @@ def supply(config: Config, cavity: Control) -> Supply | None:
 
 
 def moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport | None:
-    """The clamp, where an extension lets it move.
+    """The clamp that an extension lets move; None if it does not move.
 
     Raises:
-        ConfigError: one line, where a tube leads out of the cavity there.
+        ConfigError: one line, if a tube leads out of the cavity through the clamp.
     """
     if not site.motions:
         return None
@@ -107,7 +107,7 @@ def moving_clamp(site: Site, supports: list[fem.DirichletBC]) -> MovingSupport |
 def _opens_at_clamp(site: Site) -> bool:
     """Whether a tube leads out of the cavity through the clamped plane.
 
-    The opening's area along z is what the cavity's surface lacks of being closed.
+    The opening's area along z is the part that is missing in a closed surface of the cavity.
     """
     normal = ufl.FacetNormal(site.domain.mesh)
     lacking = site.fixed(1.0) * normal[2] * site.domain.surface("cavity", quadrature_degree=1)

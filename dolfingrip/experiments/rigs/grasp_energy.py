@@ -1,4 +1,4 @@
-"""The energy book of a grasp: what goes in, what is stored, what friction takes."""
+"""The energy balance of a grasp: work done, energy stored, energy that friction dissipates."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from dolfingrip.mechanics.model import jit
 
 
 class EnergyBook:
-    """Books each accepted step of a gripper.
+    """Adds up the energies of each accepted step of a gripper.
 
-    Stored are strain, barriers, what sticking friction holds elastically, weights, and the food's
-    motion. Pressure does ∫ p dV and the table ∫ F dz, both by the trapezoidal rule. What is left is
-    implicit Euler's damping, the rule's error, and what friction stores and loses as normal forces
-    change.
+    Stored energies are those of strain, of barriers, of friction that sticks elastically, of
+    weights, and of the food's motion. Pressure does the work ∫ p dV and the table ∫ F dz, both by
+    the trapezoidal rule. The rest is implicit Euler's damping, the rule's error, and energy that
+    friction gains or loses as normal forces change.
 
     Args:
-        gripper: its model, as it starts.
+        gripper: model of the gripper at its start.
 
     Attributes:
         pressure_mJ: work of the pressure since the first step.
-        table_mJ: that of the table on the food.
-        friction_mJ: what sliding has taken, never less than before.
-        error_mJ: growth of what is stored, less works, plus what friction took.
+        table_mJ: work of the table on the food.
+        friction_mJ: energy that sliding has dissipated; it never decreases.
+        error_mJ: increase of the stored energy, less the works, plus the dissipated energy.
     """
 
     def __init__(self, gripper: GripperModel) -> None:
@@ -36,7 +36,7 @@ class EnergyBook:
         self.pressure_mJ = self.table_mJ = self.friction_mJ = self.error_mJ = 0.0
 
     def book(self) -> None:
-        """Book the converged step that the model is at the end of."""
+        """Add the energies of the converged step at whose end the model is."""
         model, dofs = self._gripper.model, self._gripper.model.u.x.array
         copies = model.domain.copies
         taken = copies * sum(friction.dissipated_mJ(dofs) for friction in self._frictions)
@@ -63,7 +63,7 @@ class EnergyBook:
         return float(self._gripper.table.load_N(self._gripper.model.u.x.array)[2])
 
     def _stored_mJ(self, taken: float) -> float:
-        """What is stored, less p V, which the potential has as the pressure's."""
+        """Stored energy (mJ): the potential without its pressure's part −p V."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         motion = gripper.motion
         inert = (motion, *self._frictions)

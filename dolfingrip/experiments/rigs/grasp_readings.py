@@ -1,4 +1,4 @@
-"""What is read off a gripper: forces by finger, angles, slip, pressure on the food."""
+"""The readings of a gripper: forces of each finger, angles, slip, pressure on the food."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ PRESSING_kPa = 1e3
 
 
 class GraspReadings:
-    """Reads a gripper's model, and keeps books from step to step.
+    """Reads a gripper's model, and adds up energies and slip from step to step.
 
     Args:
-        gripper: its model, as it starts.
-        lift_starts_s: when the lift begins.
-        first_s: the model's time from which times are counted.
+        gripper: model of the gripper at its start.
+        lift_starts_s: time at which the lift begins.
+        first_s: the model's time that counts as 0 s.
 
     Attributes:
         moments: all accepted steps so far.
@@ -63,10 +63,10 @@ class GraspReadings:
         down = gripper.placement.origins_mm + length * gripper.placement.rotations[:, :, 2]
         return int(np.linalg.norm(down - point, axis=1).argmin())
 
-    # -- as an observer of the path ----------------------------------------------------------------
+    # -- observer of the path ---------------------------------------------------------------------
 
     def converged(self, before: State) -> None:
-        """Keep the books of an accepted step."""
+        """Add up energies and slip of an accepted step."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         sliding = gripper.finger_friction.sliding(dofs)
         which = self._finger_of_node[sliding.keys[:, 0]]
@@ -94,7 +94,7 @@ class GraspReadings:
         )
 
     def _balance(self, before: State) -> None:
-        """m Δv/h = Σ F of the object, by the forces that each contact reports."""
+        """Keep the largest error of m Δv/h = Σ F of the object, with the contacts' forces."""
         gripper, model = self._gripper, self._gripper.model
         step_s = model.time_s - before.controls["time_s"]
         here = gripper.pose.coordinates[:3]
@@ -125,14 +125,14 @@ class GraspReadings:
         return self._each(found * [2, 1]) if self._half else found
 
     def _each(self, found: np.ndarray) -> np.ndarray:
-        """(3,) of all fingers where finger C does as finger B."""
+        """(3,) values of all fingers; finger C has those of finger B."""
         return found[[0, 1, 1]] if self._half else found
 
     def _sum(self, local: np.ndarray) -> np.ndarray:
         return np.asarray(self._comm.allreduce(local, MPI.SUM))
 
     def on_object_N(self) -> np.ndarray:
-        """(3, 3) force of each finger on the object, friction included."""
+        """(3, 3) force of each finger on the object, with friction."""
         gripper, dofs = self._gripper, self._gripper.model.u.x.array
         near = gripper.contact.near(dofs)
         found = np.zeros((gripper.placement.count, 3))
@@ -154,7 +154,7 @@ class GraspReadings:
     def angles_deg(self) -> np.ndarray:
         """(3,) rotation of each tip face's area vector about its finger's y, towards the food.
 
-        That of the single finger, by the polygons between the face's nodes.
+        It is the angle of a single finger, for the polygons between the face's nodes.
         """
         tips = self._tips
         to_finger = self._to_finger[self._tip_of[tips.triangles[:, 0]]]
@@ -189,13 +189,14 @@ class GraspReadings:
     def read(self) -> dict[str, float]:
         """Values by column.
 
-        ``normal_A_N`` is the sum of the normal forces of finger A, ``lift_A_N`` the vertical part
-        of all its forces on the object; ``slip_mm`` how far the finger that slid most has slid over
-        the food so far, in the mean of its points by normal force; ``force_closure`` see
-        :func:`~dolfingrip.mechanics.contact.force_closure.margin`; ``pressure_mJ`` the work of the
-        pressure, ``friction_mJ`` what sliding has taken, and ``energy_error_mJ`` what the books
-        lack, all so far, see :class:`~.grasp_energy.EnergyBook`; ``momentum_error_N`` the largest
-        |m Δv/h − ΣF| of all steps.
+        ``normal_A_N`` is the sum of the normal forces of finger A. ``lift_A_N`` is the vertical
+        part of all its forces on the object. ``slip_mm`` is the way that the finger with the
+        largest one has slid over the food so far: the mean over its points, weighted by normal
+        forces. ``force_closure`` is :func:`~dolfingrip.mechanics.contact.force_closure.margin`.
+        ``pressure_mJ`` is the work of the pressure, ``friction_mJ`` the energy that sliding has
+        dissipated, and ``energy_error_mJ`` the error of the energy balance, all so far (see
+        :class:`~.grasp_energy.EnergyBook`). ``momentum_error_N`` is the largest |m Δv/h − ΣF| of
+        all steps.
         """
         gripper = self._gripper
         q = gripper.pose.coordinates
@@ -222,6 +223,6 @@ class GraspReadings:
 
 
 def _areas(triangles: np.ndarray) -> np.ndarray:
-    """(m, 3) area vectors of (m, 3, 3) triangles, times two."""
+    """(m, 3) twice the area vectors of (m, 3, 3) triangles."""
     a, b, c = (triangles[:, i] for i in range(3))
     return np.cross(b - a, c - a)

@@ -21,12 +21,12 @@ NAME = "object"
 
 @dataclass(frozen=True)
 class GraspedBody:
-    """What is grasped, as it is put there, with its centre of gravity at the origin.
+    """The food as it is put on the table, in coordinates about its centre of gravity.
 
     Attributes:
-        shape: its signed distance.
-        surface: its skin, on the zeros of that distance.
-        body: mass, inertia, and where it stands at first: on the table z = 0.
+        shape: signed distance of the food.
+        surface: skin of the food, whose points have the distance 0.
+        body: mass, inertia, and place at the start, on the table z = 0.
     """
 
     shape: SignedDistance
@@ -38,7 +38,7 @@ def grasped(food: Food) -> GraspedBody:
     """The food that a configuration asks for, on the table z = 0 below the gripper's centre.
 
     Raises:
-        MeshError: one line, where an STL file is none.
+        MeshError: one line, if an STL file cannot be read.
     """
     shape, surface = food.shape.made(food.size_mm)
     lying = food.shape.lying
@@ -59,7 +59,7 @@ def grasped(food: Food) -> GraspedBody:
 
 
 def _stable(points: np.ndarray) -> Rotation:
-    """The least turn to where a body lies still: the lowest centre of gravity within reach.
+    """The smallest turn with which a body lies still: its centre of gravity is lowest there.
 
     The face of its convex hull that is nearest to the centre has the centre above it (Goldberg et
     al., Part Pose Statistics, Int. J. Robotics Research 18, 1999).

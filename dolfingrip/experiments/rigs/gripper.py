@@ -1,4 +1,4 @@
-"""The gripper's model: three fingers, what they grasp, and the table that it lies on."""
+"""The gripper's model: three fingers, the food that they grasp, and the table under it."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ from dolfingrip.mechanics.model.rigid_body import RigidMotion
 from dolfingrip.meshes.gripper import Stand, stands
 
 GRAVITY_M_S2, DOWN = 9.81, (0.0, 0.0, -1.0)
-"""Gravity of the world, in which the fingers hang."""
+"""Direction of gravity in the laboratory's frame, in which the fingers hang."""
 
 UPWARDS = Plane((0.0, 0.0, 1.0))
-"""The table."""
+"""Signed distance of the table."""
 
 
 ONE_FINGER = "skin of finger B"
@@ -45,18 +45,18 @@ ONE_FINGER = "skin of finger B"
 class GripperModel:
     """Fingers, food and table.
 
-    The gripper stands still and the table moves, so that clamps stay where they are. Where it is
+    The gripper stands still and the table moves, so that clamps stay in place. If the gripper is
     its own mirror image, half a thumb and finger B are meshed (``model.domain.half``).
 
     Attributes:
-        model: what is solved.
+        model: model that is solved.
         finger: the model of all fingers without food, of which ``model`` has the terms.
-        stands: where the fingers stand.
+        stands: places of the fingers.
         motion: weight and inertia of the food.
-        contact: of the fingers with the food.
-        finger_friction: friction there.
+        contact: contact of the fingers with the food.
+        finger_friction: friction of this contact.
         table: contact of the food with the table.
-        table_friction: friction there.
+        table_friction: friction of this contact.
     """
 
     model: Model
@@ -75,21 +75,21 @@ class GripperModel:
 
     @property
     def placement(self) -> Placement:
-        """Where the fingers stand, as the reference mesh has it."""
+        """The places of the fingers in the reference mesh."""
         placement = self.model.domain.placement
         assert placement is not None
         return placement
 
 
 def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
-    """The model that a configuration asks for.
+    """Build the model that a configuration asks for.
 
         Π = Π_fingers + Π_motion + Π_contact + Π_finger_friction + Π_table + Π_table_friction
             + Π_mirror
 
-    Π_fingers is that of all fingers with their weight (:func:`~.finger.total_potential`), Π_motion
-    the food's weight and inertia; the food touches fingers and table; in half a gripper a finger
-    may touch its own mirror image.
+    Π_fingers is the potential of all fingers with their weight (:func:`~.finger.total_potential`),
+    and Π_motion that of the food's weight and inertia. The food touches fingers and table. In half
+    a gripper a finger may touch its own mirror image.
 
     Raises:
         ConfigError: on every rank, one line.
@@ -131,7 +131,7 @@ def build_gripper(config: Config, comm: MPI.Comm) -> GripperModel:
 
 
 def _stand(motion: RigidMotion, table: RigidPoints, dofs: np.ndarray) -> None:
-    """Put the food where the table's barrier bears its weight."""
+    """Put the food at the height at which the table's barrier bears its weight."""
     height, width_mm = motion.pose.constants[2], table.density.width_mm
     lowest = float(height.value)
 
@@ -140,26 +140,26 @@ def _stand(motion: RigidMotion, table: RigidPoints, dofs: np.ndarray) -> None:
         return float(table.load_N(dofs)[2] + motion.weight_N[2])
 
     brentq(excess_N, 1e-6 * width_mm, width_mm, xtol=1e-9 * width_mm)
-    motion.accept()  # it starts there, at rest
+    motion.accept()  # the food starts there, at rest
 
 
 def _extent(food: GraspedBody) -> Callable[[np.ndarray], float]:
-    """How far food reaches along a way in the plane of the table, where it is put."""
+    """A function: how far the food reaches along a way in the plane of the table."""
     points = food.surface.points[:, :2] + np.array(food.body.centre_mm[:2])
     return lambda way: float((points @ way).max())
 
 
 def stands_of(config: Config, food: GraspedBody) -> list[Stand]:
-    """Where the fingers of a configuration stand around its food.
+    """The places of a configuration's fingers around its food.
 
     Raises:
-        ConfigError: one line, where they cannot.
+        ConfigError: one line, if there is no room for them.
     """
     return stands(config.gripper, config.adapted().geometry, _extent(food))
 
 
 def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bool) -> Domain:
-    """One reference mesh of all fingers, side by side; of half a thumb and finger B for a half."""
+    """One mesh of all fingers side by side; for half a gripper, of half a thumb and finger B."""
 
     def all_made() -> Made:
         whole = made(config)
@@ -179,12 +179,12 @@ def _fingers(config: Config, comm: MPI.Comm, found: Sequence[Stand], *, half: bo
 
 
 def placed(found: Sequence[Stand], extent_mm: tuple[float, float], *, half: bool) -> Placement:
-    """Where the fingers that are meshed stand.
+    """The places of the fingers that are meshed.
 
     Args:
-        found: thumb A, fingers B and C.
+        found: places of thumb A, finger B and finger C.
         extent_mm: see :meth:`~dolfingrip.mechanics.model.placement.Placement.of`.
-        half: whether half a thumb and finger B are.
+        half: whether half a thumb and finger B are meshed.
     """
     meshed = found[:2] if half else found
     rotations = np.array([stand.rotation for stand in meshed])
@@ -193,7 +193,7 @@ def placed(found: Sequence[Stand], extent_mm: tuple[float, float], *, half: bool
 
 
 def _mirror_image(config: Config, domain: Domain, u: fem.Function) -> RigidContact:
-    """Contact of finger B with its mirror image, which it can only meet in the plane y = 0."""
+    """Contact of finger B with its mirror image; both can only meet in the plane y = 0."""
     contact = config.contact
     barrier = Smooth(contact.barrier_mm / 2, contact.stiffness_MPa)
     still = Pose([], np.zeros((6, 0)), np.zeros(6))

@@ -23,14 +23,14 @@ class Observation:
     """Readings of a finger model, in the columns of the result table.
 
     ``angle_deg`` is the rotation of the tip face's area vector about y, positive towards the base
-    layer (−x), beyond 180°, too; ``chord_angle_deg`` that of the line that the camera's
-    section names, from the clamp's centre to the tip's by default. Both and the tip's displacement
-    count from the pose at which :meth:`tare` was called, the undeformed one before. Volume and
-    force are the whole finger's.
+    layer (−x), also beyond 180°. ``chord_angle_deg`` is the rotation of the line that the camera's
+    section names; by default it goes from the clamp's centre to the tip's. Both angles and the
+    tip's displacement count from the state in which :meth:`tare` was called, and before that from
+    the undeformed state. Volume and force are those of the whole finger.
 
     Attributes:
-        readings: by column; those of the plate only where there is one.
-        from_rest: columns that count from the pose at rest.
+        readings: readings by column; there are readings of the plate only if there is a plate.
+        from_rest: columns that count from the state at rest.
     """
 
     def __init__(self, finger: FingerModel) -> None:
@@ -69,13 +69,13 @@ class Observation:
         u[:] = kept
 
     def tare(self) -> None:
-        """Take the present pose as the one from which angles and displacements count."""
+        """Count angles and displacements from the present state."""
         for reading in self._from_rest:
             reading.tare()
 
     @property
     def gaps_mm(self) -> dict[str, float]:
-        """Distance between neighbouring parts by their names (mm) at the last reading."""
+        """Distances (mm) between neighbouring parts, by their names, at the last reading."""
         return self._gap.gaps_mm
 
     def read(self) -> dict[str, float]:
@@ -87,7 +87,7 @@ def chord(finger: FingerModel) -> Reading:
     """The angle of the chord that the configuration's camera sees.
 
     Raises:
-        ConfigError: one line, where one of its points is not on the finger.
+        ConfigError: one line, if one of its points is not on the finger.
     """
     model, camera, column = finger.model, finger.config.camera, CHORD_ANGLE.name
     if camera.chord == "centres":

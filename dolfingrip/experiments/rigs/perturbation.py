@@ -23,17 +23,17 @@ Values = Mapping[str, np.ndarray]
 
 
 class ParameterPerturbation:
-    """Changes a built model as if it had been built with another value of a parameter.
+    """Changes a model to that of another value of a parameter without building it again.
 
     Args:
-        parameter: which.
-        config: that the model was built from.
-        model: to be perturbed.
-        constants: of the model, by name.
+        parameter: parameter that changes.
+        config: configuration that the model was built from.
+        model: model that changes.
+        constants: constants of the model, by name.
         values: the constants' values as a function of a configuration.
-        movement: moves the reference mesh; None where the parameter does not.
+        movement: moves the reference mesh; None if the parameter does not move it.
         set_up: called with a configuration and the change of the displacement at rest (mm); sets
-            what is neither constant nor mesh: stages of the supply, the plate's pose.
+            the stages of the supply and the plate's pose, which are neither constants nor mesh.
 
     Attributes:
         at_rest: derivative of the displacement at rest (local array, mm for each unit of the
@@ -74,12 +74,12 @@ class ParameterPerturbation:
 
     @property
     def direction(self) -> float:
-        """1, or −1 where only smaller values are allowed."""
+        """1, or −1 if only smaller values are allowed."""
         return self.parameter.direction(self._config)
 
     @contextmanager
     def applied(self, amount: float) -> Iterator[None]:
-        """The model with the parameter changed by ``amount``, for as long as entered."""
+        """A context in which the parameter of the model has changed by ``amount``."""
         kept = {name: self._constants[name].value.copy() for name in self._rates}
         here = self.parameter.value(self._config)
         moved = self._movement is not None
@@ -106,16 +106,16 @@ def velocity(parameter: Parameter, config: Config, mesh_points: np.ndarray) -> n
     """(n, 3) velocity of a finger's mesh points (mm for each unit of the parameter).
 
     The mesh moves with the finger's dimensions (:mod:`dolfingrip.meshes.dimensions`) and with the
-    morph; its cells and how they are graded stay. Remeshing would add the change of the mesh's own
-    error, and jumps where a cell more is needed.
+    morph, while its cells and their grading stay. A new mesh would add the change of the mesh's own
+    error, and jumps if it needs another cell.
 
     Args:
-        parameter: of the reference mesh.
-        config: that the mesh was made from.
-        mesh_points: (n, 3) morphed points (mm), for one those of this rank.
+        parameter: parameter of the reference mesh.
+        config: configuration that the mesh was made from.
+        mesh_points: (n, 3) morphed points (mm), for example those of this rank.
 
     Raises:
-        ConfigError: the mesh is a file's, which has no dimensions.
+        ConfigError: if the mesh is read from a file and so has no dimensions.
     """
     if config.mesh.file is not None and not parameter.key.startswith("morph"):
         raise ConfigError(
@@ -136,7 +136,7 @@ def velocity(parameter: Parameter, config: Config, mesh_points: np.ndarray) -> n
 def perturbations(
     parameters: Sequence[Parameter], config: Config, finger: FingerModel
 ) -> list[ParameterPerturbation]:
-    """One for each parameter of a finger that was built from ``config``."""
+    """A perturbation for each parameter of a finger that was built from ``config``."""
 
     def set_up(changed: Config, rest_change: np.ndarray | float) -> None:
         finger.take_over(changed.adapted(), finger.rest.displacement + rest_change)
@@ -158,7 +158,7 @@ def of_constants(
     movement: Callable[[Parameter], Movement | None] = lambda parameter: None,
     set_up: Callable[[Config, np.ndarray | float], None] = lambda changed, rest_change: None,
 ) -> list[ParameterPerturbation]:
-    """One for each parameter of a model with these constants; for the rest see the class."""
+    """A perturbation for each parameter; the arguments are those of the class."""
 
     def values(changed: Config) -> dict[str, np.ndarray]:
         return constant_values(changed, constants)

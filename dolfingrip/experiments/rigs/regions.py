@@ -1,4 +1,4 @@
-"""Regions of a finger: which cells are of another material, and which surfaces carry a film."""
+"""Regions of a finger: cells of other materials, and surfaces with films."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ REST = "rest"
 
 
 def parts_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
-    """Rows of the mesh's cells by part; none where all are of one material.
+    """Rows of the mesh's cells for each part; empty if all cells have one material.
 
     Raises:
-        MeshError: one line, where the mesh has no such region, or two share cells.
+        MeshError: one line, if the mesh has no such region, or two regions share cells.
     """
     owners = {name: f"material.{name}" for name in config.material.own}
     owners |= {film.region: f"film.{name}.region" for name, film in config.film.layers.items()}
@@ -34,10 +34,10 @@ def parts_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
 
 
 def sheets_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
-    """Rows of the mesh's faces by membrane.
+    """Rows of the mesh's faces for each membrane.
 
     Raises:
-        MeshError: one line, where the mesh has no such surface.
+        MeshError: one line, if the mesh has no such surface.
     """
     found = {}
     for name, film in config.film.membranes.items():

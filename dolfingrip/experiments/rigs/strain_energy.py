@@ -15,14 +15,14 @@ from dolfingrip.mechanics.model.parts import ByPart, ReducedIntegration, StrainE
 def strain_energies(
     config: Config, site: Site, base: BaseMaterial
 ) -> list[StrainEnergy | ReducedIntegration] | ByPart:
-    """Strain energies of all parts; their constants are added to the site's parameters.
+    """The strain energies of all parts; their constants are added to the site's parameters.
 
-    Effects act on what has no material of its own.
+    Effects act on parts that have no material of their own.
 
     Args:
         config: materials, films and effects.
-        site: its domain has a part for each region of its own.
-        base: material of what has none of its own.
+        site: a site whose domain has a part for each region with a material of its own.
+        base: material of all parts that have no material of their own.
     """
     mesh, layers = site.domain.mesh, config.film.layers
     # the energy of a change of volume is integrated apart, with fewer points

@@ -9,21 +9,21 @@ from dolfingrip.experiments.rigs.grasped import GraspedBody
 from dolfingrip.foods.policy import FOOD_SHAPE
 
 MIRROR = np.array([1.0, -1.0, 1.0])
-"""Factors of a point's image in y = 0."""
+"""Factors from a point's coordinates to those of its image in y = 0."""
 
 
 SIDEWAYS = frozenset({"y_mm", "turn_x_rad", "turn_z_rad"})
-"""Coordinates of a body that its mirror image has with the other sign."""
+"""Coordinates of a body that have the other sign in its mirror image."""
 
 
 def halved(config: Config, food: GraspedBody) -> bool:
     """Whether half a thumb and one finger are computed for the whole gripper.
 
-    Fingers B and C are mirror images in any pose. Loads in which left and right would part, as
-    where food is squeezed out sideways, are found with ``gripper.half = false`` alone.
+    Fingers B and C are mirror images in any pose of the gripper. Only with ``gripper.half = false``
+    can left and right differ, for example as food is squeezed out sideways.
 
     Raises:
-        ConfigError: one line, where that is asked for and something is not symmetric.
+        ConfigError: one line, if half is asked for and something is not symmetric.
     """
     asked = config.gripper.half
     uneven = "" if asked is False else _uneven(config, food)
@@ -33,7 +33,7 @@ def halved(config: Config, food: GraspedBody) -> bool:
 
 
 def _uneven(config: Config, food: GraspedBody) -> str:
-    """What is not its own mirror image; "" where all is."""
+    """Key and value of something that is not its own mirror image; "" if everything is."""
     if config.mesh.file is not None:
         return "mesh.file may be any solid"
     skew = [name for name, film in config.film.all.items() if not film.symmetric]

@@ -29,10 +29,10 @@ def solid(config: Config) -> SolidMesh:
     """The checked and morphed mesh that ``config`` asks for, on the calling rank.
 
     Raises:
-        MeshError: one line, where it cannot be made, read or used.
+        MeshError: one line, if it cannot be made, read or used.
     """
     config = config.adapted()
-    # Gmsh and meshio take a fifth of a second to load: only where they are used
+    # Gmsh and meshio take a fifth of a second to load, so only their users load them
     if config.mesh.file is not None:
         from dolfingrip.meshes import files
 
@@ -49,12 +49,12 @@ def solid(config: Config) -> SolidMesh:
 
 
 class Made(NamedTuple):
-    """What :func:`~dolfingrip.mechanics.model.domain.distribute` takes, on rank 0.
+    """Arguments of :func:`~dolfingrip.mechanics.model.domain.distribute` on rank 0.
 
     Attributes:
         solid: the mesh.
-        parts: rows of its cells by part.
-        sheets: rows of its cells' faces by membrane.
+        parts: rows of its cells for each part.
+        sheets: rows of its cells' faces for each membrane.
     """
 
     solid: SolidMesh
@@ -66,14 +66,14 @@ def made(config: Config) -> Made:
     """The mesh of ``config``, the cells of its parts and the faces of its membranes.
 
     Raises:
-        MeshError: one line, where one of them cannot be.
+        MeshError: one line, if one of them cannot be made.
     """
     mesh = solid(config)
     return Made(mesh, parts_of(config, mesh), sheets_of(config, mesh))
 
 
 def side_by_side(each: Sequence[Made]) -> Made:
-    """Solids in one mesh, see :func:`dolfingrip.meshes.copies.side_by_side`."""
+    """Several solids in one mesh, by :func:`dolfingrip.meshes.copies.side_by_side`."""
     solids = [one.solid for one in each]
     cells = [len(one.cells) for one in solids]
     faces = [count * len(solids[0].shape.faces) for count in cells]
@@ -85,7 +85,7 @@ def side_by_side(each: Sequence[Made]) -> Made:
 
 
 def spread(comm: MPI.Comm, make: Callable[[], Made]) -> Domain:
-    """What rank 0 makes, distributed.
+    """Distribute a mesh that rank 0 makes.
 
     Raises:
         ConfigError: on every rank.

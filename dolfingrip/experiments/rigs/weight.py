@@ -15,7 +15,7 @@ KG_M3_M_S2 = 1e-9
 
 
 def name_of(part: str = REST) -> str:
-    """Name of the constant that is a part's dead weight."""
+    """Name of a part's constant for its dead weight."""
     return "gravity.weight_N_mm3" if part == REST else f"material.{part}.weight_N_mm3"
 
 
@@ -30,9 +30,9 @@ def value_of(config: Setup, part: str = REST) -> np.ndarray:
 def dead_weight(site: Site) -> DeadWeight | None:
     """The weight of all parts of a model under construction; None without gravity.
 
-    Its constants are among the site's parameters in any case. A film that is a layer has no weight:
-    the reduced rule leaves its elements modes without energy, and at rest nothing else bears a
-    weight on them.
+    Its constants are always added to the site's parameters. A film that is a layer has no weight,
+    because the reduced rule leaves modes of its elements without energy, and nothing bears a weight
+    in these modes at rest.
     """
     config, domain = site.config, site.domain
     own = [part for part in domain.parts if part in config.material.own]
