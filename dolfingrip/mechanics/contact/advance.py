@@ -1,4 +1,4 @@
-"""How far a step may lead points before one comes too near to a shape (conservative advancement).
+"""The safe part of a step of points towards a shape (conservative advancement).
 
 Mirtich, Impulse-based Dynamic Simulation of Rigid Body Systems, 1996, section 2.3.
 """
@@ -15,7 +15,7 @@ from dolfingrip.mechanics.contact.policy import ADVANCE
 
 
 class Path(NamedTuple):
-    """Points at one place of a step, in the shape's frame, by the step's fraction; each (n,).
+    """Points at one fraction of a step, in the shape's frame; each (n,), rates by the fraction.
 
     Attributes:
         distance: φ.
@@ -31,17 +31,17 @@ class Path(NamedTuple):
 
 
 def reach(at: Callable[[float], Path], bounds: Bounds, kept: float = ADVANCE.kept) -> float:
-    """Fraction of a step, 1 or less, that leaves each point a part of its distance.
+    """The largest safe fraction of a step, 1 or less; each point keeps a part of its distance.
 
     With a shape's slope L and concavity κ, φ(t) ≥ φ + t φ' − t² (L A + κ v²)/2 as long as φ stays
-    within the shape's reach, v and A being bounds on speed and acceleration, and φ(t) ≥ φ − t L v
-    anywhere. The step is looked at piece by piece, each as long as the better of these lower bounds
-    lets it be.
+    within the shape's reach, with bounds v and A on speed and acceleration, and φ(t) ≥ φ − t L v
+    anywhere. The step is divided into pieces; each is as long as the better of these lower bounds
+    allows.
 
     Args:
-        at: the points at a fraction of the step.
-        bounds: of the shape.
-        kept: that part.
+        at: returns the points at a fraction of the step.
+        bounds: bounds of the shape.
+        kept: the part of its distance that each point keeps.
     """
     path = at(0.0)
     if not len(path.distance):
@@ -59,7 +59,7 @@ def reach(at: Callable[[float], Path], bounds: Bounds, kept: float = ADVANCE.kep
 
 
 def _ahead(path: Path, least: np.ndarray, bounds: Bounds) -> float:
-    """Part of a step, 1 or less, in which all distances surely stay above the least ones."""
+    """Part of a step, 1 or less, in which all distances certainly stay above their minima."""
     spare = np.maximum(path.distance - least, 0.0)
     curved = bounds.slope * path.bend + bounds.concavity_per_mm * path.fastest**2
     safe = _until_spent(spare, path.slope, curved)
@@ -72,7 +72,7 @@ def _ahead(path: Path, least: np.ndarray, bounds: Bounds) -> float:
 
 
 def _until_spent(spare: np.ndarray, slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
-    """(n,) least positive t at which spare + t slope − t² bend/2 vanishes."""
+    """(n,) smallest positive t at which spare + t slope − t² bend/2 vanishes."""
     root = np.sqrt(slope**2 + 2 * bend * spare)
     below = root - slope
     with np.errstate(divide="ignore", invalid="ignore"):

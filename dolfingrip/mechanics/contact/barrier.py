@@ -19,7 +19,7 @@ ipctk.set_num_threads(1)  # one thread a rank, as everywhere
 
 
 PROJECTION = {False: ipctk.PSDProjectionMethod.NONE, True: ipctk.PSDProjectionMethod.CLAMP}
-"""Of each pair's Hessian, by whether it is to be convex."""
+"""Projection of each pair's Hessian, by whether it must be convex."""
 
 
 class BarrierContact(Term):
@@ -53,7 +53,7 @@ class BarrierContact(Term):
         self._found: tuple[np.ndarray, ipctk.NormalCollisions] | None = None
 
     def positions(self, dofs: np.ndarray) -> np.ndarray:
-        """(v, 3) deformed positions (mm) that distances are taken between, no edges on one line."""
+        """(v, 3) deformed positions (mm) for distances; no two edges lie on one line."""
         return np.asfortranarray(self.surface.positions(dofs) + self._jitter)
 
     # -- pairs ---------------------------------------------------------------------------------
@@ -62,8 +62,8 @@ class BarrierContact(Term):
         """Pairs closer than ``reach_mm`` (default: the barrier's width)."""
         pairs = ipctk.NormalCollisions()
         pairs.use_area_weighting = True
-        # the improved maximum counts no pair twice, but its forces jump as pairs come and go, and
-        # then Newton's method cycles; these are continuous
+        # The improved maximum counts no pair twice. But its forces jump as pairs come and go, and
+        # Newton's method then cycles. The forces of these pairs are continuous.
         pairs.collision_set_type = ipctk.NormalCollisions.CollisionSetType.IPC
         pairs.build(self._mesh, now, self.width_mm if reach_mm is None else reach_mm)
         return pairs
@@ -97,7 +97,7 @@ class BarrierContact(Term):
 
         Args:
             dofs: displacement.
-            convex: leave out negative eigenvalues of each pair's Hessian.
+            convex: whether negative eigenvalues of each pair's Hessian are left out.
         """
         now = self.positions(dofs)
         pairs = self._felt(now)
@@ -107,7 +107,7 @@ class BarrierContact(Term):
         return sp.coo_matrix(self._spread.T @ at_vertices @ self._spread)
 
     def gradient_rate(self, dofs: np.ndarray, velocity_mm: np.ndarray) -> np.ndarray:
-        """(n, 3) change of the nodes' gradient (N) as reference points move, displacements not.
+        """(n, 3) change of the nodes' gradient (N) as reference points move at fixed displacements.
 
         Args:
             dofs: displacement.
@@ -116,7 +116,7 @@ class BarrierContact(Term):
         fastest = np.abs(velocity_mm).max(initial=0.0)
         if fastest == 0 or self._felt(self.positions(dofs)).empty():
             return np.zeros((len(self.surface.nodes), 3))
-        # by differences: ipctk 1.6's shape_derivative is 1 % off them for pairs of edges
+        # taken by differences: ipctk 1.6's shape_derivative has errors of 1 % for pairs of edges
         step = PAIRS.moved * self.width_mm / fastest
         there, back = (
             BarrierContact(
@@ -130,7 +130,7 @@ class BarrierContact(Term):
 
     @property
     def touching(self) -> Surface:
-        """The surface, with whose nodes all pairs move."""
+        """The surface; all pairs move with its nodes."""
         return self.surface
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
@@ -162,9 +162,9 @@ class BarrierContact(Term):
     def _pressed(
         self, pair: ipctk.NormalCollision, now: np.ndarray
     ) -> tuple[list[int], np.ndarray, np.ndarray, float, float]:
-        """Vertices of a pair, their shares in its distance vector (mm), its normal force, its rise.
+        """Vertices of a pair, their weights in its distance vector (mm), its normal force and rise.
 
-        The rise (N/mm) is that by the distance alone.
+        The rise (N/mm) is the change of the normal force by the distance alone.
         """
         edges, faces = self._mesh.edges, self._mesh.faces
         vertices = [v for v in pair.vertex_ids(edges, faces) if v >= 0]
@@ -179,7 +179,7 @@ class BarrierContact(Term):
         return vertices, shares, apart, float(force), float(rise)
 
     def facing(self, step: np.ndarray) -> np.ndarray:
-        """(3,) zeros: all that its pairs touch are nodes."""
+        """(3,) zeros, because its pairs touch only nodes."""
         return np.zeros(3)
 
     # -- as a term -----------------------------------------------------------------------------
@@ -189,7 +189,7 @@ class BarrierContact(Term):
         self.surface.add_owned(self.gradient(dofs), gradient.at_nodes)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
-        """The Hessian, the same whole on all ranks."""
+        """The whole Hessian, equal on all ranks."""
         hessian = self.hessian(dofs, convex=convex)
         if hessian is None:
             return ()
@@ -201,9 +201,9 @@ class BarrierContact(Term):
         self.surface.add_owned(found, rate.at_nodes)
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Move the surface's vertices a little, with their nodes; None: put them back.
+        """Move the surface's vertices a little with their nodes; None puts them back.
 
-        Where no pair is active, none becomes active by so small a move, so none is sought.
+        If no pair is active, none becomes active by such a small move, so none is sought.
         """
         if self._unmoved is None:
             self._unmoved = (self.surface, self._mesh, self._found)
@@ -234,7 +234,7 @@ class BarrierContact(Term):
         )
 
     def gap_mm(self, dofs: np.ndarray, reach_mm: float) -> float:
-        """Smallest distance between parts closer than ``reach_mm``, infinity where none are."""
+        """Smallest distance between parts closer than ``reach_mm``; infinite if there are none."""
         now = self.positions(dofs)
         close = self._pairs(now, reach_mm)
         return float(np.sqrt(close.compute_minimum_distance(self._mesh, now)))
@@ -255,7 +255,7 @@ def _collision_mesh(surface: Surface, jitter: np.ndarray) -> ipctk.CollisionMesh
 def _known(
     pairs: ipctk.NormalCollisions,
 ) -> Iterator[tuple[tuple[int, int, int], ipctk.NormalCollision]]:
-    """Pairs with their identity: their kind, and the numbers of their two parts."""
+    """Pairs with their identities: the kind, and the numbers of both parts."""
     yield from (((0, c.vertex0_id, c.vertex1_id), c) for c in pairs.vv_collisions)
     yield from (((1, c.edge_id, c.vertex_id), c) for c in pairs.ev_collisions)
     yield from (((2, c.edge0_id, c.edge1_id), c) for c in pairs.ee_collisions)

@@ -27,7 +27,7 @@ class BarrierValues(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Density(ABC):
-    """A barrier that is zero from a width on, and infinite at no distance.
+    """A barrier that is zero from a width on, and infinite at the distance 0.
 
     Attributes:
         width_mm: ĝ, distance at which contact is first felt.
@@ -52,7 +52,7 @@ class Density(ABC):
 
 
 class TwoStage(Density):
-    """Quadratic at first, then logarithmic: see :func:`dolfingrip.forms.plate.energy`.
+    """A first quadratic, then logarithmic barrier: see :func:`dolfingrip.forms.plate.energy`.
 
     It is stiff from the first touch on, so that Newton's method finds a touch in a step.
     """
@@ -68,7 +68,7 @@ class TwoStage(Density):
 
 
 class Smooth(Density):
-    """−κ ĝ (1 − s²)² ln s², s = g/ĝ: that of :class:`~.barrier.BarrierContact` (Li et al. 2020).
+    """−κ ĝ (1 − s²)² ln s², s = g/ĝ, as in :class:`~.barrier.BarrierContact` (Li et al. 2020).
 
     It has no stiffness at first touch, so that points come and go without a jump.
     """

@@ -23,14 +23,14 @@ class Distances(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """What holds of a distance wherever a point may be; step bounds rest on it.
+    """Bounds of a distance that hold at any point; bounds on steps follow from them.
 
     Attributes:
         slope: the distance changes by no more than so many times what the point moves.
-        concavity_per_mm: no second derivative along a line is below minus this, where distances
-            are ``reach_mm`` or less. 0 of a convex shape: its distance stays above its tangent.
-        reach_mm: see above.
-        radius_mm: of a ball about the origin that the shape lies in.
+        concavity_per_mm: second derivatives along a line are above minus this where distances
+            are ``reach_mm`` or less. It is 0 for a convex shape.
+        reach_mm: distance up to which the concavity is valid.
+        radius_mm: radius of a ball about the origin that contains the shape.
     """
 
     slope: float = 1.0
@@ -44,7 +44,7 @@ class SignedDistance(Protocol):
 
     @property
     def bounds(self) -> Bounds:
-        """What step bounds rest on."""
+        """Bounds that hold at any point."""
         ...
 
     def at(self, points: np.ndarray) -> Distances:
@@ -79,7 +79,7 @@ class Capsule:
 
     Attributes:
         radius_mm: r.
-        half_length_mm: of the segment, so that the whole is 2 (half length + r) long.
+        half_length_mm: half the segment's length; the whole is 2 (half length + r) long.
     """
 
     radius_mm: float
@@ -105,13 +105,13 @@ class BentCapsule:
     """Points within r of a circular arc in the plane y = 0: a bent sausage.
 
     The arc's middle is at (x₀, 0, 0), where it runs along z; its centre lies at x₀ + R. With ρ the
-    distance from the arc's axis and a = ρ − R, the distance is √(a² + y²) − r; beyond its ends it
+    distance from the arc's axis and a = ρ − R, the distance is √(a² + y²) − r. Beyond its ends it
     is that from a sphere. Its second derivative around the axis is a/(ρ (φ + r)), negative inside
     the bend, and −1/(R − r − φ) at least.
 
     Attributes:
         radius_mm: r.
-        half_length_mm: of the arc.
+        half_length_mm: half the arc's length.
         bend_radius_mm: R, above r.
         place_mm: x₀.
     """
@@ -176,12 +176,12 @@ class RoundedBox:
 
 
 def _from_core(apart: np.ndarray, felt: np.ndarray, radius_mm: float) -> Distances:
-    """Distances from what is within a radius of a core, from vectors to its nearest points.
+    """Distances from a shape around a core, from vectors to the core's nearest points.
 
     Args:
         apart: (n, 3) from the core's nearest point to the point.
         felt: (n, 3) 1 along the axes that ``apart`` changes with, else 0.
-        radius_mm: of the shape about the core.
+        radius_mm: distance of the shape's surface from the core.
     """
     length = np.linalg.norm(apart, axis=1)
     length = np.maximum(length, np.finfo(float).tiny)  # within the core there is no direction

@@ -11,18 +11,19 @@ from dolfingrip.mechanics.contact.policy import CLOSURE
 def margin(
     points_mm: np.ndarray, normals: np.ndarray, normal_N: np.ndarray, friction: float
 ) -> float:
-    """Force-closure margin of contacts; 0 where some load cannot be resisted.
+    """Force-closure margin of contacts; 0 if some load cannot be resisted.
 
-    The least, over pushes and turns about the three axes to either side, of the largest load that
-    normal forces with a sum of 1 can bear within the friction pyramids: max t, Σ λ_j w_j = t e_k,
-    Σ λ_j = 1, λ ≥ 0, each a linear programme. That is the largest cross-polytope in the hull of the
-    wrenches w_j, where Ferrari and Canny (Planning Optimal Grasps, ICRA 1992) take a ball. Moments
-    are divided by the points' spread. Two hard opposite contacts have μ at most.
+    For a push along, or a turn about, each of the three axes in either direction there is a largest
+    load that normal forces with a sum of 1 can bear within the friction pyramids: max t with
+    Σ λ_j w_j = t e_k, Σ λ_j = 1, λ ≥ 0, a linear programme. The margin is the smallest of these
+    loads. It is the size of the largest cross-polytope in the hull of the wrenches w_j; Ferrari and
+    Canny (Planning Optimal Grasps, ICRA 1992) take a ball instead. Moments are divided by the
+    points' spread. The margin of two hard opposite contacts is μ at most.
 
     Args:
         points_mm: (n, 3) places from the centre of gravity.
         normals: (n, 3) directions in which they push the object.
-        normal_N: (n,) forces, by which the hardest are chosen.
+        normal_N: (n,) normal forces; the points with the largest ones are used.
         friction: μ.
     """
     hardest = np.argsort(normal_N)[::-1][: CLOSURE.contacts]
@@ -34,7 +35,7 @@ def margin(
 
 
 def _borne(wrenches: np.ndarray, way: np.ndarray) -> float:
-    """The largest t; 0 where there is none."""
+    """The largest t; 0 if there is none."""
     count = wrenches.shape[1]
     balance = np.hstack([wrenches, -way[:, None]])
     total = np.append(np.ones(count), 0.0)[None, :]

@@ -24,9 +24,9 @@ class Sliding(NamedTuple):
     """Pairs in a load step.
 
     Attributes:
-        keys: (m, q) identity of each, as the contact has it.
+        keys: (m, q) identity of each pair, which the contact defines.
         normal_N: (m,) normal forces.
-        slid_mm: (m,) way beyond what is elastic.
+        slid_mm: (m,) slip without its elastic part.
     """
 
     keys: np.ndarray
@@ -47,11 +47,11 @@ class Friction(Term, Lagged, Memory):
 
         e ← P s min(1, ε/|s|)
 
-    the elastic displacement of a point that sticks, and that of one that slides. So friction is a
+    as the elastic displacement of points that stick and of points that slide. So friction is a
     spring up to ε and a slider in series with it: the return mapping of elastoplasticity (Wriggers,
-    Computational Contact Mechanics, 2006, ch. 5) with a spring that gives way smoothly. A load that
-    rests moves nothing, however long and in however many steps; without the memory points would
-    creep by a part of ε in each.
+    Computational Contact Mechanics, 2006, ch. 5) with a spring that gives way smoothly. A constant
+    load moves nothing in any number of steps. Without the memory points would creep by a part of ε
+    in each step.
 
     With N and P of the solution friction has no potential. So both are lagged in Π; the tangent is
     symmetric and friction's part of it convex. :meth:`update_lagged` takes them anew,
@@ -59,15 +59,15 @@ class Friction(Term, Lagged, Memory):
     the change of normal forces along a step. Newton's method asks for all three; a pair that first
     touches in a load step rubs in it.
 
-    Memory follows the identity of a pair. A new pair takes the mean of what its nodes remember, as
-    a vertex that slides on to the next triangle; see :mod:`.stick`.
+    Memory follows the identity of a pair. A new pair takes the mean of its nodes' memories, such as
+    that of a vertex which slides to the next triangle; see :mod:`.stick`.
 
     Args:
-        contact: where points are pressed together.
-        u: displacement (mm), whose present value is a load step's start.
+        contact: normal contact that presses points together.
+        u: displacement (mm); its present value is the start of a load step.
         coefficient: μ.
         slip_mm: ε.
-        title: of what a state remembers for it.
+        title: name of its memory in a state.
     """
 
     name: ClassVar[str] = "friction"
@@ -123,7 +123,7 @@ class Friction(Term, Lagged, Memory):
         return self._at_nodes(self._limit_N(), dofs)
 
     def dissipated_mJ(self, dofs: np.ndarray) -> float:
-        """Work that sliding has taken since the step's start: Σ μ N max(|s| − ε, 0)."""
+        """Work that sliding has dissipated since the step's start: Σ μ N max(|s| − ε, 0)."""
         size = self._slip(dofs)[1]
         return float(self._limit_N() @ np.maximum(size - self.slip_mm, 0.0))
 
@@ -219,7 +219,7 @@ class Friction(Term, Lagged, Memory):
             self._anew = False
 
     def values(self) -> dict[str, np.ndarray]:
-        """Pairs of the step's start with their memory (mm)."""
+        """Pairs at the step's start with their memory (mm)."""
         found = {**self._start.arrays(), "stuck_mm": self._stuck, "seen_N": self._seen_N}
         return {f"{self._title}.{name}": values.copy() for name, values in found.items()}
 
@@ -234,6 +234,6 @@ class Friction(Term, Lagged, Memory):
 
 
 def _change(before: np.ndarray, now: np.ndarray) -> float:
-    """Difference of (k, 3) forces by the larger of both; 0 where there are none."""
+    """Difference of (k, 3) forces relative to the larger ones; 0 if there are none."""
     most = max(np.abs(before).sum(), np.abs(now).sum())
     return float(np.abs(now - before).sum() / most) if most > 0 else 0.0

@@ -1,4 +1,4 @@
-"""Friction's forces along a step that changes normal forces."""
+"""Change of friction's forces along a step that changes normal forces."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from dolfingrip.mechanics.model.unknowns import Gradient
 
 
 class FrictionCorrection:
-    """What the tangent at a displacement u does not know of friction's forces F.
+    """The part of the change of friction's forces F that the tangent at a displacement u lacks.
 
-    Along a step w a pair slips by P w more, and its normal force grows by what it is pressed more:
+    Along a step w a pair slips by P w more, and its normal force grows as it is pressed more:
 
         C(w) = F(s(u + w), N(u) + N'(u) w) − F(s(u), N(u)) − H w
 
     H is the Hessian in the tangent, for fixed normal forces. The tangent planes are those of
-    u. Normal forces are linear in w, from 0 to ``MEMORY.most_growth`` times what they were: beyond,
-    a point had all but left, and tells nothing of what will be pressed.
+    u. Normal forces are linear in w, from 0 to ``MEMORY.most_growth`` times their values at u. A
+    point whose force grows more had nearly left, so its rate does not tell its force.
 
     Args:
-        pairs: those that friction holds at u.
-        nodes: that they move with, bodies' rows included, which are linear in w.
-        slip: (m, 3) of the pairs at u (mm).
+        pairs: pairs that friction holds at u.
+        nodes: nodes that the pairs move with, and rows of bodies, which are linear in w.
+        slip: (m, 3) slip of the pairs at u (mm).
         coefficient: μ.
         ramp: f0.
-        facing: (3,) displacement of what the pairs touch besides nodes, for a step.
+        facing: returns, for a step, the (3,) displacement of the body that pairs touch, if no node.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class FrictionCorrection:
         self._nodes.add_to(gradient, change - _times(self._hessian, moved))
 
     def add_rate(self, step: np.ndarray, rate: Gradient) -> None:
-        """Add the derivative of C along ``step``, at where it was taken last, at first 0."""
+        """Add the derivative of C along ``step``, at the place where it was taken last; first 0."""
         moved = self._moved(step)
         more = self._pairs.pressed_more_N(moved, self._facing(step))
         forces = self._pairs.weights.T @ (more[:, None] * self._along)
@@ -81,7 +81,7 @@ class FrictionCorrection:
         return self._nodes.change(step)
 
     def _after(self, moved: np.ndarray, step: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(m, 3) slip and (m,) limits once the nodes have ``moved``."""
+        """(m, 3) slip and (m,) limits after the nodes have ``moved``."""
         more = self._pairs.pressed_more_N(moved, self._facing(step))
         most = MEMORY.most_growth * self._pairs.normal_N
         normal_N = np.clip(self._pairs.normal_N + more, 0.0, most)

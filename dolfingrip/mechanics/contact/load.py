@@ -1,4 +1,4 @@
-"""A force between a surface and a rigid body as an output: its value and its derivatives."""
+"""A force between a surface and a rigid body as a reading, with its derivatives."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 class Load:
-    """g = e · ∂Π/∂q: what it takes to hold the rigid body along a motion e of its pose q.
+    """g = e · ∂Π/∂q: the force that holds a rigid body along a motion e of its pose q.
 
-    The meshed part's share; of each derivative this rank's.
+    It is the meshed part's share. Each derivative is this rank's share.
 
     Args:
-        contact: with the body.
-        motion: (6,) e: the force along n for (n, 0).
+        contact: contact with the body.
+        motion: (6,) e; with (n, 0), g is the force along n.
     """
 
     def __init__(self, contact: RigidContact, motion: np.ndarray) -> None:
@@ -30,11 +30,11 @@ class Load:
         return self._contact.pose_rate(dofs, self._motion).ravel()
 
     def by_shape(self, dofs: np.ndarray, velocity: np.ndarray) -> float:
-        """Change as reference points move, displacements held fast.
+        """Change as reference points move at fixed displacements.
 
         Args:
             dofs: displacement.
-            velocity: of the displacement's nodes.
+            velocity: velocity of the displacement's nodes.
         """
         return float(self._contact.shape_rates(dofs, velocity)[1] @ self._motion)
 

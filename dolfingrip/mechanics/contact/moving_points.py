@@ -1,4 +1,4 @@
-"""Points along a step in which a rigid body turns and moves, as a shape sees them."""
+"""Points along a step in which a rigid body turns and moves, in a shape's frame."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from dolfingrip.mechanics.model.rotation import rotation
 
 
 class MovingPoints(NamedTuple):
-    """y(t) = Q(t) a(t) + b(t) for a fraction t of the step, a and b linear in t.
+    """y(t) = Q(t) a(t) + b(t) for a fraction t of the step; a and b are linear in t.
 
-    Q turns by θ + t Δθ, or back by it. With ω = |Δθ| a point's speed stays below
+    Q is the rotation by θ + t Δθ, or its inverse. With ω = |Δθ| a point's speed stays below
     ω |a| + |a'| + |b'|, and its acceleration below 2 ω² |a| + 2 ω |a'|.
 
     Attributes:

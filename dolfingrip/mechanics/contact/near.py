@@ -1,4 +1,4 @@
-"""Points that feel a shape, and their potential's derivatives by the pose of a rigid body."""
+"""Points near a shape, and their potential's derivatives by the pose of a rigid body."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from dolfingrip.mechanics.model.rotation import Rotation
 
 
 class Near(NamedTuple):
-    """Points that feel a shape, which sees them at y = Q(θ) a + C c and a constant.
+    """Points near a shape, at y = Q(θ) a + C c + constant in the shape's frame.
 
-    (c, θ) is the pose of a rigid body. Where the points are the body's, Q is its rotation R and
-    C = 1. Where the shape is the body's, it sees a point at y = Rᵀ(x − c): Q = Rᵀ, C = −Rᵀ.
+    (c, θ) is the pose of a rigid body. If the points belong to the body, Q is its rotation R and
+    C = 1. If the shape belongs to the body, y = Rᵀ(x − c), so Q = Rᵀ and C = −Rᵀ.
 
     Attributes:
-        rows: (n,) which of the points.
+        rows: (n,) numbers of the points.
         arms: (n, 3) a (mm).
-        areas: (n,) (mm²).
+        areas: (n,) areas (mm²).
         turned: Q with its derivatives by θ.
         by_centre: (3, 3) C.
-        distances: from the shape, in its frame.
-        barrier: its values there.
+        distances: distances from the shape, in its frame.
+        barrier: values of the barrier there.
     """
 
     rows: np.ndarray
@@ -43,7 +43,7 @@ class Near(NamedTuple):
 
     @property
     def moment(self) -> np.ndarray:
-        """(3, 3) M with which Q(θ) : M has the derivatives of Π by θ, forces held fast (N mm)."""
+        """(3, 3) M (N mm): Q(θ) : M has the derivatives of Π by θ at fixed forces."""
         return np.asarray(self.forces.T @ self.arms)
 
     @property
@@ -71,13 +71,13 @@ class Near(NamedTuple):
 
 
 def slopes(near: Near) -> np.ndarray:
-    """(6,) derivatives of Π by the pose (N; N mm), this rank's."""
+    """(6,) this rank's part of the derivatives of Π by the pose (N; N mm)."""
     by_centre = (near.forces @ near.by_centre).sum(axis=0)
     return np.concatenate([by_centre, near.turned.slopes(near.moment)])
 
 
 def curvatures(near: Near, *, convex: bool) -> np.ndarray:
-    """(6, 6) second derivatives of Π by the pose, this rank's, C held fast.
+    """(6, 6) this rank's part of the second derivatives of Π by the pose, for constant C.
 
     Args:
         near: the points.

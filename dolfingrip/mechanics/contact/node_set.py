@@ -1,4 +1,4 @@
-"""Displacement nodes that all ranks know the values of."""
+"""Displacement nodes whose values all ranks know."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
 
 class NodeSet:
-    """Some displacement nodes, and their values whole on every rank.
+    """Some displacement nodes, whose values every rank has.
 
-    What acts between nodes of different ranks is so found alike on each; a rank contributes the
-    rows of the nodes it owns.
+    Forces between nodes of different ranks are therefore computed alike on each rank. A rank
+    contributes the rows of the nodes that it owns.
 
     Args:
         space: of the displacement.
         nodes: (n,) global nodes (block index), the same on all ranks.
 
     Attributes:
-        nodes: as given.
-        owned: places in ``nodes`` of those this rank owns.
-        frames: (n, 3, 3) from reference axes to the world's; None where they are the same.
+        nodes: the nodes.
+        owned: places in ``nodes`` of the nodes that this rank owns.
+        frames: (n, 3, 3) from reference axes to the world's; None if they are equal.
     """
 
     def __init__(self, space: fem.FunctionSpace, nodes: np.ndarray) -> None:
@@ -36,14 +36,14 @@ class NodeSet:
         self._number(nodes)
 
     def _number(self, nodes: np.ndarray) -> None:
-        """Take global displacement nodes as those of the set."""
+        """Make global displacement nodes the nodes of the set."""
         self.nodes = nodes
         self.owned = np.flatnonzero((nodes >= self._first) & (nodes < self._end))
         self._owned_local = (nodes[self.owned] - self._first).astype(np.int32)
 
     @property
     def count(self) -> int:
-        """How many rows :meth:`at_nodes` has."""
+        """Number of rows of :meth:`at_nodes`."""
         return len(self.nodes)
 
     def at_nodes(self, local_values: np.ndarray) -> np.ndarray:
@@ -59,7 +59,7 @@ class NodeSet:
         return NodeSet.at_nodes(self, step[: NODE * (self._end - self._first)])
 
     def add_owned(self, values: np.ndarray, target: np.ndarray) -> None:
-        """Add those of (n, 3) values at the nodes that this rank owns to its nodes' (m, 3)."""
+        """Add the owned rows of (n, 3) values at the nodes to this rank's nodal values (m, 3)."""
         target[self._owned_local] += to_reference(self.frames, values)[self.owned]
 
     # -- for terms whose forces act on the rows of at_nodes ----------------------------------------
@@ -75,13 +75,13 @@ class NodeSet:
 
         Args:
             hessian: (3n, 3n) by the rows of :meth:`at_nodes`.
-            forces_N: (n, 3) first ones, which matter where rows are no linear functions.
-            convex: without what makes them indefinite.
+            forces_N: (n, 3) first derivatives, which matter if rows are not linear functions.
+            convex: without the parts that make them indefinite.
         """
         return [Coupling(self.nodes, self.in_reference(hessian))]
 
     def in_reference(self, hessian: sp.coo_matrix) -> sp.coo_matrix:
-        """A (3n, 3n) matrix by values in the world as one by values in reference axes."""
+        """A (3n, 3n) matrix for world axes, converted to reference axes."""
         if self.frames is None:
             return hessian
         places = np.arange(len(self.nodes) + 1)

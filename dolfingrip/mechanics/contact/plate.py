@@ -27,7 +27,7 @@ AWAY_mm = 1e4
 
 
 class RigidPlate(RigidContact):
-    """Plane n · x = offset on whose side n points the skin stays.
+    """The plane n · x = offset; the skin stays on the side that n points to.
 
     The plane lies one barrier width behind the position that first feels the skin, so that a
     gap of 0 is a touch without force.
@@ -37,9 +37,9 @@ class RigidPlate(RigidContact):
         domain: reference configuration.
         region: name of the part of ``domain``'s boundary that may touch.
         normal: (3,) towards the finger; any length.
-        gap_mm: distance that the nearest point of ``region`` travels along −n before
-            contact is felt, from the pose against which the plate is put, at first the undeformed
-            one.
+        gap_mm: distance that the nearest point of ``region`` travels along −n until contact is
+            felt. It counts from the shape against which the plate is put; the first such shape is
+            the undeformed one.
         width_mm: barrier width ĝ.
         stiffness_MPa: barrier stiffness κ.
 
@@ -81,7 +81,7 @@ class RigidPlate(RigidContact):
 
     @property
     def unknown(self) -> GlobalUnknown | None:
-        """The plane's position as an unknown, where it is one."""
+        """The plane's position as an unknown; None if it is prescribed."""
         return self.pose.global_unknowns[0]
 
     def solve_for(self, unknown: GlobalUnknown) -> None:
@@ -97,7 +97,7 @@ class RigidPlate(RigidContact):
         return NodeSet(self._space, np.unique(self._gathered(own)))
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
-        """Nodes that touch the plane, with their shares of its force.
+        """Nodes that touch the plane, with their parts of its force.
 
         The plane moves along its normal alone.
         """
@@ -121,7 +121,7 @@ class RigidPlate(RigidContact):
 
     @property
     def measure(self) -> ufl.Measure:
-        """Measure of the part of the skin that may touch it, integrated at the nodes."""
+        """Measure of the part of the skin that may touch the plane, integrated at the nodes."""
         return self.points.measure
 
     # -- readings --------------------------------------------------------------------------------
@@ -143,7 +143,7 @@ class RigidPlate(RigidContact):
     # -- where it is put -------------------------------------------------------------------------
 
     def put(self, place_mm: float | None = None) -> None:
-        """Put the plate at its gap from the present pose, or at a place along its normal (mm)."""
+        """Put the plate at its gap from the present shape, or at a place along its normal (mm)."""
         self.offset.value = self.unloaded.value = self.place_mm() if place_mm is None else place_mm
         self._away = False
 
@@ -169,7 +169,7 @@ class RigidPlate(RigidContact):
             self.offset.value = self.unloaded.value
 
     def place_mm(self, dofs: np.ndarray | None = None) -> float:
-        """Position along n at the gap from the present pose, or that of a displacement."""
+        """Position along n at the gap from the present shape, or from that of a displacement."""
         along = self._along(self._u.x.array if dofs is None else dofs).min(initial=np.inf)
         nearest = float(self._comm.allreduce(along, MPI.MIN))
         where_nothing_faces_it = 0.0
@@ -177,14 +177,14 @@ class RigidPlate(RigidContact):
         return nearest - self._gap_mm - self.width_mm
 
     def nearest_node(self) -> int | None:
-        """This rank's node that is nearest to the plate; None where another rank has it."""
+        """This rank's node that is nearest to the plate; None if another rank has it."""
         along = self._along(self._u.x.array)
         own = float(along.min(initial=np.inf)), self._comm.rank
         first = min(self._comm.allgather(own))
         return int(self.points.nodes[along.argmin()]) if first == own else None
 
     def place_rate(self, velocity: fem.Function) -> float:
-        """How fast :meth:`place_mm` follows as the reference points move (mm)."""
+        """Rate of :meth:`place_mm` as the reference points move (mm)."""
         moving = fem.Function(self._u.function_space)
         moving.interpolate(velocity)
         node = self.nearest_node()

@@ -1,4 +1,4 @@
-"""The numbers that decisions of contact and friction rest on, those of each decision together."""
+"""The numbers behind decisions of contact and friction, in one policy for each decision."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ class Advance:
 
     Attributes:
         kept: part of its distance that each point keeps in a step.
-        pieces: in which a step is looked at; each is as long as is safe from where the last one
-            ends.
+        pieces: largest number of pieces of a step; each is as long as is safe from the end of the
+            last one.
     """
 
     kept: float = 0.1
@@ -21,7 +21,7 @@ class Advance:
 
 @dataclass(frozen=True, slots=True)
 class Nearness:
-    """Which points a contact with a shape looks at, by the barrier's width.
+    """The points that a contact with a shape evaluates, in widths of the barrier.
 
     Attributes:
         around: distances from a ball around the shape from which on none is felt: twice what an
@@ -44,7 +44,7 @@ class Memory:
         slip_mm: ε: a point that sticks is displaced elastically by less. A numerical choice, no
             property of a material: small against the motion of fingers (mm), large enough for
             Newton's method.
-        same: relative change of the nodes' normal forces that counts as none: far above that of a
+        same: relative change of the nodes' normal forces that counts as none: far above that in a
             load step in which nothing happens but Newton's method ending elsewhere within its
             tolerance.
         most_growth: of a normal force in a load step up to which a point remembers all. What grows
@@ -73,11 +73,11 @@ class Pairs:
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """What a force-closure margin is computed from.
+    """The size of the problem whose solution is a force-closure margin.
 
     Attributes:
-        edges: of the pyramid that stands for a friction cone.
-        contacts: that are looked at: those that press hardest.
+        edges: number of edges of the pyramid that replaces a friction cone.
+        contacts: number of contacts that are used; they have the largest normal forces.
     """
 
     edges: int = 8

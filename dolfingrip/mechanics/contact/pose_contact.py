@@ -1,4 +1,4 @@
-"""What contact by a signed distance shares, where a rigid body's pose decides the distances."""
+"""The base class of contacts by signed distance with a rigid body whose pose decides distances."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ from dolfingrip.mechanics.model.term import Term
 
 
 class PoseContact(Term):
-    """Points stay outside a shape; the shape, or the points, belong to a rigid body.
+    """Points stay outside a shape. The shape or the points belong to a rigid body.
 
-    Π = Σ A_i b(φ(y_i)) over points with areas A_i; y_i is where the shape with the signed distance
-    φ sees point i, a function of the body's pose; b is a barrier's energy per area.
+    Π = Σ A_i b(φ(y_i)) over points with areas A_i. y_i is the place of point i in the frame of the
+    shape with the signed distance φ, a function of the body's pose. b is a barrier's energy per
+    area.
 
     Args:
         shape: φ.
         pose: of the body.
         density: b.
-        copies: symmetry multiplicity: meshed parts that make the whole and share the body.
+        copies: number of meshed parts that make the whole and share the body.
     """
 
     passes: ClassVar[str]
@@ -45,22 +46,22 @@ class PoseContact(Term):
 
     @abstractmethod
     def near(self, dofs: np.ndarray) -> Near:
-        """Points that feel the shape at the displacement ``dofs``."""
+        """Points within the barrier's width of the shape at the displacement ``dofs``."""
 
     @abstractmethod
     def _moving(self, dofs: np.ndarray, step: np.ndarray) -> MovingPoints:
         """Points that a step from ``dofs`` may bring near to the shape."""
 
     def _sum[T](self, local: T) -> T:
-        """Sum over the ranks' points, which are all on each rank by default."""
+        """Sum over the ranks' points; by default each rank has all points."""
         return local
 
     def _least(self, local: float) -> float:
-        """Least value over the ranks' points, which are all on each rank by default."""
+        """Smallest value over the ranks' points; by default each rank has all points."""
         return local
 
     def _felt(self, places: np.ndarray) -> tuple[np.ndarray, Distances, BarrierValues]:
-        """Which of some points feel the shape, their distances from it and the barrier there."""
+        """The points within the barrier's width, with their distances and the barrier there."""
         every = self.shape.at(places)
         rows = np.flatnonzero(every.value < self.density.width_mm * NEARNESS.within)
         distances = Distances(*(values[rows] for values in every))
@@ -78,13 +79,13 @@ class PoseContact(Term):
         return -self._copies * np.asarray(self._sum(slopes(self.near(dofs))))
 
     def facing(self, step: np.ndarray) -> np.ndarray:
-        """(3,) 0: what the points touch is among the nodes that friction's pairs move with."""
+        """(3,) zeros, because friction's pairs move with the nodes and bodies that points touch."""
         return np.zeros(3)
 
     # -- bounds ----------------------------------------------------------------------------------
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction of ``step`` that leaves each point a tenth of its distance."""
+        """Largest fraction of ``step`` in which each point keeps a tenth of its distance."""
         moving = self._moving(dofs, step)
         return self._least(reach(lambda part: moving.at(part, self.shape), self.shape.bounds))
 

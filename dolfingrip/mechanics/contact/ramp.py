@@ -1,4 +1,4 @@
-"""The smoothed Coulomb law: how the force of friction rises with slip, up to its limit."""
+"""The smoothed Coulomb law: the force of friction rises with slip up to its limit."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ class Ramp:
     def curvature(
         self, slip: np.ndarray, limit_N: np.ndarray, normals: np.ndarray, *, convex: bool = False
     ) -> np.ndarray:
-        """(m, 3, 3) second derivatives (N/mm) of limits (m,) times f0 in planes of given normals.
+        """(m, 3, 3) second derivatives (N/mm) of limits (m,) times f0 in planes with given normals.
 
         D = μN [a P + (f0'' − a) ŝ ŝᵀ] for each pair, a = f0'/|s| and f0'' = 2 (1 − |s|/ε)/ε.
 
         Args:
-            slip: (m, 3) of the pairs (mm).
-            limit_N: μN.
-            normals: of the tangent planes.
-            convex: μN a P, of the parabola in s that touches f0 and lies above it everywhere.
+            slip: (m, 3) slip of the pairs (mm).
+            limit_N: (m,) limits μN.
+            normals: (m, 3) normals of the tangent planes.
+            convex: whether it is μN a P, for the parabola in s that touches f0 and lies above it.
         """
         size = size_of(slip)
         per_slip = self.per_slip(size)

@@ -1,4 +1,4 @@
-"""Nodes of a surface and points of rigid bodies as what pairs in contact move with."""
+"""Nodes of a surface and points of rigid bodies, whose motions make pairs in contact slide."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class RelativeNodes(NodeSet):
     """Displacement nodes, and after them four rows for each rigid body: c, R e₁, R e₂ and R e₃.
 
     A body's point Y is at c + Σ Y_k R e_k, a linear function of its rows, with the weights that
-    :func:`weights` gives. So a pair between a node and a body, or between two bodies, slides by a
-    linear function of rows, as pairs of nodes do. What follows by the rotation vector is R : M and
-    its derivatives.
+    :func:`weights` gives. So the slip of a pair between a node and a body, or between two bodies,
+    is a linear function of rows, like that of a pair of nodes. Derivatives by the rotation vector
+    are those of R : M.
 
     Args:
         space: of the displacement.
         nodes: (n,) global nodes, the same on all ranks.
         frames: (n, 3, 3) from reference axes to the world's; None where they are the same.
-        poses: of the bodies; one at most may be solved for.
+        poses: poses of the bodies; at most one may be solved for.
     """
 
     def __init__(
@@ -47,11 +47,11 @@ class RelativeNodes(NodeSet):
 
     @property
     def count(self) -> int:
-        """How many rows :meth:`at_nodes` has."""
+        """Number of rows of :meth:`at_nodes`."""
         return len(self.nodes) + AFFINE * len(self.poses)
 
     def at_nodes(self, local_values: np.ndarray) -> np.ndarray:
-        """Displacements of the nodes, then the bodies' rows as they are at present (mm; 1)."""
+        """Displacements (mm) of the nodes, followed by the present rows of the bodies (mm; 1)."""
         rows = [super().at_nodes(local_values)]
         for pose in self.poses:
             q = pose.coordinates

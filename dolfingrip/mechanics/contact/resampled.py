@@ -1,8 +1,8 @@
-"""Contact points on a rectilinear skin, spread evenly whatever the facets are.
+"""Evenly spread contact points on a rectilinear skin with facets of any size.
 
-A structured mesh is graded by planes that run through the whole body, so that its skin has facets
-narrower than the barrier's reach beside wide ones. Contact wants points as dense as contact
-zones ask for: a point in the middle of a facet moves with the facet's shape functions.
+A structured mesh is graded by planes that run through the whole body. Some facets of its skin are
+therefore narrower than the barrier's reach, and others are wide. Contact needs points whose density
+follows from the contact zones. A point inside a facet moves with the facet's shape functions.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ def resample(
         facets: (m, 8) nodes of quadrilaterals, corners in turn, then the midpoints from each
             to the next.
         rest: (n, 3) reference positions of the nodes (mm).
-        spacing_mm: longest edge of a rectangle; the shortest is half of it, walls apart.
+        spacing_mm: longest edge of a rectangle; except at walls, the shortest is half of it.
 
     Returns:
         (v, n) weights of the nodes in each point's position and displacement, and (k, 3) points
-        of each triangle; None where the facets do not lie in the planes of a rectilinear grid.
+        of each triangle; None if the facets do not lie in the planes of a rectilinear grid.
     """
     corners = rest[facets[:, :4]]
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -74,7 +74,7 @@ def _lines(walls: np.ndarray, planes: np.ndarray, spacing: float, near: float) -
 
 
 def _distinct(values: np.ndarray, near: float) -> np.ndarray:
-    """Sorted values, those nearer than ``near`` as one."""
+    """Sorted values; values nearer than ``near`` become one."""
     values = np.sort(values)
     return values[np.concatenate([[True], np.diff(values) > near])]
 

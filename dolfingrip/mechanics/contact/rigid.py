@@ -32,9 +32,10 @@ class RigidContact(PoseContact):
     """Points of a deformable surface stay outside a rigid body.
 
     Π = Σ A_i b(φ(Rᵀ(x_i − c))) over the surface's nodes x_i with their shares A_i of the reference
-    area, φ the body's signed distance, b a barrier's energy per area. The body's pose (c, θ) is
-    fixed or solved for. Between meshes barrier contact pushes along edges' normals, too, which
-    makes flat vertical faces hold what only friction should; a smooth distance does not.
+    area. φ is the body's signed distance and b a barrier's energy per area. The body's pose (c, θ)
+    is fixed or solved for. Barrier contact between two meshes also pushes along normals of edges,
+    so that flat vertical faces hold a body that only friction should hold. A smooth distance does
+    not.
 
     Args:
         u: displacement (mm).
@@ -73,7 +74,7 @@ class RigidContact(PoseContact):
         return self.shape.at(arms @ rotation(q[3:]).matrix).value
 
     def near(self, dofs: np.ndarray) -> Near:
-        """Kept for the next call with the same positions."""
+        """Distances are kept for the next call with the same positions."""
         q = self.pose.coordinates
         positions = self.points.positions(dofs)
         if self._found is not None:
@@ -96,7 +97,7 @@ class RigidContact(PoseContact):
         q, change = self.pose.coordinates, self.pose.change(step)
         arms = self.points.positions(dofs) - q[:3]
         drift = self.points.displacement(step[: len(dofs)]) - change[:3]
-        # most points are too far away for the step, whatever their way
+        # most points are too far away to touch in this step, whatever their direction
         away, speed = (np.linalg.norm(vectors, axis=1) for vectors in (arms, drift))
         turn = float(np.linalg.norm(change[3:]))
         beyond = away - self.shape.bounds.radius_mm
@@ -121,7 +122,7 @@ class RigidContact(PoseContact):
             self.pose.add_slopes(self._sum(slopes(near)), gradient)
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
-        """At this rank's points; with the pose where it is solved for."""
+        """Second derivatives at this rank's points, and by the pose if it is solved for."""
         near = self.near(dofs)
         at_points, with_pose, within = _curvatures(near, convex=convex)
         at_points = self.points.to_reference(at_points, near.rows)
@@ -151,7 +152,7 @@ class RigidContact(PoseContact):
         return RelativeNodes(self._space, every, frames, [self.pose])
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
-        """Nodes that feel the body, each against that point of the body that it is above."""
+        """Nodes within the barrier's width, each paired with the body's point below it."""
         near = self.near(dofs)
         pressed = np.flatnonzero(near.barrier.slope < 0)
         own = self.points.first + self.points.nodes[near.rows[pressed]].astype(np.int64)
@@ -188,7 +189,7 @@ class RigidContact(PoseContact):
     # -- derivatives by parameters ---------------------------------------------------------------
 
     def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
-        """Add what moving reference points change, their areas included."""
+        """Add the change of the gradient as reference points and their areas move."""
         at_nodes, by_pose = self.shape_rates(dofs, velocity)
         rate.at_nodes[:] += at_nodes
         if self.pose.free:
@@ -247,7 +248,7 @@ def _at_points(near: Near) -> np.ndarray:
 
 
 def _curvatures(near: Near, *, convex: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Second derivatives: at points (n, 3, 3), with the pose (n, 3, 6), the pose's own (6, 6).
+    """Second derivatives by points (n, 3, 3), by points and pose (n, 3, 6), by the pose (6, 6).
 
     Args:
         near: the points.

@@ -1,4 +1,4 @@
-"""Contact of a rigid body with another of prescribed pose, such as food with a table."""
+"""Contact of a rigid body with another one of prescribed pose, such as food with a table."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class RigidPoints(PoseContact):
 
     Args:
         u: displacement (mm) of the model.
-        points: (n, 3) Y_j in the body's own axes (mm).
-        areas: (n,) A_j (mm²).
+        points: (n, 3) places Y_j in the body's own axes (mm).
+        areas: (n,) areas A_j (mm²).
         pose: of the body.
-        shape: φ of the other one.
-        other: pose of that, prescribed.
+        shape: φ of the other body.
+        other: prescribed pose of the other body.
         density: the barrier.
-        copies: how many meshed parts make the whole; they share the body.
+        copies: number of meshed parts that make the whole and share the body.
     """
 
     name: ClassVar[str] = "table"
@@ -62,7 +62,7 @@ class RigidPoints(PoseContact):
         self._areas = areas / copies
 
     def _places(self, turned: np.ndarray) -> np.ndarray:
-        """(n, 3) points as the other body sees them, this one turned by a matrix."""
+        """(n, 3) points in the other body's frame, for a rotation matrix of this body."""
         apart = self.pose.coordinates[:3] - self.other.coordinates[:3]
         return np.asarray(self._points @ turned.T + apart)
 
@@ -71,7 +71,7 @@ class RigidPoints(PoseContact):
         return self.shape.at(self._places(rotation(self.pose.coordinates[3:]).matrix)).value
 
     def near(self, dofs: np.ndarray) -> Near:
-        """Points that feel the other body."""
+        """Points within the barrier's width of the other body."""
         turned = rotation(self.pose.coordinates[3:])
         rows, distances, barrier = self._felt(self._places(turned.matrix))
         arms, areas = self._points[rows], self._areas[rows]
@@ -102,7 +102,7 @@ class RigidPoints(PoseContact):
         return RelativeNodes(self._space, np.zeros(0, np.int64), None, [self.pose, self.other])
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
-        """Points that feel the other body, each against that body's point below it."""
+        """Points within the barrier's width, each paired with the other body's point below it."""
         near = self.near(dofs)
         pressed = np.flatnonzero(near.barrier.slope < 0)
         points = near.arms[pressed]

@@ -1,4 +1,4 @@
-"""A signed distance known by samples on a grid, as a tricubic spline."""
+"""A signed distance as a tricubic spline through samples on a grid."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dolfingrip.mechanics.contact.distance import Bounds, Distances
 from dolfingrip.mechanics.contact.policy import NEARNESS
 
 SUPPORT = 4
-"""Coefficients of a cubic B-spline along each axis that a point feels."""
+"""Number of coefficients of a cubic B-spline along each axis that act on a point."""
 
 
 BEZIER = (
@@ -29,17 +29,17 @@ first derivative, and of its second, all as cubics."""
 class SampledDistance:
     """φ = Σ c_ijk B(x/h − i) B(y/h − j) B(z/h − k), B the cubic B-spline: twice differentiable.
 
-    The coefficients are those that pass through the samples (Unser, Splines: A Perfect Fit for
-    Signal and Image Processing, 1999). Beyond the grid the distance is that from the grid's box,
-    above the least on the box: no more than it is.
+    The spline passes through the samples (Unser, Splines: A Perfect Fit for Signal and Image
+    Processing, 1999). Beyond the grid the distance is the smallest one on the grid's box plus the
+    distance from the box, which is never more than the true distance.
 
-    Its slope is 1 but for the samples' and the spline's errors. How much steeper or more concave
-    it may be anywhere outside the shape is bounded by its control points in each cell.
+    Its slope is 1 apart from errors of the samples and of the spline. Its control points in each
+    cell bound how much steeper or more concave it may be anywhere outside the shape.
 
     Args:
         samples: (l, m, n) distances (mm), :data:`SUPPORT` or more along each axis, positive on
             the grid's faces.
-        origin_mm: (3,) where the first one is.
+        origin_mm: (3,) place of the first sample.
         spacing_mm: h.
     """
 
@@ -69,7 +69,7 @@ class SampledDistance:
             distance: (n,) signed distances.
             low_mm: (3,) corner of the grid; :attr:`margin_mm` or more away from the shape.
             high_mm: (3,) opposite corner, which the grid reaches or passes.
-            spacing_mm: of the samples.
+            spacing_mm: spacing of the samples.
             smoothing_mm: standard deviation of the Gaussian that rounds edges off.
         """
         low = np.asarray(low_mm, dtype=float)
@@ -139,9 +139,9 @@ class SampledDistance:
         return Bounds(max(slope, 1.0), self._largest(cells[near], pairs), reach, radius)
 
     def _largest(self, cells: np.ndarray, orders: list[np.ndarray]) -> float:
-        """Bound on the norm of derivatives of these orders along x, y and z in some cells.
+        """Bound on the norm of derivatives of given orders along x, y and z in some cells.
 
-        A polynomial lies in the hull of its control points, and so do several together.
+        A polynomial lies in the hull of its control points, and so does a vector of polynomials.
         """
         square = np.zeros(cells.shape)
         for order in orders:

@@ -1,4 +1,4 @@
-"""A deformable surface as points: its displacement nodes with their shares of its area."""
+"""The displacement nodes of a deformable surface, with their shares of its area."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class SkinPoints:
 
     Attributes:
         nodes: (n,) local numbers.
-        areas: (n,) their shares of the reference area (mm²).
-        rest: (n, 3) where they are at rest in the world (mm).
-        frames: (n, 3, 3) from reference axes to the world's; None where they are the same.
-        measure: of the regions, integrated at the nodes.
-        first: this rank's first node.
-        owned: how many nodes it owns.
+        areas: (n,) shares of the nodes in the reference area (mm²).
+        rest: (n, 3) undeformed positions in the world (mm).
+        frames: (n, 3, 3) from reference axes to the world's; None if they are equal.
+        measure: measure of the regions, integrated at the nodes.
+        first: global number of this rank's first node.
+        owned: number of nodes that this rank owns.
     """
 
     def __init__(self, space: fem.FunctionSpace, domain: Domain, regions: Sequence[str]) -> None:
@@ -61,7 +61,7 @@ class SkinPoints:
         return self.rest + self.displacement(dofs)
 
     def displacement(self, local: np.ndarray) -> np.ndarray:
-        """(n, 3) in the world, of a local array of the displacement's nodes (mm)."""
+        """(n, 3) vectors in the world, from a local array at the displacement's nodes (mm)."""
         return to_world(self.frames, local.reshape(-1, NODE)[self.nodes])
 
     def to_reference(self, vectors: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -85,14 +85,14 @@ class SkinPoints:
         return self._assembled(rate)[self.nodes]
 
     def moved(self, change: np.ndarray) -> SkinPoints:
-        """The points once the reference nodes have moved a little by ``change`` (mm)."""
+        """The points after the reference nodes have moved a little by ``change`` (mm)."""
         other = copy(self)
         other.rest = self.rest + self.displacement(change)
         other.areas = self.areas + self.area_rates(change)
         return other
 
     def _assembled(self, integral: fem.Form) -> np.ndarray:
-        """First components at the owned nodes."""
+        """The first component of each owned node."""
         vector = fem.assemble_vector(integral)
         vector.scatter_reverse(la.InsertMode.add)
         return np.asarray(vector.array[: NODE * self.owned : NODE])

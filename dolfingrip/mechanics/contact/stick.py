@@ -1,4 +1,4 @@
-"""How pairs of contact inherit the elastic displacement of points that stick."""
+"""Pairs of contact inherit the elastic displacement of points that stick."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from dolfingrip.mechanics.contact.policy import MEMORY
 from dolfingrip.mechanics.contact.tangential import Tangential
 
 TINY = np.finfo(float).tiny
-"""Avoids 0/0."""
+"""A number that avoids 0/0."""
 
 
 def handed_on(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarray:
     """(m, 3) elastic displacement (mm) of the pairs ``now``.
 
-    A pair keeps its own. A new one takes the mean of what its nodes remember, as the pair does
-    that a vertex makes when it slides on to the next triangle. Where the normal force grows more
-    than ``MEMORY.most_growth`` times, memory fades: such a point had all but left, and a finger
-    that is pressed on its plate anew would feel how it last slid off.
+    A pair keeps its memory. A new pair takes the mean of its nodes' memories; a vertex that slides
+    to the next triangle makes such a pair. If the normal force grows by more than the factor
+    ``MEMORY.most_growth``, memory fades. Such a point had nearly left, and a finger that is pressed
+    on its plate again must not feel how it last slid off.
 
     Args:
         start: pairs at the load step's start.
-        stuck: (n, 3) elastic displacement of them.
+        stuck: (n, 3) elastic displacements of these pairs.
         now: pairs in contact now.
     """
     known = {tuple(key): i for i, key in enumerate(start.keys.tolist())}
@@ -41,8 +41,8 @@ def handed_on(start: Tangential, stuck: np.ndarray, now: Tangential) -> np.ndarr
 def _of_nodes(start: Tangential, stuck: np.ndarray, weights: sp.csr_matrix) -> np.ndarray:
     """(j, 3) mean memory of the nodes of new pairs.
 
-    A node remembers the mean over its pairs, by normal force and by its part in them; with the sign
-    of that part, so that both sides of a contact remember the opposite.
+    The memory of a node is the mean over its pairs, weighted by normal force and by the node's part
+    in them. The sign of that part counts, so that both sides of a contact have opposite memories.
     """
     part = start.pressed_N()
     at_nodes = np.asarray(start.weights.T @ (start.normal_N[:, None] * stuck))

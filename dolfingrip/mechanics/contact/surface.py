@@ -1,4 +1,4 @@
-"""Deformable surfaces as linear triangles, known whole on every rank."""
+"""Deformable surfaces of linear triangles, which every rank knows as a whole."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ SPLIT = {
 }
 
 IN_TURN = {4: [0, 1, 3, 2], 8: [0, 1, 3, 2, 4, 6, 7, 5]}
-"""From a tensor product's order, with edges 01, 02, 13 and 23, to that of going round."""
+"""Nodes of a facet in turn, from a tensor product's order with edges 01, 02, 13 and 23."""
 
 
 class Surface(NodeSet):
     """Triangulated surface of a body, whose vertices move with the displacement nodes.
 
-    On tetrahedra the vertices are the nodes, and each quadratic facet becomes four triangles; on
+    On tetrahedra the vertices are the nodes, and each quadratic facet becomes four triangles. On
     hexahedra in the planes of a grid they are spread evenly (:mod:`.resampled`). All ranks hold
-    the same arrays, so that contact is found alike on each; a rank contributes the rows of the
-    nodes it owns.
+    equal arrays, so that each finds the same contact. A rank contributes the rows of the nodes that
+    it owns.
 
     Args:
         space: of the displacement.
         domain: reference configuration.
         facets: this rank's facets of the surface.
-        spacing_mm: largest distance of neighbouring vertices where they are spread; None: the
+        spacing_mm: largest distance of neighbouring vertices that are spread evenly; None: the
             nodes are the vertices.
 
     Attributes:
         rest: (v, 3) positions of the vertices at rest in the world (mm).
         triangles: (m, 3) vertex numbers.
         nodes: (n,) global displacement nodes (block index) that the vertices move with.
-        owned: places in ``nodes`` of those this rank owns.
-        weights: (v, n) of the nodes in each vertex; rows sum to 1.
+        owned: places in ``nodes`` of the nodes that this rank owns.
+        weights: (v, n) weights of the nodes in each vertex; rows sum to 1.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Surface(NodeSet):
 
 
 def _by_position(points: np.ndarray) -> np.ndarray:
-    """(n,) order of points by z, y, x, blind to rounding."""
+    """(n,) order of points by z, y, x; rounding does not change it."""
     # an irrational shift keeps round positions off the borders between two roundings
     keys = np.floor(points / (1e-7 * np.ptp(points, axis=0).max()) + 0.2360679775)
     return np.lexsort(keys.T)

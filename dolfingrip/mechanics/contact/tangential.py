@@ -1,4 +1,4 @@
-"""The pairs of a normal contact, as friction needs them."""
+"""The pairs of a normal contact, with all that friction needs."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from dolfingrip.mechanics.contact.node_set import NodeSet
 
 @dataclass(frozen=True, slots=True)
 class Tangential:
-    """Pairs in contact at one displacement: how they move apart, and how hard they are pressed.
+    """Pairs in contact at one displacement: relative displacements and normal forces.
 
     All ranks hold the same pairs. A pair's tangent plane is given by its normal, and tangential
-    vectors have three components: so they can be taken from one plane to another.
+    vectors have three components, so that they can be moved from one plane to another.
 
     Attributes:
-        weights: (m, k) of the nodes' displacements in the relative displacement of each pair.
+        weights: (m, k) weights of the nodes' displacements in each pair's relative displacement.
         normals: (m, 3) unit normals of the pairs.
         normal_N: (m,) normal forces, positive.
-        rise_N_per_mm: (m,) how they rise as the pairs' distances fall.
+        rise_N_per_mm: (m,) increase of the normal forces as the pairs' distances fall.
         keys: (m, q) identity of each pair, equal from step to step.
     """
 
@@ -69,15 +69,15 @@ class Tangential:
 
         Args:
             moved: displacements.
-            facing: (3,) displacement of what the pairs touch besides the nodes.
+            facing: (3,) displacement of the body that the pairs touch, if it is no node.
         """
         apart = np.einsum("ij,ij->i", self.weights @ moved - facing, self.normals)
         return np.asarray(-self.rise_N_per_mm * apart)
 
-    # -- as arrays, by which a state remembers it --------------------------------------------------
+    # -- arrays, which a state stores --------------------------------------------------------------
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """All of it, by name."""
+        """All arrays by name."""
         return {
             "weights": self.weights.data,
             "columns": self.weights.indices,
@@ -90,7 +90,7 @@ class Tangential:
 
     @classmethod
     def of_arrays(cls, arrays: Mapping[str, np.ndarray], nodes: int) -> Self:
-        """The one that :meth:`arrays` gave, among so many nodes."""
+        """The pairs whose arrays :meth:`arrays` returned, among so many nodes."""
         normal_N = arrays["normal_N"]
         parts = (arrays["weights"], arrays["columns"], arrays["starts"])
         weights = sp.csr_matrix(parts, shape=(len(normal_N), nodes))
@@ -103,7 +103,7 @@ class Touching(Protocol):
 
     @property
     def touching(self) -> NodeSet:
-        """Nodes that any of its pairs may move with."""
+        """Nodes and bodies that its pairs may move with."""
         ...
 
     def tangential(self, dofs: np.ndarray) -> Tangential:
@@ -111,5 +111,5 @@ class Touching(Protocol):
         ...
 
     def facing(self, step: np.ndarray) -> np.ndarray:
-        """(3,) displacement of what its pairs touch besides nodes, for a step of the unknowns."""
+        """(3,) displacement in a step of the unknowns of the body that pairs touch, if no node."""
         ...

@@ -1,4 +1,4 @@
-"""A shape that is turned in its own frame, as a sausage that is drawn upright and lies."""
+"""A shape that is turned in its own frame, such as an upright sausage that is laid down."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from dolfingrip.mechanics.contact.distance import Bounds, Distances, SignedDista
 
 @dataclass(frozen=True, slots=True)
 class TurnedShape:
-    """φ(Tᵀ y) of another shape's φ.
+    """The distance φ(Tᵀ y), with φ of another shape.
 
     A body whose frame is turned like this starts at the rotation vector 0, about which its motions
     in a plane of symmetry are turns about one axis.
 
     Attributes:
-        shape: the other one.
+        shape: the other shape.
         turn: (3, 3) T.
     """
 
@@ -26,7 +26,7 @@ class TurnedShape:
 
     @property
     def bounds(self) -> Bounds:
-        """Bounds of the other shape: turning changes none."""
+        """Bounds of the other shape; a turn does not change them."""
         return self.shape.bounds
 
     def at(self, points: np.ndarray) -> Distances:
