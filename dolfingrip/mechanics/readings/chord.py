@@ -1,4 +1,4 @@
-"""The angle of a line between two places on a model, as a camera sees it from the side."""
+"""The angle of a line between two places on a model, seen from the side by a camera."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.readings.tip import angle_deg, angle_slopes
 
 LEVEL = 1e-6
-"""Distance from an edge, relative to the model's extent, up to which a node lies on it."""
+"""A node lies on an edge if its distance, relative to the model's extent, is smaller than this."""
 
 NEAR = 0.05
-"""Distance of a point from the nearest node, relative to the extent, up to which it is the node."""
+"""A point is the nearest node if their distance, relative to the extent, is smaller than this."""
 
 
 class LineAngle(Reading):
     """Rotation about y of the line between two weighted means of nodes (deg), towards −x.
 
     Args:
-        model: what is read.
+        model: model that is read.
         column: name in the table, with the unit.
         start, end: (n,) weights of this rank's owned displacement nodes, of sum 1 on all ranks.
     """
@@ -65,11 +65,11 @@ class LineAngle(Reading):
 
 
 def edge(model: Model, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """Weights of the mean over an edge along y, which a piecewise linear function gives.
+    """Weights of the nodes in the mean of a piecewise linear function over an edge along y.
 
     Args:
-        model: with nodes on the edge.
-        where: (n, 3) coordinates to the distances (n,) from the edge (mm).
+        model: model with nodes on the edge.
+        where: returns distances (n,) from the edge (mm) at (n, 3) coordinates.
     """
     nodes = _owned_nodes(model)
     on_edge = np.flatnonzero(where(nodes) <= LEVEL * _extent(model))
@@ -90,9 +90,9 @@ def edge(model: Model, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
 
 
 def back_edge(model: Model, region: str) -> np.ndarray:
-    """Weights of the edge that a region at one end has in common with the back, at lowest x.
+    """Weights of the edge that a region at one end and the back, at the lowest x, have in common.
 
-    Of a region that reaches along z, as a cup does, it is the edge nearer to the middle.
+    If a region extends along z, such as a cup, it is the edge nearer to the middle.
     """
     nodes = _owned_nodes(model)
     space = model.u.function_space
@@ -108,7 +108,7 @@ def back_edge(model: Model, region: str) -> np.ndarray:
 
 
 def point(model: Model, at: np.ndarray) -> np.ndarray | None:
-    """Weights of the node nearest to a point (mm); None where none is near."""
+    """Weights of the node nearest to a point (mm); None if none is near."""
     nodes = _owned_nodes(model)
     distance = np.linalg.norm(nodes - at, axis=1)
     least = model.comm.allgather(float(distance.min(initial=np.inf)))

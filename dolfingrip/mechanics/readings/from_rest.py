@@ -1,4 +1,4 @@
-"""Readings that count from the pose at rest."""
+"""Readings that count from the state at rest."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from dolfingrip.mechanics.readings.reading import Reading
 
 
 class FromRest(Reading):
-    """g(x) − g(x at rest); where g is an angle, beyond half a turn, too.
+    """g(x) − g(x at rest); an angle g may be larger than half a turn.
 
-    :meth:`gradient` and :meth:`by_direction` are those of g at the present state. Its zero moves,
-    too, with a parameter: a total derivative is that of g here less that of g at rest, which the
-    caller takes of ``raw`` with the model in its state at rest.
+    :meth:`gradient` and :meth:`by_direction` are the derivatives of g at the present state. Its
+    zero also changes with a parameter. A total derivative is therefore that of g here less that of
+    g at rest; the caller derives ``raw`` with the model in its state at rest.
 
     Args:
         raw: g.
-        turned_deg: of an angle: what it is to less than half a turn, and with its whole turns; None
-            of another reading.
+        turned_deg: for an angle, returns the rotation within half a turn, and that with whole
+            turns; None for another reading.
 
     Attributes:
-        raw: as given.
+        raw: the reading g.
         zero: value of ``raw`` at rest; 0 until :meth:`tare` is called.
     """
 
@@ -35,7 +35,7 @@ class FromRest(Reading):
         self._turned_at_rest_deg = 0.0
 
     def tare(self) -> None:
-        """Take the present pose as the one at rest."""
+        """Make the present state the state at rest."""
         self.zero = self.raw.value()
         if self._turned_deg is not None:
             self._turned_at_rest_deg = self._turned_deg()

@@ -23,15 +23,15 @@ def _compiled(form: ufl.Form) -> fem.Form:
 
 
 class OfIntegrals(Reading):
-    """g = f(I₁, I₂, …), the integrals I being UFL forms of the meshed part.
+    """g = f(I₁, I₂, …); the integrals I are UFL forms of the meshed part.
 
-    Its derivatives are those of the one form Σ wₖ Iₖ with wₖ = ∂f/∂Iₖ. What is not asked for is
-    not compiled.
+    Its derivatives are those of the one form Σ wₖ Iₖ with wₖ = ∂f/∂Iₖ. Forms are compiled when they
+    are asked for.
 
     Args:
-        model: what is read.
+        model: model that is read.
         column: name in the table, with the unit.
-        integrals: in the displacement, the coordinates and constants.
+        integrals: forms in the displacement, the coordinates and constants.
     """
 
     def __init__(self, model: Model, column: str, integrals: Sequence[ufl.Form]) -> None:
@@ -42,7 +42,7 @@ class OfIntegrals(Reading):
 
     @abstractmethod
     def _function(self, integrals: np.ndarray) -> float:
-        """The reading, from the integrals."""
+        """The reading as a function of the integrals."""
 
     @abstractmethod
     def _slopes(self, integrals: np.ndarray) -> np.ndarray:
@@ -81,7 +81,7 @@ class OfIntegrals(Reading):
             weight.value = slope
 
     def _to_shape(self, velocity: fem.Function) -> float:
-        """The mesh moves and the nodal displacements stay."""
+        """Derivative as the mesh moves and the nodal displacements stay."""
         if self._by_shape is None:
             field = fem.Function(velocity.function_space)
             x = ufl.SpatialCoordinate(self.model.domain.mesh)
@@ -91,7 +91,7 @@ class OfIntegrals(Reading):
         return self._summed(form)
 
     def _to_constant(self, constant: fem.Constant) -> float:
-        """Derivative by a constant, 0 of one that the integrals do not contain."""
+        """Derivative by a constant; 0 if the integrals do not contain it."""
         if constant not in self._weighed.constants():
             return 0.0
         if constant not in self._by_constant:
@@ -120,12 +120,12 @@ class OfIntegrals(Reading):
 
 
 class Integral(OfIntegrals):
-    """An integral of the whole solid: of a cavity's volume, or of a plate's force.
+    """An integral over the whole solid, such as a cavity's volume or a plate's force.
 
     Args:
-        model: what is read.
+        model: model that is read.
         column: name in the table, with the unit.
-        integral: over the meshed part.
+        integral: form over the meshed part.
     """
 
     def __init__(self, model: Model, column: str, integral: ufl.Form) -> None:

@@ -59,7 +59,7 @@ class PlateGap(Reading):
 
 
 class PlatePlace(Reading):
-    """Where the plate is put against the present pose, along its normal (mm).
+    """Place of the plate along its normal (mm) when it is put against the present shape.
 
     Its derivatives are those of the skin's nearest node.
     """

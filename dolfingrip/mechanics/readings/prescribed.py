@@ -12,12 +12,12 @@ from dolfingrip.mechanics.readings.reading import Reading
 
 
 class ControlValue(Reading):
-    """The value of a control; where that is an unknown, as a multiplier is, the unknown's.
+    """The value of a control, or of the unknown that takes its place, such as a multiplier.
 
     Args:
-        model: what is read.
+        model: model that is read.
         column: name in the table, with the control's unit.
-        control: of the model, or one that another control replaces.
+        control: a control of the model, or one that another control has replaced.
     """
 
     def __init__(self, model: Model, column: str, control: Prescribed) -> None:
@@ -42,7 +42,7 @@ class ControlValue(Reading):
 
 
 class Time(Reading):
-    """Time since the first stop (s), of which nothing depends on state or parameters."""
+    """Time since the first stop (s); it does not depend on state or parameters."""
 
     def __init__(self, model: Model) -> None:
         super().__init__(model, TIME.name)

@@ -1,4 +1,4 @@
-"""The force that supports take."""
+"""The force that supports bear."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from dolfingrip.mechanics.readings.integrals import Integral
 
 
 class Reaction(Integral):
-    """Sum of the supports' forces on some nodes along an axis (N), of the whole solid.
+    """Sum of the supports' forces on some nodes along an axis (N), for the whole solid.
 
-    It is the residual R(u; w) with the test function w = 1 at these nodes, and so has that
+    It is the residual R(u; w) with the test function w = 1 at these nodes, and so it has that
     form's derivatives; further terms of Π must not act on these nodes.
 
     Args:
-        model: what is read.
+        model: model that is read.
         column: name in the table.
         nodes: this rank's owned displacement nodes.
         axis: 0, 1 or 2.

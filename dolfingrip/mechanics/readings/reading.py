@@ -16,14 +16,14 @@ class NotDifferentiable(Exception):
 
 
 class Reading(ABC):
-    """A number that is read off a model, g(x, m) of its unknowns x and its parameters m.
+    """A number g(x, m) that is read off a model with the unknowns x and the parameters m.
 
     Args:
-        model: what is read.
+        model: model that is read.
         column: name in the table, with the unit.
 
     Attributes:
-        model, column: as given.
+        model, column: the model and the name.
         differentiable: whether it has derivatives.
     """
 
@@ -35,12 +35,12 @@ class Reading(ABC):
 
     @abstractmethod
     def value(self) -> float:
-        """At the present state, in the column's unit, the same on all ranks."""
+        """Value at the present state in the column's unit, equal on all ranks."""
 
     def gradient(self) -> np.ndarray:
-        """∂g/∂x: derivatives by this rank's owned unknowns, in the order of a vector of them.
+        """∂g/∂x: derivatives by this rank's owned unknowns, in the order of their vector.
 
-        Rows of supported unknowns are included; who solves with the tangent leaves them out.
+        Rows of supported unknowns are included; callers that solve with the tangent leave them out.
 
         Raises:
             NotDifferentiable: the reading has no derivative.
@@ -48,7 +48,7 @@ class Reading(ABC):
         raise NotDifferentiable(f"{self.column} has no derivative: it is a smallest distance")
 
     def by_direction(self, direction: Direction) -> float:
-        """∂g/∂m: as a parameter changes and the unknowns do not, the same on all ranks.
+        """∂g/∂m: derivative by a parameter at constant unknowns, equal on all ranks.
 
         Raises:
             NotDifferentiable: the reading has no derivative.

@@ -27,7 +27,7 @@ def _one(model: Model) -> fem.Constant:
 
 
 def angle_deg(x: float, z: float) -> float:
-    """From z towards −x, so towards a finger's base layer."""
+    """Angle (deg) from z towards −x, which is towards a finger's base layer."""
     return math.degrees(math.atan2(-x, z))
 
 
@@ -51,10 +51,10 @@ class FaceAngle(OfIntegrals):
 
 
 class TipDisplacement(OfIntegrals):
-    """Mean displacement of the tip face along an axis (mm), from the mesh.
+    """Mean displacement of the tip face along an axis from the undeformed mesh (mm).
 
     Args:
-        model: what is read.
+        model: model that is read.
         axis: ``x``, ``y`` or ``z``.
     """
 

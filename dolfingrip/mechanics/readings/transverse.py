@@ -1,4 +1,4 @@
-"""How far a bar narrows as it is pulled."""
+"""The transverse strain of a bar that is pulled."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
 
 AXIS = 0
-"""Of the width."""
+"""Axis of the width."""
 
 
 class TransverseStrain(Reading):
-    """Nominal strain across a bar: its width by its width at rest, less 1; no unit.
+    """Nominal strain across a bar: the ratio of its width and its width at rest, less 1 (no unit).
 
-    The width is the distance along x between the mean places of nodes on two opposite sides, as
-    near as there are any to half the length along z: what a camera sees of the bar's outline there
-    (ISO 527-1 calls its ratio to the strain along the bar, with a minus sign, Poisson's ratio).
+    The width is the distance along x between the mean places of nodes on two opposite sides, at the
+    nodes nearest to half the length along z. A camera sees this width in the bar's outline. (ISO
+    527-1 calls its ratio to the strain along the bar, with a minus sign, Poisson's ratio.)
     """
 
     def __init__(self, model: Model) -> None:

@@ -1,4 +1,4 @@
-"""How far a body along z has turned from its clamped end to its tip, beyond half a turn."""
+"""The rotation of a body along z from its clamped end to its tip, also beyond half a turn."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from mpi4py import MPI
 from dolfingrip.mechanics.model.model import Model
 
 SLICES = 24
-"""Across the length. Even where a finger curls by two turns, neighbours differ by 30°."""
+"""Number of slices along the length. If a finger curls by two turns, neighbours differ by 30°."""
 
 FLAT = 1e-9
-"""Moment of inertia of a slice, by its number of nodes and the length squared, that none has."""
+"""Smallest moment of inertia of a slice, divided by its number of nodes and the length squared."""
 
 
 class Turning:
     """Rotation about y of the slices of a body (deg), towards −x.
 
-    The rotation of a slice is the one that comes nearest to the motion of its displacement nodes,
-    by least squares: θ = atan2(Σ (x z' − z x'), Σ (x x' + z z')), all counted from the means. It is
-    known but for whole turns. From slice to slice it changes by less than half a turn, which tells
-    the turns of all but the first slice from the present state alone. The first slice, at the
-    clamp, keeps to the turn in which it was last.
+    The rotation of a slice is the rotation nearest to the motion of its displacement nodes
+    by least squares: θ = atan2(Σ (x z' − z x'), Σ (x x' + z z')), with coordinates from their
+    means. Whole turns are missing in it. From slice to slice it changes by less than half a turn,
+    so the present state tells the turns of all slices but the first. The first slice, at the clamp,
+    keeps the turn in which it was last.
 
     Args:
-        model: what is read, with its clamped end at the least z.
+        model: model that is read; its clamped end has the smallest z.
     """
 
     def __init__(self, model: Model) -> None:
@@ -43,12 +43,12 @@ class Turning:
         self._known = inertia > FLAT * count * (high - low) ** 2
 
     def _sums(self, *values: np.ndarray) -> np.ndarray:
-        """Shape (k, slices) of the k values at the nodes."""
+        """Sums over each slice of k values at the nodes, shape (k, slices)."""
         local = [np.bincount(self._slice, each, SLICES) for each in values]
         return np.asarray(self._model.comm.allreduce(np.array(local), MPI.SUM))
 
     def deg(self) -> np.ndarray:
-        """(m,) rotation of the slices that have nodes, from the clamp on, without jumps."""
+        """(m,) rotations of the slices that have nodes, from the clamp on, without jumps."""
         x, z = self._at.T
         moved = self._model.u.x.array.reshape(-1, 3)[: len(x)]
         now_x, now_z = x + moved[:, 0], z + moved[:, 2]

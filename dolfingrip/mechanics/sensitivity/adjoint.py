@@ -1,4 +1,4 @@
-"""How a reading of a solved model changes with its parameters: the adjoint method."""
+"""Derivatives of a solved model's reading by its parameters: the adjoint method."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from dolfingrip.mechanics.readings.reading import Reading
 class Adjoint:
     """Derivatives of one reading of a model at its present state, which must be a solution.
 
-    With R(u, m) = ∂Π/∂u = 0 and a reading g(u, m) the derivative to any parameter m is
+    With R(u, m) = ∂Π/∂u = 0 and a reading g(u, m) the derivative by any parameter m is
     ∂g/∂m − λ·∂R/∂m, Kλ = ∂g/∂u: one linear solve with the tangent, however many parameters.
-    Partial derivatives to the shape move the mesh and keep the nodal displacements (Ham,
+    Partial derivatives by the shape move the mesh and keep the nodal displacements (Ham,
     Mitchell, Paganini & Wechsung, Struct. Multidisc. Optim. 60, 2019).
 
     Args:
-        model: whose controls are constants of the potential (pressure rather than volume).
-        reading: g.
+        model: model whose controls are constants of the potential: the pressure, not the volume.
+        reading: the reading g.
     """
 
     def __init__(self, model: Model, reading: Reading) -> None:
@@ -80,7 +80,7 @@ class Adjoint:
         return self._reading.by_direction(direction) - float(model.comm.allreduce(local, MPI.SUM))
 
     def _to_shape(self, velocity: fem.Function) -> float:
-        """This rank's part of λ·∂R/∂m of the forms, as the mesh moves."""
+        """This rank's part of λ·∂R/∂m of the forms for a motion of the mesh."""
         if self._moving is None:
             field = fem.Function(velocity.function_space)
             x = ufl.SpatialCoordinate(self._model.domain.mesh)
@@ -91,10 +91,10 @@ class Adjoint:
         return float(fem.assemble_scalar(compiled))
 
     def _to_constant(self, constant: fem.Constant) -> float:
-        """This rank's part of λ·∂R/∂m of the forms; 0 of a constant that they do not contain."""
+        """This rank's part of λ·∂R/∂m of the forms; 0 for a constant that they do not contain."""
         if constant not in self._work.constants():
             return 0.0
-        # UFL derives by functions only: a piecewise constant one takes the constant's place
+        # UFL derives only by functions, so a piecewise constant one replaces the constant
         space = fem.functionspace(self._model.domain.mesh, ("DG", 0))
         value, change = fem.Function(space), fem.Function(space)
         value.x.array[:], change.x.array[:] = constant.value, 1.0

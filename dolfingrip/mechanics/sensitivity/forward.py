@@ -1,4 +1,4 @@
-"""How a model's states change with its parameters, along the whole load path: forward mode."""
+"""Derivatives of a model's states by its parameters along the load path: forward mode."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.sensitivity.repeated_step import Change, Perturbation, RepeatedStep
 
 SMALL: Final = 1e-7
-"""Part of a parameter's scale by which a model is perturbed. The residual of a solution is 0 to
-Newton's tolerance, so that a one-sided difference is good to this part, and rounding to 1e-6."""
+"""Perturbation of a model, as a part of a parameter's scale. The residual of a solution is 0 within
+Newton's tolerance. A one-sided difference therefore has a relative error of this part, and of 1e-6
+by rounding."""
 
 CORRECTIONS: Final = 30
 """Largest number of corrections where terms have lagged quantities, as friction has normal forces,
@@ -32,21 +33,21 @@ Readings = Mapping[str, float]
 class ForwardSensitivity:
     """Derivatives of all states on a load path by several parameters.
 
-    At an accepted step the state x satisfies R(x; x₀, h₀, m) = 0, and the internal variables
-    become h = H(x; x₀, h₀, m), with x₀ and h₀ those of the step's start. So
+    In an accepted step the state x satisfies R(x; x₀, h₀, m) = 0, and the internal variables
+    become h = H(x; x₀, h₀, m), where x₀ and h₀ are those of the step's start. So
 
         K dx = −(∂R/∂m + ∂R/∂x₀ dx₀ + ∂R/∂h₀ dh₀),
 
     and dh follows from H's derivative (Michaleris, Tortorelli & Vidal, Int. J. Numer. Methods Eng.
     37, 1994). The bracket is one difference of R: the model starts from a state that is perturbed
-    along (dx₀, dh₀) with a perturbed parameter, by the same calls as any step is, so that every
-    term, memory and control takes part and none is named here. K is the tangent of the converged
-    state, factorised once for all parameters.
+    along (dx₀, dh₀) with a perturbed parameter, by the calls of any step. Every term, memory and
+    control therefore takes part, and none is named here. K is the tangent of the converged state,
+    factorised once for all parameters.
 
     Args:
-        model: at rest, as its path is.
-        linear: makes K⁻¹ at the model's present state, for owned arrays in the order of a vector.
-        perturbations: one for each parameter.
+        model: model at rest, at the start of its path.
+        linear: returns K⁻¹ at the model's present state, for owned arrays in a vector's order.
+        perturbations: a perturbation for each parameter.
 
     Attributes:
         changes: derivatives of the present state, one for each parameter.
@@ -72,19 +73,19 @@ class ForwardSensitivity:
     # -- along the path --------------------------------------------------------------------------
 
     def converged(self, before: State) -> None:
-        """Take note of a converged load step from ``before``, not accepted yet.
+        """Store a converged load step from ``before`` that is not accepted yet.
 
-        Without history only the last step matters, so it is derived when asked for.
+        Without history only the last step matters, so it is derived only when it is asked for.
         """
         self._before = before
         if before.history:
             self._advance(before)
 
     def readings(self, read: Callable[[], Readings]) -> list[dict[str, float]]:
-        """Derivatives of readings at the present, accepted state, by parameter.
+        """Derivatives of readings at the present, accepted state, for each parameter.
 
         Args:
-            read: readings of the model as it is, all of them differentiable.
+            read: returns the model's present readings, all of them differentiable.
 
         Returns:
             For each parameter the derivative of each reading, for each unit of the parameter.
@@ -107,7 +108,7 @@ class ForwardSensitivity:
         return found
 
     def _is_derived(self, here: np.ndarray) -> bool:
-        """Whether the present derivatives are those of the unknowns ``here``, on all ranks."""
+        """Whether the present derivatives belong to the unknowns ``here``, on all ranks."""
         same = self._derived is not None and np.array_equal(self._derived, here)
         return bool(self._model.comm.allreduce(same, MPI.LAND))
 
@@ -164,7 +165,7 @@ class ForwardSensitivity:
 
 
 def _rate(there: np.ndarray, here: np.ndarray, amount: float) -> np.ndarray:
-    """Difference quotient; 0 where pairs of contact change, since there is no derivative."""
+    """Difference quotient; 0 if pairs of contact change, as there is no derivative."""
     if there.shape != here.shape or here.dtype.kind != "f":
         return np.zeros(here.shape)
     return np.asarray((there - here) / amount)

@@ -1,4 +1,4 @@
-"""A converged load step that is taken again, from a perturbed start or with a changed parameter."""
+"""A converged load step is taken again from a perturbed start or with a changed parameter."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from dolfingrip.mechanics.model.state import State
 
 
 class Perturbation(Protocol):
-    """A direction in the space of all that a model is built from.
+    """A direction in the space of all numbers that a model is built from.
 
     Attributes:
         scale: an ordinary change of the parameter, in its unit.
@@ -24,11 +24,11 @@ class Perturbation(Protocol):
 
     @property
     def direction(self) -> float:
-        """1, or −1 where only smaller values are allowed."""
+        """1, or −1 if only smaller values are allowed."""
         ...
 
     def applied(self, amount: float) -> AbstractContextManager[None]:
-        """A context in which the model's parameter is changed by ``amount``."""
+        """A context in which the model's parameter has changed by ``amount``."""
         ...
 
 
