@@ -1,4 +1,4 @@
-"""What a failure of the load path means in an experiment, in the words of its configuration."""
+"""The meaning of a load path's failure in an experiment, in words of the configuration."""
 
 from __future__ import annotations
 
@@ -24,6 +24,6 @@ WORDS = {
 
 
 def explained(failure: Failure, rig: Rig) -> Failure:
-    """The failure with what it means for the rig's specimen, and with the rig's advice."""
+    """The failure with its meaning for the rig's specimen and with the rig's advice."""
     words = WORDS[failure.kind].format(specimen=rig.specimen_name, quantity=rig.quantity)
     return replace(failure, words=words, advice=rig.advice(failure))

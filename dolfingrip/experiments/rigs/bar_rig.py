@@ -1,4 +1,4 @@
-"""The rig of a coupon: a bar whose one end a crosshead moves."""
+"""The rig of a coupon: a crosshead moves one end of a bar."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class BarRig(Rig):
     """Moves a bar's end, and reads force, travel and width.
 
     Args:
-        config: as asked for.
-        bar: its model.
-        profile: where the time is booked.
+        config: configuration that was asked for.
+        bar: model of the bar.
+        profile: takes the time of each phase.
     """
 
     specimen_name: ClassVar = "coupon"
@@ -81,8 +81,8 @@ class BarRig(Rig):
 def _strict(config: Config) -> Solver:
     """The solver's settings with a relative tolerance for a bar whose end is moved.
 
-    Its first residual is not that of the force to be found, of the order of μ, but that of a
-    stretch without narrowing, of the order of λ.
+    The first residual of such a bar belongs to a stretch without narrowing and is of the order of
+    λ. The force to be found is of the order of μ.
     """
     mu, lmbda = config.material.shear_MPa, config.material.lmbda_MPa
     return config.solver.model_copy(update={"rtol": config.solver.rtol * mu / (lmbda + mu)})

@@ -33,13 +33,13 @@ class FingerRig(Rig):
     """Controls a finger's pressure or volume, and reads it.
 
     Args:
-        config: as asked for.
-        finger: its model.
-        observation: its readings.
-        profile: where the time is booked.
+        config: configuration that was asked for.
+        finger: model of the finger.
+        observation: readings of the finger.
+        profile: takes the time of each phase.
 
     Attributes:
-        further: what an experiment reads besides, by column, undistorted by instruments.
+        further: returns an experiment's further readings by column, without instruments' errors.
     """
 
     specimen_name: ClassVar = "finger"
@@ -70,10 +70,10 @@ class FingerRig(Rig):
         plate: bool,
         loads: Callable[[Site], Sequence[ufl.Form]] = lambda site: (),
     ) -> FingerRig:
-        """The rig of the configuration's finger; for ``loads`` see :func:`finger.build`.
+        """Build the rig of the configuration's finger; for ``loads`` see :func:`finger.build`.
 
         Raises:
-            ConfigError: on every rank: bad mesh or geometry, in one line.
+            ConfigError: on every rank, one line about a bad mesh or geometry.
         """
         with profile.phase("mesh"):
             domain = load_domain(config, comm)
@@ -98,9 +98,9 @@ class FingerRig(Rig):
         return {CONTROL: volume, "time_s": stop.time_s}
 
     def start(self, path: LoadPath, first: Stop) -> Failure | None:
-        """Come to rest: unpressurised, hanging, the plate at its gap from there.
+        """Bring the finger to rest: unpressurised, hanging, with the plate at its gap from there.
 
-        A weightless finger is at rest as it is built, to what its first stop solves for.
+        A weightless finger is at rest as it is built; its first stop is solved for from there.
         """
         failure = None
         if has_weight(self._finger):
@@ -119,7 +119,7 @@ class FingerRig(Rig):
         return self._observation.readings[CONTROL].value()
 
     def beyond(self, failure: Failure) -> Sequence[Stop]:
-        """Control the volume from here on, where that was asked for."""
+        """Stops under volume control from the present state on, if that was asked for."""
         ended = failure.kind in (FailureKind.TIME_LIMIT, FailureKind.CONTACT)
         if self._config.experiment.control != "auto" or not self._by_pressure or ended:
             return ()
@@ -146,13 +146,13 @@ class FingerRig(Rig):
         return pressurisation.advice(self._config, self._volume_mm3() / self._rest_mm3)
 
     def over(self) -> bool:
-        """Whether the largest pressure is reached under volume control, which ends the path too."""
+        """Whether the largest pressure is reached under volume control; this also ends the path."""
         config = self._config.experiment
         goes_on = config.control == "auto" and not self._by_pressure
         return goes_on and self._finger.cavity.value >= config.max_pressure_kPa
 
     def _tare(self) -> None:
-        """Count from the present pose."""
+        """Count readings from the present state."""
         model, plate = self._finger.model, self._finger.plate
         self._observation.tare()
         self._finger.rest = model.state()
@@ -176,9 +176,9 @@ class FingerRig(Rig):
         return perturbations(parameters, config, self._finger)
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
-        """Whether volume control would find equilibrium beyond, at a falling pressure."""
+        """Whether volume control would find equilibrium at a falling pressure beyond this state."""
         if not self._by_pressure or self._config.experiment.control == "auto":
-            return False  # under volume control already, or soon
+            return False  # the volume is controlled already, or soon
         finger, settings = self._finger, self._config.solver
         search = LimitPointSearch(finger.model, finger.cavity, finger.enclosed, settings)
         return search.is_near(attempted["pressure_kPa"])

@@ -27,9 +27,9 @@ class GraspRig(Rig):
     """Controls pressure and table, and reads fingers and food.
 
     Args:
-        config: as asked for.
-        gripper: its model.
-        profile: where the time is booked.
+        config: configuration that was asked for.
+        gripper: model of the gripper.
+        profile: takes the time of each phase.
     """
 
     specimen_name: ClassVar = "gripper"
@@ -92,5 +92,5 @@ class GraspRig(Rig):
         return decided(self._reads.moments, self._ring)
 
     def outcome(self, *, complete: bool) -> Outcome | None:
-        """What became of the grasp; see :func:`~dolfingrip.experiments.results.outcome.judge`."""
+        """Outcome of the grasp; see :func:`~dolfingrip.experiments.results.outcome.judge`."""
         return judge(self._reads.moments, complete=complete, ring=self._ring)

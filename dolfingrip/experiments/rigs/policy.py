@@ -1,4 +1,4 @@
-"""The numbers that decisions of the rigs rest on, those of each decision together."""
+"""The numbers behind decisions of the rigs, in one policy for each decision."""
 
 from __future__ import annotations
 

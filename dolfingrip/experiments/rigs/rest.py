@@ -1,4 +1,4 @@
-"""The finger's pose at rest: unpressurised, hanging, without the plate."""
+"""The finger at rest: unpressurised, hanging, without the plate."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def go_to_rest(
     """Let the finger hang without the plate, then put the plate at its gap from the skin.
 
     Args:
-        finger: undeformed.
-        newton: solver of its model; one under volume control goes to rest under pressure control.
+        finger: model of the finger, which is undeformed.
+        newton: solver of its model; under volume control it comes to rest under pressure control.
         observers: called after each converged step.
 
     Returns:
-        Why it did not come to rest; None where it did.
+        Why it did not come to rest; None if it did.
     """
     model, plate = finger.model, finger.plate
     if model is not finger.by_pressure:

@@ -1,4 +1,4 @@
-"""What an experiment is run on: a model with its control and its readings."""
+"""The rig of an experiment: a model with its control and its readings."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class Rig(ABC):
         specimen_name: what the specimen is called.
         quantity: what is prescribed, in words.
         newton: solver of the specimen's model.
-        specimen: the model with its parts, as a visitor of the run is handed it.
-        gaps_mm: distance between neighbouring parts by their names (mm), for each reading.
-        plate: where the force sensor stands, where there is one.
-        readings: undistorted, by column.
-        from_rest: columns that count from the pose at rest.
-        tared: called once the pose at rest is known.
-        jumps: whether a load step may jump to another state where none is near.
+        specimen: the model with its parts, which visitors of the run receive.
+        gaps_mm: for each reading, distances (mm) between neighbouring parts by their names.
+        plate: where the force sensor stands; None if there is none.
+        readings: readings by column, without instruments' errors.
+        from_rest: columns that count from the state at rest.
+        tared: called as soon as the state at rest is known.
+        jumps: whether a load step may jump to another state if none is near.
     """
 
     specimen_name: ClassVar[str]
@@ -63,14 +63,14 @@ class Rig(ABC):
 
     @abstractmethod
     def controls(self, stop: Stop) -> Mapping[str, float]:
-        """Controls to go to, by name."""
+        """Controls of a stop by name."""
 
     @abstractmethod
     def read(self) -> dict[str, float]:
-        """Readings at the present state, by column, as the instruments display them."""
+        """Readings at the present state by column, with the errors of instruments."""
 
     def displayed(self, config: Config, true: Mapping[str, float]) -> dict[str, float]:
-        """A row of what the instruments of ``config`` display of undistorted readings."""
+        """A row of readings with the errors of the instruments of ``config``."""
         return displayed(config, true)
 
     def perturbations(
@@ -87,19 +87,19 @@ class Rig(ABC):
         """Bring the specimen to where the experiment starts.
 
         Args:
-            path: of the model.
+            path: load path of the model.
             first: the experiment's first stop.
 
         Returns:
-            Why that was not reached; None where it was.
+            Why the start was not reached; None if it was.
         """
         return None
 
     def beyond(self, failure: Failure) -> Sequence[Stop]:
-        """Further stops, under another control, of an experiment that ended early.
+        """Further stops under another control, after an experiment ended early.
 
-        Where there are any, :attr:`newton`, :meth:`longest` and :meth:`controls` are those of
-        the new control.
+        If there are any, :attr:`newton`, :meth:`longest` and :meth:`controls` are those of the new
+        control.
 
         Args:
             failure: why it ended; the specimen is in its last good state.
@@ -107,7 +107,7 @@ class Rig(ABC):
         return ()
 
     def advice(self, failure: Failure) -> str:
-        """What the user may set so that the experiment goes on; "" where nothing is known.
+        """Settings with which the experiment goes on, in a sentence; "" if nothing is known.
 
         Args:
             failure: why it ended; the specimen is in its last good state.
@@ -115,5 +115,5 @@ class Rig(ABC):
         return ""
 
     def passable(self, attempted: Mapping[str, float]) -> bool:
-        """Whether equilibrium goes on at a falling load, where ``attempted`` was not reached."""
+        """Whether equilibrium goes on at a falling load after ``attempted`` was not reached."""
         return False

@@ -17,18 +17,18 @@ class CarriedStress:
     """Second Piola–Kirchhoff stress (MPa) that follows Newton's steps linearly.
 
     After a step w from u the stress becomes S(E(u)) + C(E(u)) : sym(Fᵀ∇w), where plain Newton
-    takes S(E(u + w)). Used in the geometric part of the tangent only, so a converged solution
+    takes S(E(u + w)). Only the geometric part of the tangent uses it, so a converged solution
     does not depend on it; large rotations no longer spoil the stress between iterations
     (Magisano, Leonetti & Garcea 2017; Pfefferkorn, Bieber, Oesterle, Bischoff & Betsch, 2021).
 
     Attributes:
         stress: (3, 3) at each integration point of the volume.
-        on_sheets: likewise at the points of each further rule, in the order of ``sheets``.
+        on_sheets: stress at the points of each further rule, in the order of ``sheets``.
 
     Args:
-        fields: what the stress depends on: displacement, and the pressure of a mixed model.
+        fields: fields that the stress depends on: displacement, and a mixed model's pressure.
         stresses: S in UFL, and the cells where it is such (all where None), part by part.
-        degree: of the integration rule.
+        degree: degree of the integration rule.
         sheets: what has a rule of its own, or another degree: stress of sheets (N/mm), or a further
             one of the solid (MPa); its cells, and the rule.
     """

@@ -18,7 +18,7 @@ from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
 
 class DeadWeight(Term):
-    """Π = −∫ ρ g · u dX, where g is fixed in the world however copies of a solid are turned.
+    """Π = −∫ ρ g · u dX, where g is fixed in the world for any rotation of the solid's copies.
 
     It is linear in u: the weight that each node bears is assembled once.
 
@@ -57,7 +57,7 @@ class DeadWeight(Term):
         return fem.form(form, jit_options=jit.options())
 
     def _assembled(self, forms: list[fem.Form]) -> list[np.ndarray]:
-        """First components at the owned nodes, part by part."""
+        """The first component of each owned node, for each part."""
         found = []
         for form in forms:
             vector = fem.assemble_vector(form)
@@ -74,7 +74,7 @@ class DeadWeight(Term):
     # -- as a term -------------------------------------------------------------------------------
 
     def value(self, dofs: np.ndarray) -> float:
-        """Potential (mJ) of the meshed part, 0 where nothing is displaced."""
+        """Potential (mJ) of the meshed part; it is 0 without displacement."""
         loads = self._loads_N(self._volumes_mm3).ravel()
         local = -float(loads @ dofs[: len(loads)])
         return float(self._space.mesh.comm.allreduce(local, MPI.SUM))
@@ -94,5 +94,5 @@ class DeadWeight(Term):
         rate.at_nodes[:] -= self._loads_N(self._assembled(forms))
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Take the volumes of the mesh where it now is."""
+        """Compute the volumes of the mesh at its present place."""
         self._volumes_mm3 = self._assembled(self._volume)

@@ -1,4 +1,4 @@
-"""What changes with a parameter, and how fast."""
+"""A direction of change: the rates of the mesh and of constants with a parameter."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from dolfinx import fem
 
 @dataclass(frozen=True, slots=True)
 class Direction:
-    """What changes with a parameter, and how fast.
+    """The rates of the mesh and of constants with a parameter.
 
     Attributes:
-        velocity: of the points of the reference configuration (mm for each unit of the
-            parameter), a piecewise linear vector; None where they stay.
+        velocity: velocity of the points of the reference configuration (mm for each unit of the
+            parameter), a piecewise linear vector; None if they stay.
         rates: constants of the potential with their rates.
     """
 
@@ -22,5 +22,5 @@ class Direction:
     rates: Sequence[tuple[fem.Constant, float]] = ()
 
     def rate(self, constant: fem.Constant) -> float:
-        """How fast a constant changes."""
+        """Rate of a constant; 0 if it does not change."""
         return sum(rate for changing, rate in self.rates if changing is constant)

@@ -26,10 +26,10 @@ class Domain:
     Attributes:
         mesh: tetrahedra, straight or quadratic, or hexahedra.
         regions: local boundary facets by name: the mesh's groups and any added region.
-        half: the half y ≥ 0 of a symmetric solid.
-        parts: this rank's cells by name, of several bodies or materials that share none; empty
-            where the solid is one.
-        placement: where the solid's copies stand in the world; None where it is drawn.
+        half: whether it is the half y ≥ 0 of a symmetric solid.
+        parts: this rank's cells by name, for several bodies or materials; no cell is in two parts;
+            empty if the solid is one part.
+        placement: places of the solid's copies in the world; None if the solid is not copied.
         sheets: this rank's cells with a face on a surface that carries an energy, by the surface's
             name and the local facet.
     """
@@ -64,7 +64,7 @@ class Domain:
         return np.unique(np.concatenate([self.regions[name] for name in names]))
 
     def surface(self, *names: str, **metadata: object) -> ufl.Measure:
-        """Surface measure of the named regions, integrated as ``metadata`` says."""
+        """Surface measure of the named regions with UFL's ``metadata``."""
         order = list(self.regions)
         tags = tuple(order.index(name) for name in names)
         return ufl.Measure("ds", self.mesh, subdomain_data=self._integration, metadata=metadata)(
@@ -72,13 +72,13 @@ class Domain:
         )
 
     def cells(self, *names: str) -> np.ndarray:
-        """This rank's cells in the named parts, all without names."""
+        """This rank's cells in the named parts; without names, all cells."""
         if not names:
             return np.arange(self.mesh.topology.index_map(3).size_local, dtype=np.int32)
         return np.sort(np.concatenate([self.parts[name] for name in names]))
 
     def volume(self, *names: str, **metadata: object) -> ufl.Measure:
-        """Measure of the named parts' volume, of the whole without names.
+        """Measure of the named parts' volume; without names, of the whole volume.
 
         All integrals of a form over this domain's volume need measures of this method.
         """
@@ -92,9 +92,9 @@ class Domain:
         """Measure of the volume of the cells with a face on a sheet.
 
         Args:
-            sheet: its name.
-            facet: the local facet that the face is.
-            metadata: how to integrate.
+            sheet: name of the sheet.
+            facet: local facet of the face.
+            metadata: UFL's metadata about the integration.
         """
         places = [(name, each) for name, found in self.sheets.items() for each in found]
         tag = len(self.parts) + places.index((sheet, facet))
@@ -107,9 +107,9 @@ class Domain:
         """This domain with one more named part of its boundary.
 
         Args:
-            name: of the new region.
-            among: regions it is part of.
-            where: (3, n) coordinates in mm to (n,) booleans; a facet belongs to the region
+            name: name of the new region.
+            among: regions that contain it.
+            where: returns (n,) booleans at (3, n) coordinates in mm; a facet belongs to the region
                 if all its vertices do.
         """
         chosen = mesh.locate_entities_boundary(self.mesh, 2, where)
@@ -127,10 +127,10 @@ def _cells_and_local(domain: mesh.Mesh, facets: np.ndarray) -> np.ndarray:
 
 
 def on_root[T](comm: MPI.Comm, work: Callable[[], T]) -> T | None:
-    """Run ``work`` on rank 0 only; where it fails, every rank raises the same error.
+    """Run ``work`` on rank 0 only; if it fails, every rank raises its error.
 
     Returns:
-        What ``work`` returned on rank 0, None elsewhere.
+        The result of ``work`` on rank 0; None on other ranks.
     """
     result: T | None = None
     failure: Exception | None = None
@@ -155,13 +155,13 @@ def distribute(
 
     Args:
         comm: communicator of the simulation.
-        solid: the mesh on rank 0, None elsewhere.
-        parts: rows of its cells by name on rank 0, where it has several.
+        solid: the mesh on rank 0; None on other ranks.
+        parts: rows of its cells by name on rank 0, if it has several parts.
         sheets: rows of its cells' faces (:func:`dolfingrip.meshes.solid.faces`) by name on rank 0,
             surfaces with an energy.
 
     Raises:
-        ConfigError: on every rank, where the mesh has fewer cells than there are ranks.
+        ConfigError: on every rank, if the mesh has fewer cells than there are ranks.
     """
     parts = parts or {}
     facts = None
@@ -210,7 +210,7 @@ def distribute(
 def _behind(
     domain: mesh.Mesh, shape: CellShape, sheets: Mapping[str, np.ndarray]
 ) -> dict[str, dict[int, np.ndarray]]:
-    """This rank's cells behind each sheet by local facet, the same facets on all ranks."""
+    """This rank's cells behind each sheet, by local facet; all ranks have the same facets."""
     if not sheets:
         return {}
     order = io.gmshio.cell_perm_array(mesh.to_type(shape.name), shape.corners)
@@ -248,7 +248,7 @@ def _straight(solid: SolidMesh) -> SolidMesh:
     """Hexahedra by their corners alone: dolfinx 0.9 has no geometry of 20 nodes.
 
     Raises:
-        MeshError: where an edge is curved, which corners cannot represent.
+        MeshError: if an edge is curved, because corners cannot represent it.
     """
     if solid.cells.shape[1] != 20:
         return solid

@@ -16,7 +16,7 @@ CELL: Final = {
     "P2-P1": "tetrahedron",
     "S2": "hexahedron",
 }
-"""Shape of the cells of each element, as basix names it."""
+"""Shape of the cells of each element, with basix' name."""
 
 RULE: Final = {
     ("tetrahedron", 1): 1,
@@ -33,7 +33,7 @@ RULE: Final = {
 
 
 FULL: Final = {("hexahedron", 2): 5}
-"""Degree of a full rule where the other is reduced: 27 points (3 × 3 × 3), as C3D20."""
+"""Degree of the full rule of elements whose rule is reduced: 27 points (3 × 3 × 3), as C3D20."""
 
 SHEET_RULE: Final = {
     ("tetrahedron", 1): 1,
@@ -50,7 +50,7 @@ def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
     Args:
         name: P1 or P2, Lagrange on tetrahedra (P2-P1: with a pressure of its own); S2, the
             serendipity element of 20 nodes, on hexahedra.
-        shape: of its values.
+        shape: shape of its values.
     """
     if name == "S2":
         return _serendipity(shape)
@@ -58,7 +58,7 @@ def displacement_element(name: str, shape: tuple[int, ...] = (3,)) -> Any:
 
 
 def pressure_field(element: str, mesh: dolfinx.mesh.Mesh) -> fem.Function | None:
-    """Pressure (MPa) of a mixed element, None of another."""
+    """Pressure field (MPa) of a mixed element; None for another element."""
     if element != "P2-P1":
         return None
     return fem.Function(fem.functionspace(mesh, ("Lagrange", 1)), name="pressure_MPa")
@@ -69,9 +69,8 @@ def integration_degree(space: fem.FunctionSpace, *, full: bool = False) -> int:
 
     Args:
         space: of the displacement.
-        full: no reduced rule. Under a pressure that is not far below the shear modulus, from
-            about a third of it on, a reduced one is unstable: the modes without energy grow where
-            the pressure acts on them.
+        full: whether the full rule is used. A reduced rule is unstable under a pressure from about
+            a third of the shear modulus on: modes without energy grow where the pressure acts.
     """
     kind = space.mesh.ufl_cell().cellname(), space.ufl_element().degree
     return FULL.get(kind, RULE[kind]) if full else RULE[kind]
@@ -86,7 +85,7 @@ def sheet_degree(space: fem.FunctionSpace) -> int:
 def _serendipity(shape: tuple[int, ...]) -> Any:
     """Serendipity element of second order with its nodes at the corners and amid the edges.
 
-    Basix' own has moments on the edges for dofs; contact, supports and output want values at
+    Dofs of basix' own element are moments on the edges; contact, supports and output need values at
     points. Its polynomials are those of superlinear degree up to 2 (Arnold & Awanou, Found.
     Comput. Math. 11, 2011).
     """

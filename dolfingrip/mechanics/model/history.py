@@ -1,4 +1,4 @@
-"""Internal variables, and the constants that a potential knows time by."""
+"""Internal variables, and the constants that tell a potential the time."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from dolfingrip.mechanics.model.points import AtPoints
 class History(Memory):
     """Internal variables at the integration points: a memory of a model.
 
-    During a load step they have the values of its start, and the potential is that of the
-    increment; once the step is accepted they take those of its end.
+    During a load step they have the values at its start, and the potential is that of the
+    increment. When the step is accepted they take the values at its end.
 
     Args:
         u: displacement (mm).
         degree: of the rule that the strain energies are integrated with.
 
     Attributes:
-        time_s: constant: time at the load step's end.
-        step_s: constant: length of the load step; 0 where no time passes.
+        time_s: constant with the time at the load step's end.
+        step_s: constant with the length of the load step; 0 if no time passes.
     """
 
     def __init__(self, u: fem.Function, degree: int) -> None:
@@ -39,7 +39,7 @@ class History(Memory):
         self._updates: list[tuple[fem.Function, AtPoints]] = []
 
     def variable(self, name: str, initial: np.ndarray | float) -> fem.Function:
-        """A new internal variable of the shape of ``initial``, its value before anything."""
+        """A new internal variable of the shape of ``initial``, which is its first value."""
         assert name not in self._variables
         value = np.asarray(initial, dtype=float)
         made = points.field(self._u.function_space.mesh, value.shape, self._degree, name)
@@ -48,7 +48,7 @@ class History(Memory):
         return made
 
     def evolve(self, variable: fem.Function, end: Expr) -> None:
-        """Let ``variable`` be ``end``, of the step's start and the present u, once accepted."""
+        """Let an accepted step set ``variable`` to the value of ``end`` at the present u."""
         mesh = self._u.function_space.mesh
         self._updates.append((variable, AtPoints(end, mesh, self._degree)))
 
@@ -59,7 +59,7 @@ class History(Memory):
         self.time_s.value, self.step_s.value = time_s, step_s
 
     def accept(self) -> None:
-        """Let all variables evolve at once, each from the values at the step's start."""
+        """Update all variables at once from the values at the step's start."""
         found = [(variable, end.values().ravel()) for variable, end in self._updates]
         for variable, values in found:
             variable.x.array[: values.size] = values

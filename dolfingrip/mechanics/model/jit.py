@@ -1,4 +1,4 @@
-"""How kernels are compiled: optimised for this processor, cached for each kind of it."""
+"""Compiler options of kernels: optimised for this processor, with a cache for each kind of it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ less than the longest forms take on a busy machine."""
 
 
 def _processor() -> str:
-    """What the compiler may use on this machine: the processor's instruction sets."""
+    """Instruction sets of this machine's processor, which the compiler may use."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="ignore").splitlines()
     except OSError:
@@ -43,7 +43,7 @@ def _processor() -> str:
 
 
 def options() -> dict[str, Any]:
-    """JIT options of dolfinx; a cache shared by unlike machines keeps their kernels apart."""
+    """JIT options of dolfinx; a cache that unlike machines share keeps their kernels apart."""
     cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
     key = hashlib.sha256(f"{platform.machine()} {_processor()}".encode()).hexdigest()[:12]
     return {

@@ -1,4 +1,4 @@
-"""Quantities that a potential keeps fixed while it is minimised, though they change with u."""
+"""Quantities that depend on u, but that a potential keeps fixed while it is minimised."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from dolfingrip.mechanics.model.unknowns import Gradient
 
 
 class LaggedCorrection(Protocol):
-    """Change C of a gradient along a step by the change of a term's lagged quantities.
+    """Change C of a gradient along a step that is due to the change of lagged quantities.
 
-    It is without the part that the tangent has, which is for fixed ones. Steps are local arrays of
-    the unknowns.
+    The change for fixed lagged quantities is not part of C; the tangent has it. Steps are local
+    arrays of the unknowns.
     """
 
     def linearise(self, step: np.ndarray, *, convex: bool) -> None:
-        """Take the derivative of C at ``step``, or of what majorises its potential there."""
+        """Take the derivative of C at ``step``, or of a potential that majorises C's there."""
         ...
 
     def add_change(self, step: np.ndarray, gradient: Gradient) -> None:
@@ -26,7 +26,7 @@ class LaggedCorrection(Protocol):
         ...
 
     def add_rate(self, step: np.ndarray, rate: Gradient) -> None:
-        """Add the derivative of C along ``step``, at where it was taken last, at first 0."""
+        """Add the derivative of C along ``step``, at the place where it was taken last; first 0."""
         ...
 
 
@@ -43,18 +43,18 @@ class Lagged(ABC):
         Newton's method asks for it in its first iterations.
 
         Returns:
-            Whether the potential has changed, the same on all ranks.
+            Whether the potential has changed, equal on all ranks.
         """
 
     @abstractmethod
     def lag_error(self, dofs: np.ndarray) -> float:
-        """Relative change of lagged quantities since the last update, the same on all ranks."""
+        """Relative change of lagged quantities since the last update, equal on all ranks."""
 
     @abstractmethod
     def lagged_correction(self, dofs: np.ndarray) -> LaggedCorrection | None:
-        """How the gradient changes along a step from ``dofs`` by the change of lagged quantities.
+        """Change of the gradient along a step from ``dofs`` due to that of lagged quantities.
 
-        None where there are none at present.
+        It is None if there are no lagged quantities at present.
         """
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""What a model remembers from its last accepted state besides the displacement."""
+"""Memory of a model from its last accepted state, in addition to the displacement."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ class Memory:
     """
 
     def set_time(self, time_s: float, step_s: float) -> None:
-        """Take note of the time at the load step's end and of the step's length (s)."""
+        """Set the time at the load step's end and the step's length (s)."""
 
     def accept(self) -> None:
-        """The load step has converged: what is remembered becomes that of its end."""
+        """Store the values at the end of a load step that has converged."""
 
     def values(self) -> dict[str, np.ndarray]:
-        """Copies of what is remembered, by name."""
+        """Copies of the stored values, by name."""
         return {}
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Remember what :meth:`values` gave."""
+        """Restore values that :meth:`values` returned."""

@@ -23,10 +23,10 @@ from dolfingrip.mechanics.model.term import Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient, Unknowns
 
 INVERTED = "inverted"
-"""Name of what bounds a step that would turn an element inside out."""
+"""Name of the bound on a step that would turn an element inside out."""
 
 SHORTEST = 1e-6
-"""Fraction of a step below which no shorter one is tried."""
+"""Smallest fraction of a step that is tried."""
 
 
 class Prescribed(Protocol):
@@ -34,7 +34,7 @@ class Prescribed(Protocol):
 
     @property
     def value(self) -> float:
-        """Present value, in the unit that its name says."""
+        """Present value, in the unit of its name."""
         ...
 
     def set(self, value: float) -> None:
@@ -44,14 +44,14 @@ class Prescribed(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """A prescribed quantity: a constant of the potential, and the factor of its unit."""
+    """A prescribed quantity: a constant of the potential, with the factor of its unit."""
 
     constant: fem.Constant
     factor: float = 1.0
 
     @property
     def value(self) -> float:
-        """Present value, in the unit that the control's name says."""
+        """Present value, in the unit of the control's name."""
         return float(self.constant.value) / self.factor
 
     def set(self, value: float) -> None:
@@ -61,7 +61,7 @@ class Control:
 
 @dataclass(slots=True)
 class Model:
-    """Unknowns, potential Π and state of what is solved for a stationary point of Π.
+    """Unknowns, potential Π and state of a system; solvers seek a stationary point of Π.
 
     Attributes:
         domain: reference configuration.
@@ -70,12 +70,12 @@ class Model:
         supports: homogeneous displacement conditions.
         controls: prescribed quantities by name with unit.
         terms: further terms of Π.
-        memories: what the state has besides unknowns and terms: internal variables, for one.
+        memories: further parts of the state, such as internal variables.
         time_s: time at the load step's end.
         p: pressure field of a mixed model (MPa).
-        global_unknowns: what is solved for besides those that the potential contains.
+        global_unknowns: global unknowns that the potential does not contain.
         constraint: a support among ``supports`` that follows global unknowns.
-        unknowns: u, p where there is one, and all global unknowns, as one vector.
+        unknowns: u, p if there is one, and all global unknowns as one vector.
     """
 
     domain: Domain
@@ -122,7 +122,7 @@ class Model:
         global_unknowns: Sequence[GlobalUnknown],
         controls: Mapping[str, Prescribed],
     ) -> Model:
-        """A model of the same fields with one term more, its unknowns and its controls."""
+        """A model of these fields with one further term, the term's unknowns and its controls."""
         made = replace(
             self,
             terms=[*self.terms, term],
@@ -156,7 +156,7 @@ class Model:
         self.prescribe(state.controls)
 
     def prescribe(self, controls: Mapping[str, float]) -> None:
-        """Set controls by name; time is one of them."""
+        """Set controls by name; the time is a control."""
         for name, value in controls.items():
             if name == self._clock:
                 self.time_s = value
@@ -183,7 +183,7 @@ class Model:
         """Derivatives of Π by this rank's owned unknowns (N), in the order of a vector of them.
 
         Args:
-            supported: put 0 in the rows of supported dofs; their reactions otherwise.
+            supported: whether the rows of supported dofs are 0; else they are the reactions.
         """
         found = Gradient(self.unknowns)
         for term in self.all_terms:
@@ -200,7 +200,7 @@ class Model:
 
     @property
     def free(self) -> np.ndarray:
-        """1 for each owned unknown, as a vector has them; 0 for supported ones and fillers."""
+        """1 for each owned unknown in a vector's order; 0 for supported unknowns and fillers."""
         found = np.ones(self.unknowns.owned_size)
         for bc in self.supports:
             dofs, owned = bc.dof_indices()
@@ -216,7 +216,7 @@ class Model:
     def constraint_hessian(
         self, product: Callable[[np.ndarray], np.ndarray]
     ) -> sp.csr_matrix | None:
-        """What the constraint adds to Π's second derivatives; None where there is none.
+        """The constraint's part of Π's second derivatives; None if there is no constraint.
 
         Args:
             product: of the second derivatives of all terms, supports not regarded, and an owned
@@ -230,12 +230,12 @@ class Model:
         return self.constraint.hessian(self.unknowns, self.free, product)
 
     def enforce_constraint(self) -> None:
-        """Set dependent displacements to where the global unknowns take them."""
+        """Set the dependent displacements that follow from the global unknowns."""
         if self.constraint is not None:
             self.constraint.place()
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Take note that the reference nodes have moved by ``change``; see :class:`.Term`."""
+        """Tell all terms that the reference nodes have moved by ``change``; see :class:`.Term`."""
         if self.constraint is not None:
             self.constraint.measure()
         for term in self.terms:
@@ -246,16 +246,16 @@ class Model:
         residual.array[:] = self.gradient()
 
     def reactions(self) -> np.ndarray:
-        """(n, 3) forces (N) on this rank's displacement nodes that the supports take."""
+        """(n, 3) forces (N) of the supports on this rank's displacement nodes."""
         displacement = self.unknowns.owned_parts(self.gradient(supported=False))[0]
         return displacement.reshape(-1, 3)
 
     def scale_N(self) -> float:
-        """Force that the residual's tolerance may refer to, where larger than its start."""
+        """Force that the residual's tolerance refers to, if larger than the first residual."""
         return max(term.scale_N() for term in self.all_terms)
 
     def rejects(self) -> str:
-        """Why the present, converged state is not accepted; "" where it is."""
+        """Why the present, converged state is not accepted; "" if it is accepted."""
         return next(filter(None, (term.rejects(self.u.x.array) for term in self.terms)), "")
 
     @property
@@ -264,7 +264,7 @@ class Model:
         return [term for term in self.terms if isinstance(term, Lagged)]
 
     def update_lagged(self) -> bool:
-        """Let all terms update lagged quantities, at the present state; whether any did."""
+        """Update all terms' lagged quantities at the present state; return whether any changed."""
         dofs = self.u.x.array
         found = [term.update_lagged(dofs) for term in self.lagged_terms]  # all, not up to a first
         return any(found)
@@ -279,13 +279,13 @@ class Model:
         return [term.lagged_state() for term in self.lagged_terms]
 
     def restore_lagged(self, state: Sequence[Any]) -> None:
-        """Set them to what :meth:`lagged_state` gave."""
+        """Set the lagged quantities to those that :meth:`lagged_state` returned."""
         for term, each in zip(self.lagged_terms, state, strict=True):
             term.restore_lagged(each)
 
     @property
     def carried(self) -> CarriedTogether:
-        """What the tangent carries along Newton's steps."""
+        """The fields that the tangent carries along Newton's steps; None if there are none."""
         parts = [term.carried for term in self.all_terms]
         return CarriedTogether([part for part in parts if part is not None])
 
@@ -295,7 +295,7 @@ class Model:
         return any(term.singular_at_rest for term in self.all_terms)
 
     def set_residual(self, residual_N: float) -> None:
-        """Tell terms the residual at which a tangent is asked for."""
+        """Tell terms the residual at which a tangent is assembled."""
         for term in self.terms:
             if isinstance(term, Regularised):
                 term.set_residual(residual_N)
@@ -304,7 +304,7 @@ class Model:
         """Largest fraction of ``step`` that no term forbids, and the term that set it.
 
         Args:
-            step: of the unknowns, as a local array.
+            step: local array of the unknowns.
         """
         fraction, reason = 1.0, ""
         for term in self.terms:
@@ -314,9 +314,9 @@ class Model:
         return fraction, reason
 
     def admissible_step(self, step: np.ndarray) -> tuple[float, str]:
-        """As :meth:`max_step`, shortened until no element inverts (J stays above a tenth).
+        """:meth:`max_step`, shortened until no element inverts (J stays above a tenth).
 
-        Inversion is checked first, since contact is searched along the whole step, which may be
+        Inversion is checked first, because contact is searched along the whole step, which may be
         very long.
         """
         least = 0.1 * min(self._smallest_jacobian(), 1.0)
@@ -332,7 +332,7 @@ class Model:
         return float(self.comm.allreduce(self.potential.smallest_jacobian(), MPI.MIN))
 
     def _upright(self, step: np.ndarray, longest: float, least: float) -> tuple[float, str]:
-        """``longest``, halved until that part of ``step`` leaves J above ``least``, and why."""
+        """``longest``, halved until J stays above ``least`` in this part of ``step``; its bound."""
         step = self.unknowns.parts(step)[0]
         start = self.u.x.array.copy()
         fraction, reason = longest, ""

@@ -10,10 +10,10 @@ from dolfingrip.meshes.morph import Morph
 
 
 def velocity(domain: Domain, morph: Morph) -> tuple[fem.Function, fem.Function]:
-    """How the points of a morphed domain move with ξ1 and with ξ2.
+    """Velocities of a morphed domain's points with ξ1 and ξ2.
 
     Args:
-        domain: after the morph.
+        domain: domain after the morph.
         morph: the morph that was applied to it.
 
     Returns:

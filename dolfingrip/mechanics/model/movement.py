@@ -1,4 +1,4 @@
-"""The reference mesh moved by a velocity, in place, and put back."""
+"""Moves the reference mesh along a velocity, in place, and puts it back."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Movement:
     """Moves a model's reference configuration along a velocity; nodal displacements stay.
 
     Args:
-        model: whose mesh is moved, and whose terms are updated.
-        velocity: (n, 3) of this rank's mesh points (mm for each unit of a parameter).
-        measures: called whenever the mesh has moved.
+        model: model whose mesh is moved and whose terms are updated.
+        velocity: (n, 3) velocity of this rank's mesh points (mm for each unit of a parameter).
+        measures: functions that are called after each motion of the mesh.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Movement:
         return np.asarray(moving.x.array)
 
     def move(self, amount: float) -> None:
-        """Put the reference points where they are after ``amount`` of the parameter."""
+        """Move the reference points to their places after ``amount`` of the parameter."""
         self._geometry.x[:] = self._rest + amount * self._velocity
         for measure in self._measures:
             measure()

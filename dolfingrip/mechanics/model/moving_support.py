@@ -14,12 +14,12 @@ from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient, U
 
 
 class Motion(NamedTuple):
-    """How a support moves with one global unknown.
+    """The motion of a support with one global unknown.
 
     Attributes:
-        unknown: that unknown.
-        mode: (3, n) reference coordinates (mm) to (3, n) displacements (mm) for each unit of the
-            unknown's value.
+        unknown: the global unknown.
+        mode: returns (3, n) displacements (mm) at (3, n) reference coordinates (mm) for a unit of
+            the unknown's value.
     """
 
     unknown: GlobalUnknown
@@ -29,21 +29,21 @@ class Motion(NamedTuple):
 class MovingSupport:
     """Supported displacements u_S that follow global unknowns a: u_S = Σ a_j W_j.
 
-    Π is one of the free displacements u_F and of a. Its slope by a is Wᵀ r_S, r_S being the
-    gradient by the supported displacements, and its second derivatives are K_FS W and
-    Wᵀ K_SS W. The supported displacements stay in the vector of unknowns, so that a vector of
-    them has the whole displacement: their equations are those of ½ |u_S − W a|² · 1 N/mm, which
-    is 0 at every solution and after each of Newton's steps, since it is linear. It is no penalty:
-    its size changes nothing.
+    Π is a function of the free displacements u_F and of a. Its derivative by a is Wᵀ r_S, where r_S
+    is the gradient by the supported displacements, and its second derivatives are K_FS W and
+    Wᵀ K_SS W. The supported displacements stay in the vector of unknowns, so that the vector has
+    the whole displacement. Their equations are those of ½ |u_S − W a|² · 1 N/mm. This is 0 at
+    every solution and after each of Newton's steps, because the constraint is linear. It is not a
+    penalty: its size changes nothing.
 
     Args:
         u: displacement (mm).
         supports: conditions that hold the nodes, along all axes that ``motions`` move them.
         nodes: local displacement nodes of the support, ghosts included.
-        motions: of the support, at least one.
+        motions: motions of the support, at least one.
 
     Attributes:
-        global_unknowns: those of the motions.
+        global_unknowns: global unknowns of the motions.
         dofs: this rank's owned displacement dofs that move.
     """
 
@@ -69,7 +69,7 @@ class MovingSupport:
         self.measure()
 
     def measure(self) -> np.ndarray:
-        """Take the motions of the nodes where they now are at rest.
+        """Compute the motions of the nodes at their present reference places.
 
         Returns:
             (m, n) motions of this rank's owned displacements.
@@ -103,7 +103,7 @@ class MovingSupport:
         Args:
             dofs: displacement.
             whole: derivatives of Π by all owned unknowns, supported ones included.
-            gradient: where the rows of supported displacements are 0.
+            gradient: gradient that is added to; its rows of supported displacements are 0.
         """
         apart = self.apart(dofs)
         local = self._ways @ (whole[self.dofs] - apart)
@@ -115,12 +115,12 @@ class MovingSupport:
     def hessian(
         self, unknowns: Unknowns, free: np.ndarray, product: Callable[[np.ndarray], np.ndarray]
     ) -> sp.csr_matrix:
-        """What the constraint adds to second derivatives; see :meth:`.Model.constraint_hessian`.
+        """The constraint's part of second derivatives; see :meth:`.Model.constraint_hessian`.
 
-        The diagonal's 1 N/mm of ½ |u_S − W a|² is that of supports.
+        The diagonal of ½ |u_S − W a|² is 1 N/mm, like that of supports.
 
         Args:
-            unknowns: of the model.
+            unknowns: unknowns of the model.
             free: 1 for owned unknowns that no support holds, else 0.
             product: of the second derivatives of all terms, and an owned array.
         """

@@ -19,7 +19,7 @@ from dolfingrip.mechanics.model.points import Rule
 from dolfingrip.mechanics.model.sheet import Sheet, covector, facet_rule
 
 StrainEnergy = Callable[[Expr], Expr]
-"""Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
+"""A function from Green–Lagrange strain (3, 3) to energy per reference volume (mJ/mm³)."""
 
 
 @dataclass(frozen=True)
@@ -29,14 +29,14 @@ class ReducedIntegration:
     The energy of a change of volume, nearly incompressible, locks at the points of a full rule.
 
     Attributes:
-        energy: of the strain.
+        energy: energy as a function of the strain.
     """
 
     energy: StrainEnergy
 
 
 ByPart = Mapping[tuple[str, ...], Sequence[StrainEnergy | ReducedIntegration]]
-"""Strain energies by names of a domain's parts, which make up the whole."""
+"""Strain energies by the names of a domain's parts, which together are the whole."""
 
 
 def _as_it_is(tensor: Expr) -> Expr:
@@ -47,13 +47,13 @@ class Part(NamedTuple):
     """Cells of one material, or cells with a face on a membrane.
 
     Attributes:
-        density: energy per reference volume (mJ/mm³); of a membrane per area.
+        density: energy per reference volume (mJ/mm³); for a membrane, per area.
         stress: its derivative by the strain (MPa; N/mm).
         dx: measure of the cells' volume.
-        cells: local ones; None for all.
-        area: reference area by volume of the measure, 1 for a solid.
-        rule: of the integration, or its degree; None for the solids' own.
-        surface: what of a strain's variation the energy feels.
+        cells: local cells; None for all.
+        area: ratio of reference area and volume of the measure; 1 for a solid.
+        rule: integration rule, or its degree; None for the solid's own rule.
+        surface: projects a strain's variation to the part that changes the energy.
     """
 
     density: Expr
@@ -71,7 +71,7 @@ def solid_parts(
     domain: Domain | None,
     degree: int,
 ) -> list[Part]:
-    """The whole as one part, or the domain's named ones; what is integrated coarsely apart."""
+    """The whole as one part, or the domain's named parts; reduced integration makes parts, too."""
     strain = ufl.variable(green_lagrange(u))
     coarse = integration_degree(u.function_space)
 
@@ -101,7 +101,7 @@ def solid_parts(
 def sheet_parts(
     u: fem.Function, sheets: Sequence[Sheet], domain: Domain, degree: int
 ) -> list[Part]:
-    """Membranes, a part for each local facet that their cells have on them."""
+    """The parts of membranes, one for each local facet that their cells have on them."""
     found = []
     for sheet in sheets:
         for facet, cells in domain.sheets[sheet.name].items():

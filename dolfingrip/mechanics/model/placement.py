@@ -1,4 +1,4 @@
-"""Copies of a solid, side by side in one reference mesh, that stand elsewhere in the world."""
+"""Places in the world of a solid's copies, which lie side by side in one reference mesh."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from dolfingrip.meshes.copies import shares
 
 @dataclass(frozen=True)
 class Placement:
-    """Where copies of a solid stand: x = R_i (X + u − s_i) + o_i.
+    """The places of a solid's copies: x = R_i (X + u − s_i) + o_i.
 
-    Forms, internal variables and material axes are those of the solid where it is meshed; contact
-    and gravity, which know the world, are what a placement enters.
+    Forms, internal variables and material axes belong to the solid in its reference mesh. Contact
+    and gravity act in the world, so they use a placement.
 
     Attributes:
         rotations: (k, 3, 3) R_i.
@@ -34,10 +34,10 @@ class Placement:
     def of(
         cls, extent_mm: tuple[float, float], rotations: np.ndarray, origins_mm: np.ndarray
     ) -> Self:
-        """Of copies made by :mod:`~dolfingrip.meshes.copies`.
+        """The placement of copies made by :mod:`~dolfingrip.meshes.copies`.
 
         Args:
-            extent_mm: least and largest x of all reference points, of all ranks.
+            extent_mm: smallest and largest x of the reference points of all ranks.
             rotations: R_i.
             origins_mm: o_i.
         """
@@ -49,7 +49,7 @@ class Placement:
         return len(self.rotations)
 
     def which(self, points: np.ndarray) -> np.ndarray:
-        """(n,) the copy that (n, 3) reference points belong to."""
+        """(n,) number of the copy that each of (n, 3) reference points belongs to."""
         found = np.floor((points[:, 0] - self.start_mm) / self.pitch_mm).astype(int)
         return np.asarray(np.clip(found, 0, self.count - 1))
 
@@ -58,7 +58,7 @@ class Placement:
         return np.asarray(self.rotations[self.which(points)])
 
     def positions(self, points: np.ndarray) -> np.ndarray:
-        """(n, 3) where undeformed reference points stand in the world (mm)."""
+        """(n, 3) places of undeformed reference points in the world (mm)."""
         which = self.which(points)
         shifted = points - np.outer(which * self.pitch_mm, [1.0, 0.0, 0.0])
         turned = np.einsum("nij,nj->ni", self.rotations[which], shifted)
@@ -66,10 +66,10 @@ class Placement:
 
 
 def to_world(frames: np.ndarray | None, vectors: np.ndarray) -> np.ndarray:
-    """(n, 3) vectors in reference axes as they are in the world; None: the same axes."""
+    """(n, 3) vectors in the world, from reference axes; ``frames`` None: the axes are equal."""
     return vectors if frames is None else np.einsum("nij,nj->ni", frames, vectors)
 
 
 def to_reference(frames: np.ndarray | None, vectors: np.ndarray) -> np.ndarray:
-    """(n, 3, …) vectors in the world, or their derivatives, in reference axes."""
+    """(n, 3, …) vectors of the world, or derivatives by them, in reference axes."""
     return vectors if frames is None else np.einsum("nji,nj...->ni...", frames, vectors)

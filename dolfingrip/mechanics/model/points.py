@@ -1,4 +1,4 @@
-"""Fields that live at the integration points."""
+"""Fields at the integration points."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from dolfingrip.mechanics.model import jit
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """Points of a cell that are no standard rule's, as those on one of its faces.
+    """An integration rule that is not a standard one, such as points on a face of a cell.
 
     Attributes:
         points: (n, 3) reference coordinates.
-        weights: (n,).
+        weights: (n,) weights.
     """
 
     points: np.ndarray
     weights: np.ndarray
 
     def metadata(self) -> dict[str, object]:
-        """What a measure of UFL is told."""
+        """Metadata for a measure of UFL."""
         return {
             "quadrature_rule": "custom",
             "quadrature_points": self.points.tolist(),
@@ -39,7 +39,7 @@ class Rule:
 
 
 def field(domain: mesh.Mesh, shape: tuple[int, ...], rule: int | Rule, name: str) -> fem.Function:
-    """A function of ``shape`` at the points of a rule, or of the standard one of this degree."""
+    """A function of ``shape`` at the points of a rule, or of the standard rule of a degree."""
     how = (
         {"points": rule.points, "weights": rule.weights}
         if isinstance(rule, Rule)
@@ -50,12 +50,12 @@ def field(domain: mesh.Mesh, shape: tuple[int, ...], rule: int | Rule, name: str
 
 
 class AtPoints:
-    """An expression that can be evaluated into such a field.
+    """An expression that can be evaluated into a field at the integration points.
 
     Args:
-        expression: UFL, of the field's shape.
-        domain: its mesh.
-        rule: or the degree of the standard one.
+        expression: UFL expression of the field's shape.
+        domain: mesh of the expression.
+        rule: a rule, or the degree of the standard rule.
         cells: local cells where it is evaluated; default: all.
     """
 
@@ -79,12 +79,12 @@ class AtPoints:
 
     @cached_property
     def compiled(self) -> fem.Expression:
-        """Compiled where it is asked for."""
+        """The expression, which is compiled when it is first asked for."""
         same = map_expr_dag(_Renumbered(), self._asked)
         return fem.Expression(same, self._points, jit_options=jit.options())
 
     def values(self) -> np.ndarray:
-        """(cells, points × entries) on its cells."""
+        """Values on its cells, (cells, points × entries)."""
         return np.asarray(self.compiled.eval(self._mesh, self._cells))
 
     def into(self, target: fem.Function) -> None:

@@ -1,4 +1,4 @@
-"""Where a rigid body is: global unknowns, or constants."""
+"""The pose of a rigid body, whose coordinates are global unknowns or constants."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ SIX = 6
 class Pose:
     """The centre c (mm) and rotation vector θ (rad) of a rigid body: q = q₀ + B a.
 
-    Points X of the body are at c + R(θ) X. The coordinates a are constants, each of which may be
-    a global unknown: all six of a free body, one of a plate that slides along its normal, none of
-    what stands still.
+    Points X of the body are at c + R(θ) X. The coordinates a are constants, and each may be a
+    global unknown. All six are unknowns for a free body, one for a plate that slides along its
+    normal, and none for a body that stands still.
 
     Args:
         constants: the m coordinates a.
         basis: (6, m) B.
         base: (6,) q₀.
-        global_unknowns: those of the coordinates that are solved for; None where one is prescribed.
+        global_unknowns: global unknowns of the coordinates; None for each prescribed one.
 
     Attributes:
-        global_unknowns: as given; may be changed until a model is made.
+        global_unknowns: these unknowns, which may be changed until a model is made.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Pose:
 
     @property
     def coordinates(self) -> np.ndarray:
-        """(6,) q at present."""
+        """(6,) present q."""
         return self._base + self._basis @ [float(constant.value) for constant in self.constants]
 
     @property
@@ -57,7 +57,7 @@ class Pose:
 
     @property
     def _free_basis(self) -> np.ndarray:
-        """(6, m') B of these."""
+        """(6, m') columns of B for the coordinates that are solved for."""
         return self._basis[:, [unknown is not None for unknown in self.global_unknowns]]
 
     def change(self, step: np.ndarray) -> np.ndarray:
@@ -70,12 +70,12 @@ class Pose:
         return np.asarray(self._basis @ same)
 
     def add_slopes(self, slopes: np.ndarray, gradient: Gradient) -> None:
-        """Add a potential's (6,) derivatives by q, the same on all ranks."""
+        """Add a potential's (6,) derivatives by q, which are equal on all ranks."""
         for unknown, slope in zip(self.free, self._free_basis.T @ slopes, strict=True):
             gradient.add(unknown, float(slope))
 
     def coupling(self, first: int, mixed: np.ndarray, within: np.ndarray) -> list[Coupling]:
-        """The coupling of what is solved for; none where nothing is.
+        """The coupling of the coordinates that are solved for; empty if there are none.
 
         Args:
             first: this rank's first displacement node.

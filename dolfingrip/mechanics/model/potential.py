@@ -1,4 +1,4 @@
-"""All energies in UFL as one term of Π, and what is derived from it."""
+"""All energies in UFL as one term of Π, with their derivatives."""
 
 from __future__ import annotations
 
@@ -49,15 +49,15 @@ class Potential(Term):
         strain_energies: densities that depend on u through E alone; by names of the domain's
             parts where they differ.
         terms: other potentials (mJ), as UFL forms in ``u``.
-        carried: use the carried stress in the tangent.
+        carried: whether the tangent uses the carried stress.
         p: pressure field of a mixed model (MPa), which the densities contain.
-        global_unknowns: solved for, too; constants that ``terms`` contain.
-        domain: whose parts ``strain_energies`` names, and whose sheets ``sheets``.
-        sheets: membranes; their stress is carried as the solid's is.
-        degree: of the quadrature of strain energies; default: the element's.
+        global_unknowns: global unknowns whose constants ``terms`` contain.
+        domain: domain with the parts of ``strain_energies`` and the sheets of ``sheets``.
+        sheets: membranes; their stress is carried like that of the solid.
+        degree: degree of the quadrature of strain energies; default: the element's.
 
     Attributes:
-        global_unknowns, sheets: as given.
+        global_unknowns, sheets: the arguments.
         gradient: ∂Π/∂u as a UFL form, linear in its test function.
     """
 
@@ -136,10 +136,10 @@ class Potential(Term):
             _GlobalForms(u, rest, global_unknowns) if global_unknowns and rest is not None else None
         )
 
-    # -- compiled where they are asked for: a finger's run never asks for its energy -------------
+    # -- forms are compiled when they are first asked for: a finger's run never asks for its energy
 
     def compile(self) -> None:
-        """Compile what Newton's method asks for, which is all but the energy."""
+        """Compile all forms that Newton's method needs, which are all but the energy."""
         _ = self.residual, self.tangent, self.constraint, self.coupling, self._jacobian.compiled
         if self.carried is not None:
             self.carried.compile()
@@ -175,7 +175,7 @@ class Potential(Term):
         return float(self._comm.allreduce(fem.assemble_scalar(self._value), MPI.SUM))
 
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
-        """Add the derivatives by the unknowns (N) at the present ones."""
+        """Add the derivatives (N) by the unknowns at their present values."""
         forms = [self.residual] if self.constraint is None else [self.residual, self.constraint]
         for form, part in zip(forms, gradient.fields, strict=True):
             part += _assembled(form)[: len(part)]
@@ -190,7 +190,7 @@ class Potential(Term):
         return [[self.tangent, across], [back, within]]
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
-        """Second derivatives that global unknowns take part in."""
+        """Second derivatives by global unknowns and by any unknown."""
         return () if self._globals is None else [self._globals.coupling()]
 
     def smallest_jacobian(self) -> float:
@@ -219,7 +219,7 @@ def _compiled(form: ufl.Form) -> fem.Form:
 
 
 def _assembled(form: fem.Form) -> np.ndarray:
-    """A form's vector, ghosts' shares sent to their owners."""
+    """A form's vector; the parts of ghosts are sent to their owners."""
     vector = fem.assemble_vector(form)
     vector.scatter_reverse(la.InsertMode.add)
     return np.asarray(vector.array)
@@ -241,7 +241,7 @@ class _GlobalForms:
         self._first = u.function_space.dofmap.index_map.local_range[0]
         self._owned = u.function_space.dofmap.index_map.size_local
         self._slopes = [_compiled(slope) for slope in slopes]
-        # Most pairs do not meet in any energy: what is zero need not be compiled.
+        # Most pairs do not meet in any energy, and forms that are zero need not be compiled.
         self._curvatures = {
             (i, j): _compiled(curvature)
             for i, j in combinations_with_replacement(range(len(marks)), 2)
@@ -257,7 +257,7 @@ class _GlobalForms:
             gradient.add(unknown, self._sum(slope))
 
     def coupling(self) -> Coupling:
-        """This rank's rows, and the global unknowns' own."""
+        """This rank's rows, and the rows of the global unknowns."""
         mixed = [_assembled(form)[: NODE * self._owned] for form in self._mixed]
         within = np.zeros((len(mixed), len(mixed)))
         for (i, j), form in self._curvatures.items():

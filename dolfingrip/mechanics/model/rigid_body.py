@@ -25,8 +25,8 @@ COORDINATES: Final = ("x_mm", "y_mm", "z_mm", "turn_x_rad", "turn_y_rad", "turn_
 N_PER_KG_MM_S2: Final = 1e-3
 
 LONGEST_mm: Final = 8.0
-"""Largest step of the centre, and of the turn at the radius of gyration, in Newton's method: what
-is nearly free would be thrown metres away by a linear prediction."""
+"""Largest step of the centre, and of the turn at the radius of gyration, in Newton's method. A
+linear prediction would throw a nearly free body metres away."""
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class RigidBody:
 
     Attributes:
         name: of the body.
-        mass_kg: mass.
+        mass_kg: mass of the body.
         inertia_kg_mm2: (3, 3) tensor about the centre of gravity, in the unturned body's axes.
-        centre_mm: where the centre of gravity is at first.
-        held: those of :data:`COORDINATES` that are prescribed. A frictionless sphere on a plane
-            may slide and turn freely: at rest, without inertia, these have to be held.
+        centre_mm: first place of the centre of gravity.
+        held: coordinates of :data:`COORDINATES` that are prescribed. A frictionless sphere on a
+            plane slides and turns freely. At rest, without inertia, these coordinates must be held.
     """
 
     name: str
@@ -50,7 +50,7 @@ class RigidBody:
 
     @property
     def gyration_mm(self) -> float:
-        """Radius of gyration ℓ, the mean of the three axes': √(tr I/(3 m))."""
+        """Radius of gyration ℓ, the mean over the three axes: √(tr I/(3 m))."""
         return float(np.sqrt(np.trace(self.inertia_kg_mm2) / (3 * self.mass_kg)))
 
     def pose(self, mesh: dolfinx.mesh.Mesh) -> Pose:
@@ -75,7 +75,7 @@ def ball(
     centre_mm: tuple[float, float, float],
     held: Sequence[str] = (),
 ) -> RigidBody:
-    """A solid sphere of even density."""
+    """A solid sphere of uniform density."""
     inertia = 0.4 * mass_kg * radius_mm**2 * np.eye(3)
     return RigidBody(name, mass_kg, inertia, centre_mm, frozenset(held))
 
@@ -87,14 +87,14 @@ class RigidMotion(Term, Memory, Regularised):
 
     over a load step of h seconds that starts at c_n, R_n, v_n, Ṙ_n; J = ½ tr(I) 1 − I is the
     second moment of mass. The last is ½ ∫ ρ |R X − R_n X − h Ṙ_n X|² dV/h² without its constant.
-    Where no time passes there is no inertia: the body is at rest, and no velocity is remembered.
-    Bounds Newton's steps to :data:`LONGEST_mm`.
+    If no time passes there is no inertia: the body is at rest, and no velocity is stored.
+    It bounds Newton's steps to :data:`LONGEST_mm`.
 
     Args:
         body: mass and inertia.
-        pose: of the body.
-        gravity_m_s2: (3,) acceleration of free fall, a control's array; 0 where weightless.
-        copies: symmetry multiplicity: meshed parts that make the whole and share the body.
+        pose: pose of the body.
+        gravity_m_s2: (3,) acceleration of free fall, a control's array; 0 for a weightless body.
+        copies: number of meshed parts that make the whole and share the body.
         restraint_mm: distance over which the restraint, a stiffness that Newton's method adds to a
             nearly free body, bears the residual's force; it vanishes with the residual.
     """
@@ -132,7 +132,7 @@ class RigidMotion(Term, Memory, Regularised):
         return self.body.mass_kg * self.gravity_m_s2
 
     def _inertia(self) -> tuple[float, np.ndarray, np.ndarray] | None:
-        """m/h² (N/mm), where the centre would be (mm) and M of the rotation's R : M (N mm)."""
+        """m/h² (N/mm), the centre's place without forces (mm), M of the rotation's R : M (N mm)."""
         if self._step_s <= 0:
             return None
         rate = N_PER_KG_MM_S2 / self._step_s**2
@@ -187,15 +187,15 @@ class RigidMotion(Term, Memory, Regularised):
         return self.pose.coupling(0, np.zeros((SIX, 0)), within)
 
     def set_residual(self, residual_N: float) -> None:
-        """Restrain the body by the residual."""
+        """Set the restraint that follows from the residual."""
         self._residual_N = residual_N
 
     def scale_N(self) -> float:
-        """The weight."""
+        """Weight of the meshed part's share, which the tolerance may refer to."""
         return self._share * float(np.linalg.norm(self.weight_N))
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Fraction that moves the body by :data:`LONGEST_mm` or less."""
+        """Largest fraction that moves the body by :data:`LONGEST_mm` or less."""
         change = self.pose.change(step)
         length = max(np.linalg.norm(change[:3]), self.body.gyration_mm * np.linalg.norm(change[3:]))
         return min(1.0, LONGEST_mm / max(float(length), LONGEST_mm))
@@ -207,7 +207,7 @@ class RigidMotion(Term, Memory, Regularised):
         self._step_s = step_s
 
     def accept(self) -> None:
-        """The step's end is the next one's start."""
+        """Make the step's end the start of the next step."""
         q = self.pose.coordinates
         turn = rotation(q[3:]).matrix - rotation(self._start[3:]).matrix
         per_second = 1 / self._step_s if self._step_s > 0 else 0.0
@@ -225,7 +225,7 @@ class RigidMotion(Term, Memory, Regularised):
         }
 
     def restore(self, values: Mapping[str, np.ndarray]) -> None:
-        """Remember what :meth:`values` gave."""
+        """Restore values that :meth:`values` returned."""
         name = self.body.name
         self._start = values[f"{name}.start"].copy()
         self._velocity = values[f"{name}.velocity_mm_per_s"].copy()

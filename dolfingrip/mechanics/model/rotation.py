@@ -12,16 +12,16 @@ LEVI_CIVITA: Final = np.array(
 )
 
 SERIES: Final = 1.0
-"""|θ|² below which the factors are summed as series, which are regular at θ = 0."""
+"""|θ|² below which the factors are series, which are regular at θ = 0."""
 
 TERMS: Final = 12
-"""Of the series: the first left out is below 1e-24."""
+"""Number of terms of the series; the first one that is left out is below 1e-24."""
 
 
 class Rotation(NamedTuple):
     """R = exp(θ×) and its derivatives by θ.
 
-    All that turns with a body has the form φ(θ) = R(θ) : M = Σ R_ij M_ij for some M (3, 3);
+    Quantities that turn with a body have the form φ(θ) = R(θ) : M = Σ R_ij M_ij for some M (3, 3);
     its derivatives are those of R, contracted with M.
 
     Attributes:
@@ -50,10 +50,10 @@ class Rotation(NamedTuple):
 
 
 def rotation(theta: np.ndarray) -> Rotation:
-    """The rotation by |θ| about θ, a vector (rad), and its derivatives.
+    """The rotation by |θ| about the vector θ (rad), and its derivatives.
 
     Rodrigues' formula R = c 1 + a θ× + b θ⊗θ with c = cos|θ|, a = sin|θ|/|θ| and
-    b = (1 − cos|θ|)/|θ|², each a smooth function of |θ|² (Argyris, Comput. Methods Appl. Mech.
+    b = (1 − cos|θ|)/|θ|², smooth functions of |θ|² (Argyris, Comput. Methods Appl. Mech.
     Eng. 32, 1982). R is regular in θ up to |θ| = 2π, where ∂R/∂θ loses rank.
     """
     theta = np.asarray(theta, dtype=float)

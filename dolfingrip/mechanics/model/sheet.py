@@ -1,4 +1,4 @@
-"""Sheets: surfaces of cells that carry an energy of their own, integrated over the cells.
+"""Sheets: surfaces with an energy of their own that is integrated over adjacent cells.
 
 A membrane lies on faces of cells, inside the solid or on its boundary. It is integrated as part of
 the cell on one side, with a rule whose points lie on that cell's face. So its stress can be carried
@@ -24,9 +24,9 @@ class Sheet:
     """A surface with an energy.
 
     Attributes:
-        name: of the domain's sheet.
-        energy: the surface's Green–Lagrange strain (3, 3) and its unit normal (3,) to the energy
-            per reference area (mJ/mm²).
+        name: name of the domain's sheet.
+        energy: returns the energy per reference area (mJ/mm²) for the surface's Green–Lagrange
+            strain (3, 3) and its unit normal (3,).
     """
 
     name: str
@@ -34,7 +34,7 @@ class Sheet:
 
 
 def facet_rule(domain: mesh.Mesh, facet: int, degree: int) -> Rule:
-    """A rule of ``degree`` on a local facet, its points in the cell's coordinates."""
+    """A rule of ``degree`` on a local facet, with points in the cell's coordinates."""
     cell = domain.basix_cell()
     kind = basix.cell.subentity_types(cell)[2][facet]
     points, weights = basix.make_quadrature(kind, degree)
@@ -45,7 +45,7 @@ def facet_rule(domain: mesh.Mesh, facet: int, degree: int) -> Rule:
 
 
 def covector(domain: mesh.Mesh, facet: int) -> Expr:
-    """J⁻ᵀ n̂ of a local facet: its direction is the normal, its size area by volume."""
+    """J⁻ᵀ n̂ of a local facet, whose direction is the normal and whose size is area by volume."""
     outward = basix.cell.facet_outward_normals(domain.basix_cell())[facet]
     return ufl.JacobianInverse(domain).T * ufl.as_vector([float(each) for each in outward])
 

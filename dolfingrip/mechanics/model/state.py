@@ -1,4 +1,4 @@
-"""All that a model remembers between load steps, in one object."""
+"""The state of a model between load steps."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """A start of Newton's method.
+    """An estimate from which Newton's method starts.
 
     Attributes:
-        unknowns: of the model, as a local array.
-        carried: values of what its tangent carries along.
+        unknowns: local array of the model's unknowns.
+        carried: values of the fields that its tangent carries along.
     """
 
     unknowns: np.ndarray
@@ -29,7 +29,7 @@ class State:
         controls: prescribed quantities by name, in the unit of the name (``pressure_kPa``,
             ``time_s``).
         pressure: this rank's dofs of a mixed model's pressure field, ghosts included (MPa).
-        global_unknowns: what is solved for beside the fields, by name with unit.
+        global_unknowns: global unknowns by name with unit.
         history: internal variables by name, this rank's values.
     """
 
@@ -40,7 +40,7 @@ class State:
     history: dict[str, np.ndarray] = field(default_factory=dict)
 
     def copy(self) -> State:
-        """A copy that shares nothing with this one."""
+        """A copy that shares no data with this state."""
         return State(
             self.displacement.copy(),
             dict(self.controls),

@@ -13,7 +13,7 @@ from dolfingrip.mechanics.model.domain import Domain
 def at_rest(
     space: fem.FunctionSpace, domain: Domain, held: Mapping[int, Sequence[str]]
 ) -> list[fem.DirichletBC]:
-    """Conditions that hold regions at rest.
+    """The conditions that hold regions at rest.
 
     Args:
         space: of the displacement.

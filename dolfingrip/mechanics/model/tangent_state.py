@@ -1,4 +1,4 @@
-"""What a tangent may depend on besides the unknowns; solutions do not depend on it."""
+"""Quantities other than the unknowns that a tangent depends on; solutions do not depend on them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Carried(Protocol):
     def values(self, values: np.ndarray) -> None: ...
 
     def reset(self) -> None:
-        """Set them to what the present unknowns imply."""
+        """Set the fields to the values that follow from the present unknowns."""
         ...
 
     def follow(self, *steps: np.ndarray) -> None:
@@ -30,7 +30,7 @@ class Carried(Protocol):
 
 
 class CarriedTogether:
-    """The carried fields of several terms, as one; False where there are none.
+    """The carried fields of several terms as one; False if there are none.
 
     Args:
         parts: one for each term that has such fields.
@@ -56,7 +56,7 @@ class CarriedTogether:
             place += size
 
     def reset(self) -> None:
-        """Set them to what the present unknowns imply."""
+        """Set the fields to the values that follow from the present unknowns."""
         for part in self._parts:
             part.reset()
 
@@ -67,8 +67,8 @@ class CarriedTogether:
 
 
 class Regularised(ABC):
-    """A term that stiffens its part of the tangent by as much as vanishes with the residual."""
+    """A term that adds a stiffness to its tangent which vanishes with the residual."""
 
     @abstractmethod
     def set_residual(self, residual_N: float) -> None:
-        """Take note of the residual at which a tangent is asked for; 0 for the exact one."""
+        """Set the residual at which a tangent is assembled; 0 for the exact tangent."""

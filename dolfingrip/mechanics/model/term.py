@@ -14,12 +14,12 @@ from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
 
 class Coupling(NamedTuple):
-    """Part of a Hessian that couples nodes which no element need join.
+    """A part of a Hessian that may couple nodes of different elements.
 
     Attributes:
         nodes: (n,) block numbers in the tangent matrix of nodes, and of global unknowns.
-        hessian: (3n, 3n) second derivatives (N/mm). A rank takes the rows of the nodes it owns,
-            so that all ranks may give the same whole, or each rank its rows alone.
+        hessian: (3n, 3n) second derivatives (N/mm). A rank uses the rows of the nodes that it owns,
+            so all ranks may give the same matrix, or each rank only its rows.
     """
 
     nodes: np.ndarray
@@ -27,18 +27,18 @@ class Coupling(NamedTuple):
 
 
 class Term:
-    """A summand of Π, or of the load step's incremental potential.
+    """A summand of the total potential Π, or of the load step's incremental potential.
 
     A term overrides the methods that it needs; the inherited ones do nothing. All displacements are
-    local arrays of degrees of freedom, ghosts included (mm). What only some terms have is told by
-    further bases: :class:`~.lagged.Lagged`, :class:`~.memory.Memory` and
+    local arrays of degrees of freedom, ghosts included (mm). Some terms have further base classes:
+    :class:`~.lagged.Lagged`, :class:`~.memory.Memory` and
     :class:`~.tangent_state.Regularised`.
 
     Attributes:
-        name: by which a step that this term bounds is reported.
-        singular_at_rest: its tangent may have no stiffness against some motions until there is some
+        name: name by which a bound of this term on a step is reported.
+        singular_at_rest: whether its tangent may have no stiffness against some motions without any
             strain, so that Newton's first steps may be far too long.
-        carried: what its tangent carries along Newton's steps; None where there is nothing.
+        carried: fields that its tangent carries along Newton's steps; None if there are none.
     """
 
     name: ClassVar[str] = ""
@@ -55,16 +55,16 @@ class Term:
         """Add the derivatives by the unknowns at the displacement ``dofs`` to ``gradient``."""
 
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
-        """Second derivatives beside those of :meth:`tangent_forms`.
+        """Second derivatives in addition to those of :meth:`tangent_forms`.
 
         Args:
             dofs: displacement.
-            convex: leave out what makes a pair's Hessian indefinite.
+            convex: whether parts that make a pair's Hessian indefinite are left out.
         """
         return ()
 
     def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
-        """Add the gradient's change as reference points move and displacements do not.
+        """Add the change of the gradient as reference points move at fixed displacements.
 
         Args:
             dofs: displacement.
@@ -85,11 +85,11 @@ class Term:
         """
 
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
-        """Second derivatives that elements integrate, by blocks of fields; () where none."""
+        """Second derivatives that elements integrate, by blocks of fields; () if there are none."""
         return ()
 
     def scale_N(self) -> float:
-        """Force that the residual's tolerance may refer to; 0 where the term has none."""
+        """Force that the residual's tolerance may refer to; 0 if the term has none."""
         return 0.0
 
     # -- Newton's steps --------------------------------------------------------------------------
@@ -104,7 +104,7 @@ class Term:
         return 1.0
 
     def rejects(self, dofs: np.ndarray) -> str:
-        """Why a converged state is not accepted; "" where it is."""
+        """Why a converged state is not accepted; "" if it is accepted."""
         return ""
 
 
@@ -114,7 +114,7 @@ def global_coupling(
     """The coupling of global unknowns with displacements and with one another.
 
     Args:
-        global_unknowns: m of them.
+        global_unknowns: the m global unknowns.
         first: this rank's first displacement node.
         mixed: (m, 3n) derivatives by each unknown's value and this rank's owned displacements.
         within: (m, m) derivatives by the global unknowns' values, the same on all ranks.

@@ -14,13 +14,13 @@ NODE = 3
 
 
 class GlobalUnknown:
-    """One number that is solved for with the displacement: a plate's position, a multiplier.
+    """A number that is solved for with the displacement, such as a plate's position, a multiplier.
 
     The vector of unknowns has ``value / scale``, so that derivatives by it are forces (N).
 
     Args:
-        name: with its unit, as ``plate_compliance.place_mm``.
-        constant: holds the present value; forms may contain it.
+        name: name with its unit, such as ``plate_compliance.place_mm``.
+        constant: constant with the present value; forms may contain it.
         scale: unit of the name for each mm of the unknown.
         multiplier: Π is concave in it: the solution is a saddle point, not a minimum.
 

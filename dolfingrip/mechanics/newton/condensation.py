@@ -1,4 +1,4 @@
-"""The pressure field that belongs to a displacement."""
+"""The pressure field that follows from a displacement."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ RTOL: Final = 1e-12
 
 
 class Condensation:
-    """Makes a mixed model's Π(u, p) one of u alone, Π(u, p(u)), with p(u) where ∂Π/∂p = 0.
+    """Reduces a mixed model's Π(u, p) to Π(u, p(u)), where p(u) solves ∂Π/∂p = 0.
 
     A step of displacement and pressure together may raise Π, which is concave in p. Π of the
     displacement alone falls along each step of its tangent.
 
     Args:
-        model: a mixed one, quadratic in p as a perturbed Lagrangian is.
+        model: a mixed model, quadratic in p like a perturbed Lagrangian.
     """
 
     def __init__(self, model: Model) -> None:
         self._model = model
         self._ksp = PETSc.KSP().create(model.comm)
         self._ksp.setType(PETSc.KSP.Type.CG)
-        self._ksp.getPC().setType(PETSc.PC.Type.JACOBI)  # a mass matrix is well conditioned so
+        self._ksp.getPC().setType(PETSc.PC.Type.JACOBI)  # this makes a mass matrix well conditioned
         self._ksp.setTolerances(rtol=RTOL)
 
     def step(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What solvers of one run count."""
+"""Counts that the solvers of one run share."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ class Counts:
     """Counts since the start of a run.
 
     Attributes:
-        iterations: Newton iterations, those of failed solves included.
-        factorisations: of tangents.
-        damped: damped solves that converged.
+        iterations: Newton iterations, also those of failed solves.
+        factorisations: factorisations of tangents.
+        damped: number of damped solves that converged.
     """
 
     iterations: int = 0

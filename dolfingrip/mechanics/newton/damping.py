@@ -1,4 +1,4 @@
-"""Newton's linear solves where the tangent may be indefinite: a motion through a viscous medium."""
+"""Newton's linear solves with a tangent that may be indefinite: a motion in a viscous medium."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from dolfingrip.mechanics.newton.tangent import Tangent
 
 
 class Damping:
-    """Factors of K + cM, the damping c as small as leaves a minimum's inertia.
+    """Factors of K + cM with the smallest damping c that gives the inertia of a minimum.
 
     The steps are those of a massless body in a viscous medium by the implicit Euler
     method with steps of 1/c in time (pseudo-transient continuation; Kelley & Keyes, SIAM J. Numer.
-    Anal. 35, 1998): where equilibrium ends they reach another one that is stable, as a finger
-    that snaps through does. That K + cM has the inertia of a minimum's tangent (Wächter & Biegler,
-    Math. Program. 106, 2006) makes each step a descent direction. M is the diagonal of the mass
-    matrix at unit density. It is PETSc's preconditioner of type ``python``, to be applied once
-    (``preonly``); it adds cM to the matrix it is given.
+    Anal. 35, 1998). Where equilibrium ends they reach another stable one, like a finger that snaps
+    through. Each step is a descent direction because K + cM has the inertia of a minimum's tangent
+    (Wächter & Biegler, Math. Program. 106, 2006). M is the diagonal of the mass matrix at unit
+    density. This is a preconditioner of PETSc's type ``python``, which is applied once
+    (``preonly``); it adds cM to its matrix.
 
     Args:
-        prefix: of the factorisation's options.
-        model: whose tangent is factorised.
-        tangent: that tangent.
+        prefix: prefix of the factorisation's options.
+        model: model whose tangent is factorised.
+        tangent: the tangent.
         policy: how much is damped.
-        counts: what is counted.
+        counts: counts that solves add to.
 
     Attributes:
-        unstable: the tangent was indefinite since :meth:`start`.
+        unstable: whether the tangent was indefinite since :meth:`start`.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Damping:
         self._policy = policy
         self._counts = counts
         self._tangent = tangent
-        # Π is concave in further fields, as a pressure is one, and in multipliers
+        # Π is concave in further fields, such as a pressure, and in multipliers
         self._negative = sum(unknown.multiplier for unknown in model.unknowns.global_unknowns)
         for further in model.unknowns.fields[1:]:
             dofmap = further.function_space.dofmap
@@ -62,7 +62,7 @@ class Damping:
         self.unstable = False
 
     def adapt(self, fraction: float) -> None:
-        """Damp the next step less or more, by the fraction of the last one that was taken."""
+        """Damp the next step less or more, depending on the fraction taken of the last step."""
         policy = self._policy
         if abs(fraction) > policy.easy:
             self._damping /= policy.less
@@ -73,7 +73,7 @@ class Damping:
             by = policy.far_stronger if stuck else policy.stronger
             self._damping = max(by * self._damping, self._least)
 
-    # -- as PETSc's preconditioner -----------------------------------------------------------------
+    # -- preconditioner of PETSc -------------------------------------------------------------------
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Factorise the matrix, damped."""
@@ -94,7 +94,7 @@ class Damping:
             self._damping = more
 
     def _leads_downhill(self, matrix: PETSc.Mat) -> bool:
-        """Factorise; whether the inertia is that of a minimum's tangent."""
+        """Factorise; return whether the inertia is that of a minimum's tangent."""
         self._pc.setOperators(matrix)
         workspace.set_up(self._pc)
         self._counts.factorisations += 1
@@ -103,7 +103,7 @@ class Damping:
         return bool(downhill)
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Solve; ``pc`` is marked as failed where the matrix cannot be factorised."""
+        """Solve; ``pc`` is marked as failed if the matrix cannot be factorised."""
         self._pc.apply(right, solution)
         pc.setFailedReason(self._pc.getFailedReason())
 

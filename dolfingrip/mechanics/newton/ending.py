@@ -17,7 +17,7 @@ REASON = {
     Verdict.STUCK: PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH,
     Verdict.HOPELESS: PETSc.SNES.ConvergedReason.DIVERGED_DTOL,
 }
-"""What PETSc is told of a verdict."""
+"""PETSc's reason for each verdict."""
 
 
 class Ending(StrEnum):
@@ -38,7 +38,7 @@ class Solve:
     Attributes:
         ending: converged, or why not.
         iterations: Newton iterations taken.
-        unstable: a damped solve met states that are not stable.
+        unstable: whether a damped solve met states that are not stable.
     """
 
     ending: Ending
@@ -52,7 +52,7 @@ class Solve:
 
 
 def ending_of(reason: int, rules: Globalisation) -> Ending:
-    """How a solve has ended, by PETSc's reason and the rules of its steps."""
+    """The ending of a solve that follows from PETSc's reason and the rules of its steps."""
     reasons = PETSc.SNES.ConvergedReason
     if reason > 0:
         return Ending.CONVERGED

@@ -1,4 +1,4 @@
-"""Linear solves of Newton's method: the factors of one tangent serve the next ones, too."""
+"""Linear solves of Newton's method: the factors of one tangent also serve the next ones."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from dolfingrip.mechanics.newton.policy import FactorPolicy
 
 
 class Factors:
-    """Solves with the present matrix, by factors of an earlier one as long as these are good.
+    """Solves with the present matrix, using factors of an earlier one as long as these are good.
 
-    Factorising costs about ten times what solving does. Where the matrix has changed a little,
-    GMRES (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) preconditioned by the earlier
-    factors takes a few iterations; where it takes more than these cost, it is factorised.
-    It is PETSc's preconditioner of type ``python``, to be applied once (``preonly``).
+    Factorising costs about ten times as much as solving. If the matrix has changed a little, GMRES
+    (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) with the earlier factors as preconditioner
+    takes a few iterations. If they cost more than a factorisation, the matrix is factorised. This
+    is a preconditioner of PETSc's type ``python``, which is applied once (``preonly``).
 
     Args:
-        prefix: of the factorisation's options.
-        graph: (owned nodes, nodes) which nodes the matrix couples at first; its elimination order
-            is chosen by it, by MUMPS where None.
+        prefix: prefix of the factorisation's options.
+        graph: (owned nodes, nodes) nodes that the matrix couples at first; the elimination order
+            follows from it. None: MUMPS chooses the order.
         policy: how long factors serve.
-        counts: what is counted.
+        counts: counts that solves add to.
 
     Attributes:
-        corrected_step: that the next matrix is a part of; None where it is all.
+        corrected_step: the operator that the next matrix is a part of; None if it is the whole.
     """
 
     def __init__(
@@ -48,17 +48,17 @@ class Factors:
         self.corrected_step: CorrectedStep | None = None
 
     def renew(self) -> None:
-        """Factorise the next matrix, as it will be far from the last one."""
+        """Have the next matrix factorised, because it will be far from the last one."""
         self._good = False
 
-    # -- as PETSc's preconditioner -----------------------------------------------------------------
+    # -- preconditioner of PETSc -------------------------------------------------------------------
 
     def setUp(self, pc: PETSc.PC) -> None:
-        """Take note that the matrix has changed."""
+        """PETSc calls this after the matrix has changed."""
         self._current = False
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Solve; ``pc`` is marked as failed where the matrix cannot be factorised."""
+        """Solve; ``pc`` is marked as failed if the matrix cannot be factorised."""
         matrix = pc.getOperators()[0]
         ksp = self._ksp or self._create(matrix)
         if self.corrected_step is not None:
@@ -104,7 +104,7 @@ class Factors:
     # -- many right-hand sides ---------------------------------------------------------------------
 
     def factorise(self, matrix: PETSc.Mat) -> None:
-        """Factorise ``matrix`` in any case."""
+        """Factorise ``matrix``, even if earlier factors are good."""
         self._factorise(self._ksp or self._create(matrix), matrix)
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from dolfingrip.sections.numerics import Solver
 
 
 class Verdict(Enum):
-    """What a residual norm means."""
+    """The verdicts on a residual norm."""
 
     GO_ON = auto()
     CONVERGED = auto()
@@ -26,23 +26,23 @@ class Verdict(Enum):
 class Globalisation:
     """Bounds and judges the steps of one solve.
 
-    A step is bounded by the model (contact, plate, inversion). Within the bound full steps are
-    taken at first, since the carried stress makes the residual rise before it falls; later a
-    residual that stagnates (pairs of contact that change from step to step) is searched along
-    the step, and one that exceeds its early peak ends the solve.
+    The model bounds a step (contact, plate, inversion). Within the bound the first steps are full
+    steps, because the carried stress makes the residual rise before it falls. Later, a residual
+    that stagnates (pairs of contact that change from step to step) calls a search along the step,
+    and a residual that exceeds its early peak ends the solve.
 
     Args:
-        model: whose steps are bounded.
+        model: model whose steps are bounded.
         settings: tolerances.
         residual_along: product of the residual at the model's present displacement with a step
             (mJ).
         policy: how long steps are, and when a solve stops.
 
     Attributes:
-        bound: name of what cut the last step, "" if nothing did.
-        far: the tangent is likely to be far from the one before.
-        overshot: the last step was one of the first of a model that is singular at rest, and far
-            too long, as a membrane has no stiffness across it until it is deflected.
+        bound: name of the bound that cut the last step; "" if none did.
+        far: whether the tangent is probably far from the one before.
+        overshot: whether the last step was one of the first of a model that is singular at rest,
+            and far too long; a membrane has no stiffness across it until it is deflected.
     """
 
     def __init__(
@@ -66,8 +66,8 @@ class Globalisation:
 
         Args:
             scale_N: force (N) that the relative tolerance refers to; default: the first residual.
-            far: the start is not where the last solve ended.
-            damped: search along each step, and do not give up on a residual that rises.
+            far: whether the start is another state than that at the end of the last solve.
+            damped: whether each step is searched along, and a residual may rise.
         """
         self.bound = ""
         self.overshot = False
@@ -84,7 +84,7 @@ class Globalisation:
 
     @property
     def first_N(self) -> float:
-        """Force that the relative tolerance refers to: the residual where the load step starts."""
+        """Force that the relative tolerance refers to: the residual at the load step's start."""
         return self._scale_N or 0.0
 
     @property
@@ -98,12 +98,12 @@ class Globalisation:
         return self._short > 0 or self._folds
 
     def judge(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
-        """What the residual norm (N) at the start of ``iteration`` means.
+        """The verdict on the residual norm (N) at the start of ``iteration``.
 
         Args:
             iteration: 0 before the first step.
-            norm: of the residual (N).
-            scale: force (N) that the relative tolerance refers to, where larger than the
+            norm: norm of the residual (N).
+            scale: force (N) that the relative tolerance refers to, if it is larger than the
                 first residual.
         """
         policy, late = self._policy, iteration > self._policy.early
@@ -123,7 +123,7 @@ class Globalisation:
         if self._recent:
             self.far = norm > policy.far * self._recent[-1]
         self._settled = iteration >= policy.settled
-        # not against the last alone: pairs that touch and part in turn make it jump up and down
+        # not only with the last one: pairs that touch and part in turn make the residual jump
         self._stagnates = self._damped or (
             late and norm > policy.stagnant * min(self._recent, default=np.inf)
         )
@@ -133,10 +133,10 @@ class Globalisation:
         return Verdict.GO_ON
 
     def judge_anew(self, iteration: int, norm: float, scale: float = 0.0) -> Verdict:
-        """As :meth:`judge` at the same iterate, once the potential has changed.
+        """The verdict of :meth:`judge` at this iterate after the potential has changed.
 
-        The residuals before still tell whether it stagnates: what is held followed the steps. Not
-        those before a state that converged for what was held then.
+        The earlier residuals still tell whether the solve stagnates, because the lagged quantities
+        followed the steps. Residuals before a state that converged for fixed quantities do not.
         """
         self._recent = deque(self._before, maxlen=self._policy.recent)
         return self.judge(iteration, norm, scale)
@@ -155,12 +155,12 @@ class Globalisation:
         return fraction
 
     def _search(self, step: np.ndarray, longest: float) -> float:
-        """The fraction of ``step``, up to the longest, where the forces do no more work along it.
+        """The fraction of ``step``, up to the longest, at which the forces do no more work.
 
         Regula falsi on the residual's product with the step (Matthies & Strang, Int. J. Numer.
-        Methods Eng. 14, 1979): Π has its minimum along the step there, also where pairs that
-        touch and part make the residual jump. A step that is no descent direction, as one
-        towards a saddle where a bellow slides over another's edge, is searched backwards.
+        Methods Eng. 14, 1979): Π has its minimum along the step there, even if pairs that touch
+        and part make the residual jump. If a step is no descent direction, the search goes
+        backwards. Such a step leads to a saddle, for example as a bellow slides over an edge.
         """
         unknowns = self._model.unknowns
         start = unknowns.local()
@@ -180,7 +180,7 @@ class Globalisation:
 
 
 def _root(work: Callable[[float], float], first: float, end: float, policy: StepPolicy) -> float:
-    """Where ``work``, ``first`` at 0, comes near 0 up to ``end``; ``end`` where it does not."""
+    """The place up to ``end`` at which ``work``, ``first`` at 0, is nearly 0; else ``end``."""
     near, far = (0.0, first), (end, work(end))
     if far[1] <= policy.left * abs(first):
         return end

@@ -1,4 +1,4 @@
-"""Newton steps along which lagged quantities change: normal forces of friction, for one."""
+"""Newton steps along which lagged quantities change, such as normal forces of friction."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.newton.policy import CorrectionPolicy
 
 Solver = Callable[[PETSc.Mat, PETSc.Vec, PETSc.Vec], None]
-"""Solves with a matrix and a right-hand side for a solution."""
+"""A linear solver: it takes a matrix, a right-hand side and the vector of the solution."""
 
 
 class CorrectedStep:
     """Solves for the step w of Newton's method with r + K w + C(w) = 0.
 
-    r and K are residual and tangent for fixed lagged quantities, and C is the change of r by their
-    change along the step. Its derivative is not symmetric: normal forces, which follow the motion
-    along the normals, change forces in the tangent planes. C is not linear, since a point that
-    sticks is soon one that slides. It acts on few nodes and costs next to nothing: so its own
-    Newton iterations, in which neither elements are assembled nor a matrix is factorised, save
-    some with both. Where one of them does not help, as between two states of sliding with sticking
-    in the middle, the next takes for C the derivative of what majorises its potential.
+    r and K are residual and tangent for fixed lagged quantities, and C is the change of r that is
+    due to their change along the step. Its derivative is not symmetric: normal forces depend on the
+    motion along the normals and change forces in the tangent planes. C is not linear, because a
+    point that sticks soon slides. It acts on few nodes and costs almost nothing. Its own Newton
+    iterations, which neither assemble elements nor factorise a matrix, therefore save iterations
+    that do both. If one of them does not help, as between two states of sliding with sticking in
+    the middle, the next one replaces C's derivative by that of a potential that majorises C's.
 
     Args:
-        model: at the state of r and K.
-        tangent: K.
+        model: model at the state of r and K.
+        tangent: the tangent K.
         policy: how it is solved for.
     """
 
@@ -47,16 +47,16 @@ class CorrectedStep:
 
     @property
     def any(self) -> bool:
-        """Whether a term has a correction, the same on all ranks."""
+        """Whether a term has a correction, equal on all ranks."""
         return bool(self._parts)
 
     def solve(self, solve: Solver, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Solve for −w, as SNES has it.
+        """Solve for −w, the step in SNES' sign.
 
         Args:
-            solve: linear solves.
-            right: r.
-            solution: −w; it starts as anything.
+            solve: linear solver.
+            right: the residual r.
+            solution: −w; its first values do not matter.
         """
         matrix = PETSc.Mat().createPython(self._tangent.getSizes(), self, comm=self._tangent.comm)
         matrix.setUp()
@@ -88,13 +88,13 @@ class CorrectedStep:
             made.destroy()
 
     def mult(self, matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """y = (K + C') x, as PETSc's matrix of type ``python``."""
+        """y = (K + C') x, for PETSc's matrix of type ``python``."""
         self._tangent.mult(x, y)
         step = self._model.unknowns.to_local(x.array_r)
         y.array[:] += self._sum(lambda part, rate: part.add_rate(step, rate))
 
     def _error(self, right: PETSc.Vec, solution: PETSc.Vec, error: PETSc.Vec) -> float:
-        """Norm of r + K w + C(w), which goes to ``error``."""
+        """Write r + K w + C(w) to ``error`` and return its norm."""
         self._tangent.mult(solution, error)
         error.aypx(-1.0, right)
         step = self._model.unknowns.to_local(-solution.array_r)
@@ -107,7 +107,7 @@ class CorrectedStep:
             part.linearise(step, convex=convex)
 
     def _sum(self, add: Callable[[Any, Gradient], None]) -> np.ndarray:
-        """What the terms add by the owned unknowns, 0 in supported rows."""
+        """The sum of the terms' corrections by the owned unknowns; supported rows are 0."""
         found = Gradient(self._model.unknowns)
         for part in self._parts:
             add(part, found)

@@ -1,4 +1,4 @@
-"""When terms update what their potential holds fixed while it is minimised."""
+"""Rules that decide when terms update their lagged quantities."""
 
 from __future__ import annotations
 
@@ -7,23 +7,24 @@ from dolfingrip.mechanics.newton.policy import LagPolicy
 
 
 class LagRules:
-    """Rules of one solve.
+    """The rules of one solve.
 
     Lagged quantities (friction's normal forces and tangent planes) are functions of the solution,
-    so they are updated with the iterates at first. A corrected step is one that is solved for with
-    their change along it; they are updated where it ends, unless it overshoots. Then, and after any
-    other step, which may overshoot, too, they are updated only where the residual has fallen since
-    the last update. Close to the solution they are kept as long as their lag error is small, which
-    is checked once more at the end.
+    so they are updated in the first iterations. The equations of a corrected step contain their
+    change along the step. They are updated at its end, unless the step overshoots. After a step
+    that overshoots, and after any other step, which may also overshoot, they are updated only if
+    the residual has fallen since the last update. Close to the solution they are kept as long as
+    their lag error is small, which is checked again at the end.
 
     Args:
-        model: whose terms have lagged quantities.
+        model: model whose terms have lagged quantities.
         policy: when they are updated.
 
     Attributes:
-        current: they are those of the present iterate, so that the next step may be corrected.
-        corrected: the last step was; Newton's method says so.
-        overshot: a corrected step made the residual grow too much.
+        current: whether they are those of the present iterate; only then may the next step be
+            corrected.
+        corrected: whether the last step was corrected; Newton's method sets this.
+        overshot: whether a corrected step made the residual grow too much.
     """
 
     def __init__(self, model: Model, policy: LagPolicy) -> None:
@@ -35,8 +36,9 @@ class LagRules:
         """Forget the last solve.
 
         Args:
-            predicted: the next one starts at an estimate of its solution, not at the last one.
-            corrected: steps may be corrected.
+            predicted: whether the next solve starts at an estimate of its solution, not at the last
+                solution.
+            corrected: whether steps may be corrected.
         """
         self._peak_N = self._last_N = 0.0
         self._kept = self.current = self.corrected = self.overshot = False
@@ -45,15 +47,15 @@ class LagRules:
 
     @property
     def lost(self) -> bool:
-        """Whether quantities lag too far however often the state is solved for again."""
+        """Whether quantities still lag too far after the state was solved for several times."""
         return self._repeats > self._policy.again
 
     def is_due(self, norm: float, first_N: float) -> bool:
-        """Whether terms are to update their quantities, at an iterate that goes on.
+        """Whether terms must update their quantities at an iterate that is not the last.
 
         Args:
-            norm: of the residual (N).
-            first_N: that of the solve's start.
+            norm: norm of the residual (N).
+            first_N: norm at the solve's start.
         """
         at_start = self._peak_N == 0.0
         self._peak_N = max(self._peak_N, norm, first_N)
@@ -70,7 +72,7 @@ class LagRules:
         return due
 
     def is_due_at_the_end(self) -> bool:
-        """Whether they are to do so where the solve has converged."""
+        """Whether terms must update their quantities after the solve has converged."""
         outdated = self._is_outdated()
         self._repeats += outdated
         return outdated
@@ -79,5 +81,5 @@ class LagRules:
         return self._model.lag_error() > self._policy.tolerance
 
     def updated(self, norm: float) -> None:
-        """Take note of the residual (N) once they have."""
+        """Store the residual (N) after an update."""
         self._last_N = norm

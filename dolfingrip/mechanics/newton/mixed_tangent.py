@@ -16,10 +16,11 @@ from dolfingrip.mechanics.newton.tangent import Tangent, block_graph, with_place
 
 
 class MixedTangent(Tangent):
-    """Hessian of Π(u, p): indefinite, since Π is concave in p.
+    """The Hessian of Π(u, p), which is indefinite because Π is concave in p.
 
-    Scalar entries instead of 3 × 3 blocks, the upper triangle alone. On each rank the rows of the
-    displacement come first, then those of the pressure; contact adds to the displacement's.
+    It has scalar entries instead of 3 × 3 blocks, in the upper triangle alone. On each rank the
+    rows of the displacement come first, then those of the pressure. Contact adds to the
+    displacement's rows.
     """
 
     def __init__(self, model: Model) -> None:
@@ -46,7 +47,7 @@ class MixedTangent(Tangent):
         super().__init__(model)
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
-        """An assembled zero matrix with the places of ``graph`` (owned displacement nodes)."""
+        """An assembled zero matrix with the entries of ``graph`` (owned displacement nodes)."""
         ones = np.ones((graph.nnz, 3, 3))
         above, below = self._scalars(graph, ones)
         pattern = sp.vstack([above + self._beside, self._below, below])
@@ -62,7 +63,7 @@ class MixedTangent(Tangent):
     def _scalars(
         self, graph: sp.csr_matrix, blocks: np.ndarray
     ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """(3, 3) blocks at the places of ``graph`` as scalar rows of nodes and of the rest."""
+        """(3, 3) blocks at the entries of ``graph`` as scalar rows, of nodes and of others."""
         shape = (3 * graph.shape[0], 3 * graph.shape[1])
         scalars = sp.bsr_matrix((blocks, graph.indices, graph.indptr), shape).tocsr()
         rows = self._fields[0].columns(scalars)
@@ -71,7 +72,7 @@ class MixedTangent(Tangent):
     def _insert(
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
     ) -> None:
-        """Set or add (3, 3) ``blocks`` at the places of ``graph``."""
+        """Set or add (3, 3) ``blocks`` at the entries of ``graph``."""
         above, below = self._scalars(graph, blocks)
         nothing = sp.csr_matrix(self._below.shape)  # in the pressure's rows
         values = sp.vstack([above, nothing, below], "csr")
@@ -88,7 +89,7 @@ class MixedTangent(Tangent):
 
 
 class _Place:
-    """Where the dofs of one field are in the matrix."""
+    """Rows and columns of one field's dofs in the matrix."""
 
     def __init__(self, space: fem.FunctionSpace) -> None:
         self._map = space.dofmap.index_map
@@ -109,12 +110,12 @@ class _Place:
         return np.asarray(dofs + shift[owner])
 
     def columns(self, graph: sp.csr_matrix) -> sp.csr_matrix:
-        """``graph`` with its columns, dofs of this field, where they are in the matrix."""
+        """``graph`` with its columns, dofs of this field, as columns of the matrix."""
         places = self.to_matrix(graph.indices.astype(np.int64))
         return sp.csr_matrix((graph.data, places, graph.indptr), (graph.shape[0], self._count))
 
     def rows(self) -> np.ndarray:
-        """Rows of the local dofs, ghosts included."""
+        """Rows of the local dofs, also of ghosts."""
         count = self._map.size_local + self._map.num_ghosts
         nodes = self._map.local_to_global(np.arange(count, dtype=np.int32)).astype(np.int64)
         dofs = self._block * nodes[:, None] + np.arange(self._block)
@@ -122,6 +123,6 @@ class _Place:
 
 
 def _scalar_graph(form: fem.Form) -> sp.csr_matrix:
-    """What a form's elements couple, dof by dof."""
+    """The pairs of dofs that a form's elements couple."""
     blocks = tuple(space.dofmap.index_map_bs for space in form.function_spaces)
     return sp.kron(block_graph(form), np.ones(blocks), "csr")

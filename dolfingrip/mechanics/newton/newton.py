@@ -35,14 +35,14 @@ class Newton:
     """Finds a stationary point of a model's Π from its present state.
 
     Args:
-        model: whose displacement is solved for.
+        model: model whose unknowns are solved for.
         settings: tolerances and limits.
-        profile: of the time that phases take.
-        policy: the numbers that its decisions rest on.
-        counts: go on from there; default: from 0.
+        profile: takes the time of each phase.
+        policy: numbers behind its decisions.
+        counts: counts to add to; default: from 0 on.
 
     Attributes:
-        counts: of iterations, factorisations and damped solves.
+        counts: counts of iterations, factorisations and damped solves.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Newton:
         graph = None if mixed else self.tangent.graph
         self._factors = Factors(PREFIX, graph, policy.factors, self.counts)
         self._residual = model.unknowns.create_vector()
-        # never hand u's own vector to SNES: it is copied in and out (FEniCS/dolfinx#3507)
+        # SNES never gets u's own vector: values are copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
         self._trial = self._residual.duplicate()
         self._retired: list[PETSc.Mat] = []
@@ -80,7 +80,7 @@ class Newton:
         self._snes = self._make_snes()
 
     def of(self, model: Model) -> Newton:
-        """A solver of another model with the same settings, which goes on with the counts."""
+        """A solver of another model with these settings and counts."""
         return Newton(model, self.settings, self.profile, self._policy, self.counts)
 
     def _make_snes(self) -> PETSc.SNES:
@@ -104,7 +104,7 @@ class Newton:
     # -- callbacks -----------------------------------------------------------------------------
 
     def _take(self, x: PETSc.Vec) -> None:
-        """Copy SNES' iterate into the unknowns, ghosts included."""
+        """Copy SNES' iterate into the unknowns and their ghosts."""
         self.model.unknowns.set_owned(x.array_r)
 
     def _residual_norm(self) -> float:
@@ -139,7 +139,7 @@ class Newton:
             self._factors.corrected_step = self._corrected_step()
 
     def _corrected_step(self) -> CorrectedStep | None:
-        """The step's equations where lagged quantities are to change along it."""
+        """The step's equations if lagged quantities must change along it, else None."""
         if self._damped or not self._lagging.current:
             return None
         # a contact without pairs has no force that might lag
@@ -149,7 +149,7 @@ class Newton:
 
     @contextmanager
     def _first_controls(self, iteration: int) -> Iterator[None]:
-        """The controls of the first tangent, for as long as entered; time is none of them."""
+        """A context with the controls of the first tangent; time is not among them."""
         if iteration or not self._before:
             yield
             return
@@ -159,7 +159,7 @@ class Newton:
         self.model.prescribe(now)
 
     def _bound_step(self, x: PETSc.Vec, y: PETSc.Vec) -> bool:
-        """Shorten SNES' step (x − y) to what is admissible; let the carried stress follow."""
+        """Shorten SNES' step (x − y) to its admissible part; let the carried stress follow."""
         with self.profile.phase("step bound"):
             self._take(x)
             step = self.model.unknowns.to_local(-y.array_r)
@@ -189,7 +189,7 @@ class Newton:
         return REASON[Verdict.HOPELESS if self._lagging.lost else verdict]
 
     def _takes_anew(self, verdict: Verdict, norm: float) -> bool:
-        """Let terms update lagged quantities where that is due; whether the potential changed."""
+        """Let terms update lagged quantities if due; return whether the potential changed."""
         if verdict is Verdict.GO_ON:
             due = self._lagging.is_due(norm, self._globalisation.first_N)
         else:
@@ -208,17 +208,17 @@ class Newton:
     ) -> Solve:
         """Iterate from the model's present state; the state is changed even if this fails.
 
-        Corrected steps may lead far away, as where a body nearly slips off. Such a solve starts
-        once more, with lagged quantities fixed along each step.
+        Corrected steps may lead far away, for example if a body nearly slips off. Such a solve
+        starts again, with lagged quantities fixed along each step.
 
         Args:
-            guess: start there instead; the tolerance still refers to the present state's residual.
-            damped: damp and search along each step, which takes more and costlier iterations but
-                robustly follows a motion to a stable state.
-            before: controls of the present state, time excluded, where it is in equilibrium: with
-                them the first tangent is that of the equilibrium path. A pressure without the
-                stress that bears it would soften it.
-            again: allow that second start; a caller that halves its step instead forbids it.
+            guess: another start; the tolerance still refers to the present state's residual.
+            damped: whether each step is damped and searched along. This takes more and costlier
+                iterations, but robustly follows a motion to a stable state.
+            before: controls, without time, of the present state if it is in equilibrium. With them
+                the first tangent is that of the equilibrium path. A pressure without the stress
+                that bears it would soften it.
+            again: whether a second start is allowed; a caller that halves its step forbids it.
         """
         here = self.model.unknowns.local()
         lagged = self.model.lagged_state()
@@ -288,7 +288,7 @@ class Newton:
         return solve
 
     def _prepare(self, damped: bool) -> None:
-        """Prepare SNES for a damped solve, or a plain one."""
+        """Prepare SNES for a damped or an undamped solve."""
         self._damped = damped
         self._damping.start()
         solver = self._damping if damped else self._factors

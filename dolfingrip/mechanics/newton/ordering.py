@@ -1,4 +1,4 @@
-"""The elimination order that costs a factorisation least."""
+"""The elimination order with which a factorisation costs least."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ CANDIDATES: Final = (2, 4, 6)
 structured mesh the first takes half the operations of the last, on the next three times as many."""
 
 AUTOMATIC: Final = 7
-"""MUMPS chooses."""
+"""MUMPS' ICNTL(7) with which MUMPS itself chooses the order."""
 
 SMALL: Final = 1000
-"""Nodes below which no order is searched for; PORD ends the process on tiny graphs."""
+"""Number of nodes below which no order is sought; PORD ends the process on tiny graphs."""
 
 
 def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
-    """The ICNTL(7) among :data:`CANDIDATES` with the fewest operations; the same on all ranks.
+    """The ICNTL(7) of :data:`CANDIDATES` with the fewest operations, equal on all ranks.
 
     Args:
-        graph: (owned nodes, nodes) symmetric; which nodes a matrix couples, each with itself.
+        graph: (owned nodes, nodes) symmetric; nodes that a matrix couples, each with itself.
         comm: communicator of the ranks that own the nodes.
     """
     if graph.shape[1] < SMALL:
@@ -38,7 +38,7 @@ def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
 
 
 def _laplacian(graph: sp.csr_matrix, comm: MPI.Comm) -> PETSc.Mat:
-    """A definite matrix with one unknown for each node: cheap to factorise."""
+    """A definite matrix with one unknown for each node, which is cheap to factorise."""
     first = sum(comm.allgather(graph.shape[0])[: comm.rank])
     row, column = graph.nonzero()
     values = np.where(column == row + first, np.diff(graph.indptr)[row] + 1.0, -1.0)

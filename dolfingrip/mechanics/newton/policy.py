@@ -1,4 +1,4 @@
-"""The numbers that decisions of Newton's method rest on, those of each decision together."""
+"""The numbers behind decisions of Newton's method, in one policy for each decision."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Symmetric PETSc matrices of scalars, of which the upper triangle alone is kept."""
+"""Symmetric PETSc matrices of scalars that store the upper triangle alone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from petsc4py import PETSc
 
 
 def symmetric(rows: sp.csr_matrix, comm: MPI.Comm) -> PETSc.Mat:
-    """A matrix (type SBAIJ) with the entries of ``rows``, zeros too, on and above its diagonal.
+    """A matrix (type SBAIJ) with the entries of ``rows``, also zeros, on and above its diagonal.
 
     Args:
         rows: (owned, all) the rank's rows, one rank's after the other's.

@@ -18,17 +18,17 @@ from dolfingrip.mechanics.model.term import Coupling
 
 
 class Tangent:
-    """Hessian of Π (N/mm) as a PETSc matrix whose pattern changes only when contact needs it.
+    """The Hessian of Π (N/mm) as a PETSc matrix whose pattern changes only if contact requires it.
 
-    Blocks of 3 × 3, the upper triangle alone: inserting scalars into a full matrix takes as
-    long as computing them. Contact couples nodes that no element joins; their places are added
-    when they are first needed, and stay, so that the symbolic factorisation soon stays valid.
-    Places for pairs that only come near cost more in each factorisation than they save.
+    It has blocks of 3 × 3 in the upper triangle alone: inserting scalars into a full matrix takes
+    as long as computing them. Contact couples nodes that no element joins. Their entries are added
+    when they are first needed, and they stay, so that the symbolic factorisation soon stays valid.
+    Entries for pairs that only come near cost more in each factorisation than they save.
 
     Attributes:
-        graph: (owned nodes, nodes) which nodes the elements couple.
+        graph: (owned nodes, nodes) nodes that the elements couple.
         matrix: the PETSc matrix (type SBAIJ), replaced when the pattern grows.
-        patterns: how many patterns there were.
+        patterns: number of patterns so far.
     """
 
     def __init__(self, model: Model) -> None:
@@ -54,11 +54,11 @@ class Tangent:
 
     @property
     def _forms(self) -> list[Sequence[Sequence[fem.Form]]]:
-        """What elements integrate, of all terms that have such forms."""
+        """The forms that elements integrate, of all terms that have such forms."""
         return [forms for term in self._model.all_terms if (forms := term.tangent_forms())]
 
     def assemble(self, *, convex: bool = False) -> None:
-        """Assemble at the model's present state, pairs in contact ``convex`` or as they are."""
+        """Assemble at the model's present state; ``convex``: Hessians of pairs are made convex."""
         couplings = self._couplings(convex=convex)
         self._make_room(couplings)
         self.matrix.zeroEntries()
@@ -75,11 +75,11 @@ class Tangent:
             self.matrix.assemble()
 
     def _assemble_forms(self, forms: Sequence[Sequence[fem.Form]]) -> None:
-        """Add what elements integrate, supports not regarded."""
+        """Add the elements' integrals without regard to supports."""
         fem_petsc.assemble_matrix(self.matrix, forms[0][0])
 
     def _couplings(self, *, convex: bool) -> list[Coupling]:
-        """Those of all terms at the model's present state."""
+        """The couplings of all terms at the model's present state."""
         dofs = self._model.u.x.array
         return [
             coupling
@@ -88,7 +88,7 @@ class Tangent:
         ]
 
     def _product(self, values: np.ndarray) -> np.ndarray:
-        """Of the matrix and an owned array in the order of a vector."""
+        """Product of the matrix and an owned array in a vector's order."""
         x, y = self._model.unknowns.create_vector(), self._model.unknowns.create_vector()
         x.array[:] = values
         self.matrix.mult(x, y)
@@ -120,7 +120,7 @@ class Tangent:
         return sp.csr_matrix(sp.vstack([graph, sp.csr_matrix(own)]))
 
     def _whole_graph(self) -> sp.csr_matrix:
-        """Places of elements, of known couplings, and of dependent displacements' unknowns."""
+        """Entries of elements, of known couplings, and of dependent displacements' unknowns."""
         graph = self._elements
         if self._known.size:
             graph = (graph + self._pattern(self._known)).tocsr()
@@ -135,7 +135,7 @@ class Tangent:
         return np.unique(np.concatenate(self._model.comm.allgather(own)))
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:
-        """An assembled zero matrix with the places of ``graph`` (owned block rows)."""
+        """An assembled zero matrix with the entries of ``graph`` (owned block rows)."""
         local, size = 3 * self._rows, 3 * graph.shape[1]
         row, column = graph.nonzero()
         here = (column >= self._first) & (column < self._first + self._rows)
@@ -150,7 +150,7 @@ class Tangent:
         matrix.setPreallocationNNZ(tuple(count))
         matrix.setLGMap(self._numbering(), self._numbering())
         matrix.setOption(PETSc.Mat.Option.IGNORE_LOWER_TRIANGULAR, True)
-        # an assembly drops places that were not set
+        # an assembly drops entries that were not set
         self._insert(matrix, graph, np.zeros((len(row), 3, 3)))
         matrix.assemble()
         matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATION_ERR, True)
@@ -190,7 +190,7 @@ class Tangent:
         return sp.csr_matrix((np.ones(len(row)), (row - self._first, column)), shape=shape)
 
     def _make_room(self, couplings: Sequence[Coupling]) -> None:
-        """Widen the pattern where ``couplings`` have pairs of nodes that it lacks."""
+        """Widen the pattern if ``couplings`` have pairs of nodes that it lacks."""
         if self._note(couplings):
             self.matrix = self._create(self._whole_graph())
 
@@ -212,7 +212,7 @@ class Tangent:
     def _insert(
         self, matrix: PETSc.Mat, graph: sp.csr_matrix, blocks: np.ndarray, *, add: bool = False
     ) -> None:
-        """Set or add (3, 3) ``blocks`` at the places of ``graph``."""
+        """Set or add (3, 3) ``blocks`` at the entries of ``graph``."""
         matrix.setValuesBlockedCSR(
             graph.indptr.astype(PETSc.IntType),
             graph.indices.astype(PETSc.IntType),
@@ -224,7 +224,7 @@ class Tangent:
 def with_places_of_leaders(
     graph: sp.csr_matrix, followers: np.ndarray, leaders: np.ndarray
 ) -> sp.csr_matrix:
-    """``graph`` with places in the columns of ``leaders`` wherever a row has one of a follower."""
+    """``graph`` with entries in the columns of ``leaders`` in each row with a follower's entry."""
     if not len(followers):
         return graph
     row, column = graph.nonzero()
@@ -234,7 +234,7 @@ def with_places_of_leaders(
 
 
 def block_graph(form: fem.Form) -> sp.csr_matrix:
-    """Owned block rows with global block columns of what a form's elements couple."""
+    """Owned block rows, with global block columns, of the pairs that a form's elements couple."""
     pattern = cpp.fem.create_sparsity_pattern(form._cpp_object)
     pattern.finalize()
     edges, offsets = pattern.graph

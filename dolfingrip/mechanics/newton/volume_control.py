@@ -1,4 +1,4 @@
-"""The cavity's volume prescribed, its pressure the multiplier: past limit points."""
+"""Volume control, which passes limit points: the pressure is the volume's multiplier."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Prescribed:
     """Volume of the whole cavity (mm³), as a control of a load path.
 
     Attributes:
-        value: on the reference mesh as it was made.
-        growth: of the undeformed cavity's volume since then, 1 but where the mesh is moved.
+        value: volume on the reference mesh as it was made.
+        growth: growth of the undeformed cavity's volume since then; 1 unless the mesh is moved.
     """
 
     value: float
@@ -35,7 +35,7 @@ class Prescribed:
 
     @property
     def target_mm3(self) -> float:
-        """Volume on the reference mesh as it is: controlled are ratios to the undeformed one."""
+        """Volume on the present reference mesh; its ratio to the undeformed one is prescribed."""
         return self.value * self.growth
 
     def set(self, value: float) -> None:
@@ -44,7 +44,7 @@ class Prescribed:
 
 
 class VolumeControl(Term, Memory):
-    """Adds the constraint V(u) = V* to Π, whose multiplier is the cavity's pressure.
+    """Adds the constraint V(u) = V* to Π; its multiplier is the cavity's pressure.
 
     Π contains −p V(u). With + p V* it is stationary in p where V = V*, so that equilibria follow
     one another through a limit point of the pressure (Batoz & Dhatt, Int. J. Numer. Methods Eng.
@@ -54,10 +54,10 @@ class VolumeControl(Term, Memory):
         u: displacement (mm).
         pressure: control of the pressure, which becomes a result.
         volume: UFL form of the meshed cavity's volume (mm³).
-        copies: symmetry multiplicity, the number of meshed parts in the whole.
+        copies: number of meshed parts in the whole.
 
     Attributes:
-        control: the volume of the whole cavity, at first the present one.
+        control: volume of the whole cavity; it starts as the present volume.
         unknown: the pressure as an unknown.
     """
 
@@ -120,13 +120,14 @@ class VolumeControl(Term, Memory):
         return [global_coupling([self.unknown], self._first, -rates[None], np.zeros((1, 1)))]
 
     def move_reference(self, change: np.ndarray | None) -> None:
-        """Have the controlled volume grow as the undeformed cavity does."""
+        """Let the controlled volume grow with the undeformed cavity."""
         self.control.growth = self._undeformed_mm3() / self._undeformed
 
     def accept(self) -> None:
-        """Take the pressure's load for the scale of the next step's residual.
+        """Make the pressure's load the scale of the next step's residual.
 
-        An iterate that diverges has any pressure, which would let anything pass for an equilibrium.
+        An iterate that diverges may have any pressure, and with it any state would pass as an
+        equilibrium.
         """
         self._force_N = self._load_N()
 
@@ -144,8 +145,8 @@ def volume_controlled(model: Model, pressure: Control, volume: ufl.Form) -> Mode
     """A model of the same fields and terms whose control is the cavity's volume.
 
     Args:
-        model: with ``pressure`` among its controls.
-        pressure: a result of the new model.
+        model: model with ``pressure`` among its controls.
+        pressure: control that becomes a result of the new model.
         volume: UFL form of the meshed cavity's volume (mm³).
     """
     term = VolumeControl(model.u, pressure, volume, model.domain.copies)

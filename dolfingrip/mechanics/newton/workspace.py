@@ -1,4 +1,4 @@
-"""Factorisations by MUMPS that get more memory where the estimate was too small."""
+"""Factorisations by MUMPS that get more memory if the estimate was too small."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ TOO_SMALL: Final = (-8, -9, -14, -17, -20)
 
 
 def set_up(pc: PETSc.PC) -> None:
-    """Factorise; where MUMPS' workspace is too small, factorise again with a larger one.
+    """Factorise; if MUMPS' workspace is too small, factorise again with a larger one.
 
-    The estimate does not know pivots that are delayed, as those of a saddle point are. Which ones
-    are delayed depends on rounding, and on several ranks on the order in which messages arrive. A
+    The estimate does not know delayed pivots, which saddle points have. Rounding decides which ones
+    are delayed, and on several ranks the order in which messages arrive does so, too. A
     body of few elements needs twice the estimate then (MUMPS Users' Guide, error -9).
 
     Args:

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class FailureKind(StrEnum):
-    """What stopped the path."""
+    """The classes of failures."""
 
     INVERTED_ELEMENT = "inverted element"
     CONTACT = "contact"
@@ -21,10 +21,10 @@ class Failure:
     """A classified failure of a load step.
 
     Attributes:
-        kind: the class.
+        kind: class of the failure.
         last_good: controls of the last converged state, by name.
-        words: what the class means, as the caller of the path says; "" where it says nothing.
-        advice: what goes on from there, as the caller knows; "" where nothing does.
+        words: meaning of the class, in words of the path's caller; "" if it has none.
+        advice: how to go on from there, in words of the path's caller; "" if nothing is known.
     """
 
     kind: FailureKind

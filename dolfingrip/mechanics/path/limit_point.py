@@ -14,12 +14,12 @@ from dolfingrip.sections.numerics import Solver
 class LimitPointSearch:
     """Increases the cavity's volume from a state at which the pressure could not be raised.
 
-    A limit point is where equilibrium goes on at a falling pressure, so the search tests for that.
-    A single bellow that collapses among stiff ones hardly shows in any norm of the displacement.
+    Beyond a limit point equilibrium goes on at a falling pressure, and the search tests for that.
+    If a single bellow collapses among stiff ones, norms of the displacement hardly show it.
 
     Args:
-        model: with the pressure among its controls.
-        pressure: that control.
+        model: model with the pressure among its controls.
+        pressure: control of the pressure.
         volume: UFL form of the meshed cavity's volume (mm³).
         settings: of Newton's method.
     """
@@ -34,7 +34,7 @@ class LimitPointSearch:
         """Whether the pressure rises to a maximum and falls; the model is left as it was.
 
         Args:
-            beyond_kPa: the pressure that was not reached; where it is, there is no maximum before.
+            beyond_kPa: pressure that was not reached; if it is reached, there is no maximum.
         """
         good = self._model.state()
         model = volume_controlled(self._model, self._pressure, self._volume)

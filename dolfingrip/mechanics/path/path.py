@@ -20,12 +20,12 @@ from dolfingrip.mechanics.path.predictor import Guess, Predictor
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """How a target was reached.
+    """The arrival at a target.
 
     Attributes:
-        iterations: Newton iterations since the last target, failed steps included.
+        iterations: Newton iterations since the last target, also those of failed steps.
         steps: converged load steps.
-        failure: set where the target was not reached; the model is then at the last good state.
+        failure: why the target was not reached; the model is then at the last good state.
     """
 
     iterations: int
@@ -34,10 +34,10 @@ class Arrival:
 
 
 class Observer(Protocol):
-    """What is called as a path takes its steps."""
+    """An object that a path calls as it takes its steps."""
 
     def converged(self, before: State) -> None:
-        """A step from ``before`` has converged; it leaves the model as it is."""
+        """Called after a step from ``before`` has converged; must not change the model."""
         ...
 
 
@@ -45,23 +45,23 @@ class LoadPath:
     """Takes a model along straight lines between prescribed controls, time among them.
 
     A step starts from the state that the path so far predicts, as long as the path is straight. A
-    step that fails is taken back and solved again with damping, then halved; steps grow again
+    step that fails is taken back and solved again with damping, and then halved. Steps grow again
     after easy ones. With damping the path may go on beyond a limit point, where the model snaps to
-    another stable state.
-    The solver's time limit counts from here, and is checked before each step.
+    another stable state. The solver's time limit counts from the path's creation and is checked
+    before each step.
 
     Args:
         newton: solver of the model.
         longest: longest step of each control that limits the step; a control that is absent does
             not.
-        accept: called after each converged step; returns a reason to reject it, or ""; default:
-            what the model's terms say.
+        accept: called after each converged step; returns a reason to reject it, or ""; default: the
+            reasons of the model's terms.
         passable: called at the last good state with the controls that were not reached; returns
             whether equilibrium goes on there at a falling load.
         observers: called after each converged step, before it is accepted.
-        over: called after each accepted step; where it says so, the path ends there.
-        damped: solve a failed step again with damping, which may jump to another state.
-        policy: the numbers that its decisions rest on.
+        over: called after each accepted step; if it returns true, the path ends there.
+        damped: whether a failed step is solved again with damping, which may jump to another state.
+        policy: numbers behind its decisions.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class LoadPath:
                 failure = Failure(FailureKind.TIME_LIMIT, at(done))
                 return Arrival(iterations, steps, failure)
             length = min(self._length, 1.0) / whole
-            # no sliver is left for a last step
+            # no tiny last step is left
             reach = 1.0 if done + (1 + self._policy.sliver) * length >= 1.0 else done + length
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * whole
@@ -155,7 +155,7 @@ class LoadPath:
         return Arrival(iterations, steps)
 
     def _longest_steps(self, start: Mapping[str, float], target: Mapping[str, float]) -> float:
-        """Longest steps from ``start`` to ``target``; 1 where no control limits them."""
+        """Number of longest steps from ``start`` to ``target``; 1 if no control limits them."""
         distances = [
             abs(target[name] - start[name]) / longest
             for name, longest in self._longest.items()
@@ -168,8 +168,8 @@ class LoadPath:
     ) -> Solve:
         """Solve the model from ``good``, its state, at ``controls``, its own.
 
-        A step that fails is solved again, damped. Where damping has not helped towards this
-        target it is left out, but for the ``last`` step that is tried: beyond a limit point a
+        A step that fails is solved again with damping. If damping has not helped towards this
+        target it is left out, except for the ``last`` step that is tried: beyond a limit point a
         damped solve takes many iterations to run away.
         """
         before = None
@@ -187,7 +187,7 @@ class LoadPath:
         return damped
 
     def _turn(self, start: dict[str, float], direction: dict[str, float]) -> None:
-        """Take ``direction``, the change of each control in a longest step, from ``start`` on."""
+        """Set ``direction``, the change of each control in a longest step, from ``start`` on."""
         straight = start == self._end and all(
             math.isclose(change, self._direction[name], rel_tol=1e-6, abs_tol=1e-12)
             for name, change in direction.items()
@@ -198,19 +198,19 @@ class LoadPath:
         self._direction = direction
 
     def _late(self) -> bool:
-        """Whether the time is over, the same on all ranks."""
+        """Whether the time limit is over, equal on all ranks."""
         if self._end_s == math.inf:
             return False
         return bool(self.model.comm.allreduce(time.monotonic() > self._end_s, MPI.LOR))
 
     def _stiffness(self, length: float, before: State) -> float:
-        """Part of a longest step for each mm that the displacement has moved from ``before``."""
+        """Parts of a longest step for a change of the displacement by 1 mm from ``before``."""
         moved = self.model.u.x.array - before.displacement
         square = self.model.comm.allreduce(float(moved @ moved), MPI.SUM)
         return length / math.sqrt(square) if square > 0 else 0.0
 
     def _runs_away(self, length: float, good: State) -> bool:
-        """Whether a failed solve has gone far from ``good`` for so small a step.
+        """Whether a failed solve of a small step has gone far from ``good``.
 
         A motion through a viscous medium that finds no other stable state inverts elements or
         exceeds its iterations.
@@ -220,9 +220,9 @@ class LoadPath:
     def _is_soft(self, controls: Mapping[str, float], length: float, good: State) -> bool:
         """Whether the stiffness along a small step back is far below the largest on the path.
 
-        Bergan's current stiffness parameter (Bergan, Horrigmoe, Kråkeland & Søreide, Int. J.
+        It is Bergan's current stiffness parameter (Bergan, Horrigmoe, Kråkeland & Søreide, Int. J.
         Numer. Methods Eng. 12, 1978), which vanishes at a limit point. The pivots of a diverged
-        iteration say nothing. The model is restored to ``good``.
+        iteration have no meaning. The model is restored to ``good``.
         """
         self.model.prescribe(controls)
         converged = self.newton.solve().converged

@@ -1,4 +1,4 @@
-"""The numbers that decisions along a load path rest on, those of each decision together."""
+"""The numbers behind decisions along a load path, in one policy for each decision."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, slots=True)
 class PredictorPolicy:
-    """From where a load step starts; see :class:`~.predictor.Predictor`.
+    """The state from which a load step starts; see :class:`~.predictor.Predictor`.
 
     Attributes:
         fewest, most: smallest and largest number of states that the polynomial interpolates (four:
@@ -32,11 +32,11 @@ class SeriesPolicy:
     """The Taylor series of a path at its start; see :func:`~.series.terms`.
 
     Attributes:
-        order: of the series, as of the polynomials that the path is continued by.
-        near: distance of the states that the derivatives are differences of, in the path's unit.
+        order: order of the series, like that of the polynomials that continue the path.
+        near: distance of the states in differences that give derivatives, in the path's unit.
             Membranes are so stiff that at a hundredth the third term is 1.7 times too large;
             rounding stays below 1e-5 of the first term.
-        falling: part of the first term that the last one may be: a series with a larger one is not
+        falling: largest ratio of the last and the first term: a series with a larger one is not
             used.
     """
 
@@ -51,10 +51,10 @@ class LimitPointPolicy:
 
     Attributes:
         first: first step of the volume, relative to the cavity's; each is twice the one before.
-        longest: longest one.
+        longest: longest step of the volume, relative to the cavity's.
         most: largest number of steps; together they are about the cavity's volume.
         shorter: factor by which a step that fails is shortened.
-        fall: part of the pressure by which it must fall to have had a maximum.
+        fall: part of the pressure by which it must fall after a maximum.
     """
 
     first: float = 1e-4
@@ -75,12 +75,11 @@ class PathPolicy:
         soft: part of the largest stiffness on the path below which a failure is a limit point.
         away: part of the largest stiffness below which a motion past unstable states runs away.
         comfortable: Newton iterations up to which the next step may be longer.
-        sliver: part of a step that is not left for a last one.
-        from_equilibrium: a step that starts without a predicted state has its first tangent with
-            the controls of its start.
-        halves_first: a step that fails is halved before it starts again in another way or is
-            damped, but for the last one tried: where inertia follows a motion, short steps are
-            easy ones.
+        sliver: part of a step that is too small for a last step of its own.
+        from_equilibrium: whether a step that starts without a predicted state has its first tangent
+            with the controls of its start.
+        halves_first: whether a step that fails is halved before it starts again in another way or
+            is damped, except the last one tried: with inertia, short steps are easy.
     """
 
     soft: float = 0.2

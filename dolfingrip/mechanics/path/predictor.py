@@ -1,4 +1,4 @@
-"""Where Newton's method starts a load step."""
+"""The state from which Newton's method starts a load step."""
 
 from __future__ import annotations
 
@@ -16,16 +16,15 @@ from dolfingrip.mechanics.path.policy import PathPolicy
 class Predictor:
     """Continues the polynomial through the last states of a straight load path.
 
-    At its start the states are those of its series. Displacement *and* carried stress are
-    extrapolated: the extrapolated displacement stretches parts that should merely turn, which
-    hardly affects the extrapolated stress. With that stress the first tangent is nearly that of the
-    solution. Displacement alone
-    costs more iterations than it saves.
+    At the start of the path the states are those of its series. Displacement *and* carried stress
+    are extrapolated. The extrapolated displacement stretches parts that should only turn, but this
+    hardly affects the extrapolated stress, with which the first tangent is nearly that of the
+    solution. Extrapolating the displacement alone costs more iterations than it saves.
 
     Args:
-        model: whose states are kept; where its tangent carries nothing, nothing is predicted.
-        tangent: makes K⁻¹ at the model's state, as :func:`series.terms` takes it.
-        policy: of paths.
+        model: model whose states are kept; nothing is predicted if its tangent carries nothing.
+        tangent: returns K⁻¹ at the model's state, for :func:`series.terms`.
+        policy: policy of the path.
     """
 
     def __init__(
@@ -38,7 +37,7 @@ class Predictor:
         self._kept: deque[tuple[float, Guess]] = deque(maxlen=self._policy.most)
 
     def restart(self, place: float) -> None:
-        """Forget all but the present, converged state at ``place`` on the path."""
+        """Forget all states except the present, converged one at ``place`` on the path."""
         self._kept.clear()
         self._model.carried.reset()
         self.keep(place)
@@ -47,13 +46,13 @@ class Predictor:
         """Start a new straight path at the present, converged state.
 
         Args:
-            place: of the state.
-            rates: of the controls, for each unit of place.
+            place: place of the state on the path.
+            rates: rates of the controls, for each unit of place.
         """
         self.restart(place)
         state = self._model.state()
         if not self._model.carried or state.history:
-            return  # where internal variables evolve, half a step ends in another state
+            return  # if internal variables evolve, half a step ends in another state
         terms = series.terms(self._model, self._tangent, state.controls, rates, self._series)
         here = self._model.unknowns.local()
         farthest = series.along(here, terms, self._policy.ahead[0])
@@ -66,14 +65,14 @@ class Predictor:
             self.keep(place + ahead)
 
     def keep(self, place: float) -> None:
-        """Remember the state that Newton's method has found at ``place``."""
+        """Store the state that Newton's method has found at ``place``."""
         carried = self._model.carried
         if carried:
             guess = Guess(self._model.unknowns.local(), carried.values)
             self._kept.append((place, guess))
 
     def guess(self, place: float) -> Guess | None:
-        """The state at ``place``, or as near to it as bounds allow; None if not far."""
+        """The state at ``place``, or as near to it as bounds allow; None if that is not far."""
         if len(self._kept) < self._policy.fewest:
             return None
         places = np.array([kept for kept, _ in self._kept])
@@ -91,7 +90,7 @@ class Predictor:
 
 
 def lagrange(places: np.ndarray, place: float) -> np.ndarray:
-    """(n,) weights with which values at ``places`` (n,) make the polynomial's at ``place``."""
+    """(n,) weights of values at ``places`` (n,) in the interpolating polynomial at ``place``."""
     apart = places[:, None] - places + np.eye(len(places))
     ratios = (place - places) / apart
     np.fill_diagonal(ratios, 1.0)

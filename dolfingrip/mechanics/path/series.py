@@ -1,4 +1,4 @@
-"""The Taylor series of a load path at its start, known before any step along it."""
+"""The Taylor series of a load path at its start, before any step along it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.path.policy import SeriesPolicy
 
 Solve = Callable[[np.ndarray], np.ndarray]
-"""K⁻¹ of an array of the equations' residual, both owned values in the order of a vector."""
+"""The map K⁻¹ of an array of residuals; both are owned values in the order of a vector."""
 
 
 def terms(
@@ -23,21 +23,21 @@ def terms(
 ) -> list[np.ndarray]:
     """Taylor terms of the states on a straight path through a model's present solution.
 
-    Where the terms of u(s) below sⁿ are known, the residual along them starts with r sⁿ, and the
-    next term is −K⁻¹r sⁿ: one tangent serves all orders (the asymptotic numerical method: Cochelin,
-    Damil & Potier-Ferry, Int. J. Numer. Methods Eng. 37, 1994). r is a central difference here,
-    which holds for every energy, contact and extension.
+    If the terms of u(s) below sⁿ are known, the residual along them starts with r sⁿ, and the next
+    term is −K⁻¹r sⁿ. One tangent serves all orders (the asymptotic numerical method: Cochelin,
+    Damil & Potier-Ferry, Int. J. Numer. Methods Eng. 37, 1994). r is a central difference here, so
+    that it is valid for every energy, contact and extension.
 
     Args:
-        model: at a solution, and left there.
-        tangent: makes K⁻¹ at the model's state; not called where the state does not depend on s.
-        controls: there.
-        rates: of the controls, for each unit of s.
-        policy: how it is made, and when it is used.
+        model: model at a solution; its state does not change.
+        tangent: returns K⁻¹ at the model's state; not called if the state does not depend on s.
+        controls: controls of the solution.
+        rates: rates of the controls, for each unit of s.
+        policy: numbers with which the series is made and judged.
 
     Returns:
-        The factors of s, s², … of the unknowns, local arrays; none where the path does not move,
-        or the series does not converge: in contact, for one, which is not smooth.
+        The factors of s, s², … of the unknowns, local arrays. The list is empty if the path does
+        not move, or if the series does not converge, as in contact, which is not smooth.
     """
     start = model.unknowns.local()
     found: list[np.ndarray] = []
