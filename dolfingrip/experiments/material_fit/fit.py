@@ -167,7 +167,7 @@ def _solved(
     return least_squares(
         residuals,
         start,
-        bounds=law.fittable.bounds(start.tolist()),
+        bounds=law.fittable.bounds([float(each) for each in start]),
         x_scale=size,
         xtol=1e-12,
         ftol=1e-12,
