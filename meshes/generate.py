@@ -12,6 +12,7 @@ from dolfingrip.meshes.grading import (
     set_sizes,
     step_along_z,
 )
+from dolfingrip.meshes.policy import GRADING
 from dolfingrip.meshes.solid import MOST_ELEMENTS, MeshError, SolidMesh
 from dolfingrip.meshes.target import meet
 from dolfingrip.sections.geometry.geometry import Geometry
@@ -28,9 +29,6 @@ _OPTIONS = {
     "Mesh.Optimize": 1.0,
     "Mesh.OptimizeThreshold": 0.6,
 }
-
-_COARSE = 0.25
-"""Element size of the mesh that shows concave edges, as a part of the finger's depth."""
 
 
 def finger_mesh(finger: Geometry, mesh: Mesh) -> SolidMesh:
@@ -88,7 +86,7 @@ def _limit(size: float, edge_size: float | None, bulk: float, at_edges: float) -
 
 
 def _concave_curves(finger: Geometry) -> list[int]:
-    set_sizes([], _COARSE * finger.depth_mm, _COARSE * finger.depth_mm)
+    set_sizes([], GRADING.coarse * finger.depth_mm, GRADING.coarse * finger.depth_mm)
     _generate()
     return concave_curves()
 

@@ -7,13 +7,8 @@ import math
 import gmsh
 import numpy as np
 
+from dolfingrip.meshes.policy import GRADING
 from dolfingrip.meshes.solid import boundary, faces
-
-GROWTH = 0.5
-"""Growth of the element size (mm) with each mm of distance from a concave edge."""
-
-_FLAT = 1e-3
-"""Sine of the largest angle between two faces that are one smooth face."""
 
 
 def concave_curves() -> list[int]:
@@ -41,7 +36,7 @@ def concave_curves() -> list[int]:
         normal = np.cross(b - a, c - a)
         apex = points[facets[pair[1]][~on_edge[pair[1]]]][0]
         height = normal @ (apex - a) / np.linalg.norm(normal)
-        if height > _FLAT * np.linalg.norm(apex - a):
+        if height > GRADING.flat_sine * np.linalg.norm(apex - a):
             concave.append(curve)
     return concave
 
@@ -70,7 +65,7 @@ def set_sizes(curves: list[int], size: float, edge_size: float, scale: str = "1"
         field.setNumber(2, "SizeMin", edge_size)
         field.setNumber(2, "SizeMax", size)
         field.setNumber(2, "DistMin", 0)
-        field.setNumber(2, "DistMax", (size - edge_size) / GROWTH)
+        field.setNumber(2, "DistMax", (size - edge_size) / GRADING.growth)
         unscaled = "F2"
     field.add("MathEval", 3)
     field.setString(3, "F", f"{unscaled} * ({scale})")
@@ -95,5 +90,5 @@ def expected_elements(curves: list[int], size: float, edge_size: float) -> tuple
     """
     volume = sum(gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3))
     length = sum(gmsh.model.occ.getMass(1, curve) for curve in curves)
-    around = 0.75 * math.pi / GROWTH**2 * length * max(1 / edge_size - 1 / size, 0)
+    around = 0.75 * math.pi / GRADING.growth**2 * length * max(1 / edge_size - 1 / size, 0)
     return volume / (0.118 * size**3), around / 0.118

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -16,10 +15,8 @@ from dolfingrip.meshes.measures import (
     jacobians,
     scaled_jacobians,
 )
+from dolfingrip.meshes.policy import ON_PLANE
 from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, boundary, faces, labels
-
-_OFF_PLANE: Final = 1e-6
-"""Largest distance of the symmetry group from y = 0, relative to the mesh's extent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +132,7 @@ def _check_closed(mesh: SolidMesh) -> None:
         for name in (groups.CAVITY, groups.SYMMETRY, groups.CLAMP)
     )
     extent = float(np.ptp(mesh.points, axis=0).max())
-    clamp = clamp[(np.abs(mesh.points[clamp, 2]) <= _OFF_PLANE * extent).all(axis=1)]
+    clamp = clamp[(np.abs(mesh.points[clamp, 2]) <= ON_PLANE * extent).all(axis=1)]
     edges = _directed_edges(cavity)
     others = np.concatenate([_directed_edges(plane), _directed_edges(clamp)])
     back = np.concatenate([edges, others])[:, ::-1]
@@ -152,7 +149,7 @@ def _check_symmetry(mesh: SolidMesh) -> None:
     if plane is None or not len(plane):
         return
     off = float(np.abs(mesh.points[plane, 1]).max())
-    if off > _OFF_PLANE * float(np.ptp(mesh.points, axis=0).max()):
+    if off > ON_PLANE * float(np.ptp(mesh.points, axis=0).max()):
         raise MeshError(f"group symmetry: {off:.3g} mm off its plane; allowed: y = 0")
 
 

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from dolfingrip.meshes.policy import ON_PLANE
 from dolfingrip.meshes.solid import Ints, MeshError, SolidMesh, faces, labels, match
-
-_LEVEL = 1e-6
-"""Distance from a plane, relative to the solid's extent, up to which a face lies in it."""
 
 
 def face_rows(mesh: SolidMesh, cells: Ints) -> Ints:
@@ -35,7 +33,7 @@ def on_plane(mesh: SolidMesh, cells: Ints, *, highest: bool) -> Ints:
     corners = mesh.shape.facet_corners
     x = mesh.points[faces(mesh.cells)[rows, :corners], 0]
     level = x.max() if highest else x.min()
-    tolerance = _LEVEL * float(np.ptp(mesh.points, axis=0).max())
+    tolerance = ON_PLANE * float(np.ptp(mesh.points, axis=0).max())
     found: Ints = rows[(np.abs(x - level) <= tolerance).all(axis=1)]
     if not len(found):
         raise MeshError(f"no face of an element lies in the plane x = {level:.4g} mm")

@@ -17,17 +17,12 @@ from numpy.typing import NDArray
 
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.cells import Ints
+from dolfingrip.meshes.policy import GRADING
 from dolfingrip.meshes.slivers import refuse_slivers
 from dolfingrip.meshes.solid import MOST_ELEMENTS, Floats, MeshError, SolidMesh, faces, second_order
 from dolfingrip.sections.geometry.boxes import THINNEST_MM, Box, BoxSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.specimen import Mesh
-
-GROWTH: Final = 7.0
-"""Ratio of neighbouring cells' sizes away from a concave edge, where stress decays as r^-0.46."""
-
-GROWTH_IN_WALLS: Final = 5.0
-"""Ratio of neighbouring cells' sizes into a thick wall, where strain decays."""
 
 Bools = NDArray[np.bool_]
 
@@ -84,7 +79,7 @@ def grid(dimensions: Geometry, mesh: Mesh) -> Grid:
         walls[1] = np.concatenate([[0.0], walls[1][walls[1] > THINNEST_MM]])
     _limit(boxes.body, mesh, size, edge)
     marks = [boxes.graded(axis, both_sides=mesh.both_sides) for axis in range(3)]
-    growth = GROWTH_IN_WALLS if mesh.both_sides else GROWTH
+    growth = GRADING.ratio_in_walls if mesh.both_sides else GRADING.ratio
     planes = [
         _planes(walls[axis], marks[axis], (size, edge, growth), mesh.refine) for axis in range(3)
     ]

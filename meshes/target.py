@@ -4,20 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 from dolfingrip.meshes.solid import MeshError
 
-TOLERANCE: Final = 0.01
-"""Largest relative difference from the target."""
 
-_TRIES: Final = 20
-_SLOPES: Final = (-3.5, -1.0)
-"""Range of d log(count) / d log(size): -2 in a thin wall, -3 in a thick solid."""
+@dataclass(frozen=True, slots=True)
+class TargetPolicy:
+    """How a size for a wanted number of elements is sought.
 
-_LARGEST_STEP: Final = 1.5
-_CLOSE: Final = 0.02
-"""Width of the bracket of log(size) below which the place of the change of size is bisected."""
+    Attributes:
+        tolerance: largest relative difference from the target.
+        tries: meshes, and bisections, at most.
+        slopes: range of d log(count) / d log(size): -2 in a thin wall, -3 in a thick solid.
+        largest_step: longest step of log(size).
+        close: bracket of log(size) below which the position of the change of size is bisected
+            instead.
+    """
+
+    tolerance: float = 0.01
+    tries: int = 20
+    slopes: tuple[float, float] = (-3.5, -1.0)
+    largest_step: float = 1.5
+    close: float = 0.02
+
+
+POLICY: Final = TargetPolicy()
 
 
 def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
@@ -44,13 +57,13 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
         return math.log(tried[-1] / target)
 
     def met() -> bool:
-        return abs(tried[-1] - target) <= TOLERANCE * target
+        return abs(tried[-1] - target) <= POLICY.tolerance * target
 
     found = _bracket(miss)
     if found is not None:
         fine, coarse = found
         low, high = 0.0, 1.0
-        for _ in range(_TRIES):
+        for _ in range(POLICY.tries):
             if met():
                 return
             share = (low + high) / 2
@@ -61,28 +74,28 @@ def meet(target: int, mesh: Callable[[float, float, float], int]) -> None:
     if not met():
         nearest = min(tried, key=lambda count: abs(count - target))
         raise MeshError(
-            f"mesh.target_elements = {target}: cannot be met within {TOLERANCE:.0%} "
+            f"mesh.target_elements = {target}: cannot be met within {POLICY.tolerance:.0%} "
             f"with these dimensions and sizes; nearest allowed: {nearest}"
         )
 
 
 def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float] | None:
     """Close log scales with too many and too few elements; None if met or not found."""
-    within = math.log1p(TOLERANCE) * 0.99
+    within = math.log1p(POLICY.tolerance) * 0.99
     fine = coarse = None
     scale, slope = 0.0, -2.1  # walls thinner than the elements
     value = miss(scale, scale, 1.0)
-    for _ in range(_TRIES):
+    for _ in range(POLICY.tries):
         if abs(value) <= within:
             return None
         if value > 0:
             fine = scale
         else:
             coarse = scale
-        step = min(max(-value / slope, -_LARGEST_STEP), _LARGEST_STEP)
+        step = min(max(-value / slope, -POLICY.largest_step), POLICY.largest_step)
         new = scale + step
         if fine is not None and coarse is not None:
-            if abs(coarse - fine) <= _CLOSE:
+            if abs(coarse - fine) <= POLICY.close:
                 return fine, coarse
             # a secant that hardly moves an end is no better than this end
             if not fine + within / 4 <= new <= coarse - within / 4:
@@ -90,5 +103,5 @@ def _bracket(miss: Callable[[float, float, float], float]) -> tuple[float, float
         before, scale = (scale, value), new
         value = miss(scale, scale, 1.0)
         slope = (value - before[1]) / (scale - before[0])
-        slope = min(max(slope, _SLOPES[0]), _SLOPES[1])
+        slope = min(max(slope, POLICY.slopes[0]), POLICY.slopes[1])
     return None

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 TITLE = 14
 """Width, in characters, to which a law's title is wrapped."""
 
-FREE = 100.0
-"""A value is called free if the half width of its interval is larger by this factor."""
-
 
 def perform(given: Mapping[str, Any], out: Path) -> None:
     """Fit laws, as the options of ``coupon`` ask for."""
@@ -153,7 +150,9 @@ def _values(fits: Sequence[Fit], best: Fit) -> Table:
 
 def _interval(value: float, half: float) -> tuple[str, str]:
     """A value and half of its interval as texts."""
-    if half > FREE * abs(value):
+    from dolfingrip.experiments.material_fit.policy import POLICY
+
+    if half > POLICY.free * abs(value):
         return f"{value if abs(value) > 1e-9 else 0.0:z.2g}", "free"
     return f"{value:z.4g}", f"{half:.2g}"
 

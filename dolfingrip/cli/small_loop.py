@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import typer
 
@@ -13,25 +15,38 @@ from dolfingrip.cli import doe_commands, optimise_command, train_command
 from dolfingrip.cli.reproduce_command import step
 from dolfingrip.config import Config
 
-SIZE_MM = 10.0
-"""Size of the elements, coarser than the default: the demo shows the loop, not exact figures."""
 
-LONGEST_STEP_KPA = 100.0
-"""The only reading is at the highest pressure, so long load steps cost least."""
+@dataclass(frozen=True, slots=True)
+class LoopPolicy:
+    """What the small loop computes.
+
+    Attributes:
+        size_mm: size of the elements, coarser than the default: the demo shows the loop, not exact
+            figures.
+        longest_step_kPa: the only reading is at the highest pressure, so long load steps cost
+            least.
+        cog_max_mm: largest offset of the centre of gravity.
+    """
+
+    size_mm: float = 10.0
+    longest_step_kPa: float = 100.0
+    cog_max_mm: float = 3.0
+
+
+POLICY: Final = LoopPolicy()
+
 
 DESIGNS = ("morph.xi1=-0.2:1:6", "morph.xi2=-0.5:1:5")
 """30 designs in the paper's range."""
-
-COG_MAX_MM = 3.0
 
 
 def settings(config: Config) -> Config:
     """``config`` with a coarse mesh and one reading, at its highest pressure."""
     data = config.model_dump(mode="json")
-    size = max(SIZE_MM, config.mesh.size_mm or 0.0)
+    size = max(POLICY.size_mm, config.mesh.size_mm or 0.0)
     data["mesh"] |= {"size_mm": size, "edge_size_mm": size, "target_elements": None}
     data["experiment"]["step_kPa"] = config.experiment.max_pressure_kPa
-    data["solver"]["max_step_kPa"] = max(LONGEST_STEP_KPA, config.solver.max_step_kPa)
+    data["solver"]["max_step_kPa"] = max(POLICY.longest_step_kPa, config.solver.max_step_kPa)
     return configuration.from_dict(data)
 
 
@@ -54,6 +69,11 @@ def run(config: Config, out: Path, designs: Sequence[str] = DESIGNS) -> None:
     varied = [f"--parameter={each}" for each in designs]
     step(doe_commands.doe, "--out", doe, workers, "--config", file, *varied)
     step(train_command.train, doe, "--out", surrogate)
-    search = ("--population=200", "--generations=60", "--along=0", f"--cog-max={COG_MAX_MM:g}")
+    search = (
+        "--population=200",
+        "--generations=60",
+        "--along=0",
+        f"--cog-max={POLICY.cog_max_mm:g}",
+    )
     if step(optimise_command.optimise, surrogate, "--out", optimum, workers, *search):
         raise typer.Exit(1)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from dolfingrip.channels import PRESSURE, TIME, Channel
 from dolfingrip.config import Config
@@ -22,25 +22,36 @@ if TYPE_CHECKING:
     from dolfingrip.experiments.rigs.rig import Rig
     from dolfingrip.mechanics.model.profile import Profile
 
-COARSE_MM = 8.4
-"""Size of the elements of the coarse preset, inside and at edges. It is half of a chamber's width,
-so that a whole finger is meshed as half a finger and its mirror image. It bends 2 % less than the
-default mesh. With 7 mm it had a fifth more elements, none of them with a side on the plane of
-symmetry, and bent 3.5 % less. Fingers with thick walls stay graded to their edges."""
 
-LEAST_STEP = 0.004
-"""Shortest step, as a part of the longest one. A sausage that slips out of three curled fingers
-needs steps of 0.6 ms: with 0.02 its grasp ended there before its class was decided."""
+@dataclass(frozen=True, slots=True)
+class GraspPolicy:
+    """How a grasp is meshed and solved.
 
-MOST_ITERATIONS = 20
-"""Newton iterations after which a step is halved; it is not solved in another way before."""
+    Attributes:
+        coarse_mm: size of the elements of the coarse preset, inside and at edges. It is half of a
+            chamber's width, so that a whole finger is meshed as half a finger and its mirror image.
+            It bends 2 % less than the default mesh. With 7 mm it had a fifth more elements, none of
+            them with a side on the plane of symmetry, and bent 3.5 % less. Fingers with thick walls
+            stay graded to their edges.
+        least_step: shortest step, as a part of the longest one. A sausage that slips out of three
+            curled fingers needs steps of 0.6 ms: with 0.02 its grasp ended there before its class
+            was decided.
+        most_iterations: Newton iterations after which a step is halved; it is not solved in another
+            way before.
+        time_limit_s: time limit of a grasp if none is configured; a grasp that takes longer ends as
+            a failure.
+        rtol: relative tolerance of the residual: 1e-5 of the force that a step's change of pressure
+            exerts is a thousandth of the food's weight.
+    """
 
-TIME_LIMIT_S = 7200.0
-"""Time limit of a grasp if none is configured; a grasp that takes longer ends as a failure."""
+    coarse_mm: float = 8.4
+    least_step: float = 0.004
+    most_iterations: int = 20
+    time_limit_s: float = 7200.0
+    rtol: float = 1e-5
 
-TOLERANCE = 1e-5
-"""Relative tolerance of the residual: 1e-5 of the force that a step's change of pressure exerts is
-a thousandth of the food's weight."""
+
+POLICY: Final = GraspPolicy()
 
 
 class Grasp(Experiment):
@@ -90,19 +101,19 @@ class Grasp(Experiment):
 
     def settings(self, config: Config) -> Config:
         solver = {
-            "time_limit_s": config.solver.time_limit_s or TIME_LIMIT_S,
-            "max_iterations": min(config.solver.max_iterations, MOST_ITERATIONS),
-            "rtol": max(config.solver.rtol, TOLERANCE),
+            "time_limit_s": config.solver.time_limit_s or POLICY.time_limit_s,
+            "max_iterations": min(config.solver.max_iterations, POLICY.most_iterations),
+            "rtol": max(config.solver.rtol, POLICY.rtol),
             "min_step_kPa": max(
-                config.solver.min_step_kPa, LEAST_STEP * config.solver.max_step_kPa
+                config.solver.min_step_kPa, POLICY.least_step * config.solver.max_step_kPa
             ),
         }
         mesh: dict[str, Any] = {"half": False}
         sized = config.mesh.size_mm is not None or config.mesh.edge_size_mm is not None
         if config.gripper.preset == "coarse" and not sized:
-            mesh["size_mm"] = COARSE_MM
+            mesh["size_mm"] = POLICY.coarse_mm
             if config.geometry.thin:
-                mesh["edge_size_mm"] = COARSE_MM
+                mesh["edge_size_mm"] = POLICY.coarse_mm
         return config.changed(mesh=mesh, solver=solver, gravity={"acceleration_m_s2": 0.0})
 
     def schedule(self, config: Config) -> Sequence[Stop]:

@@ -12,6 +12,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -23,17 +24,26 @@ from dolfingrip.experiments.loop import run
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.sections.posterior import Posterior
 
-INTERVAL = (0.05, 0.5, 0.95)
-"""Ends of a 90 % interval, and the median between them, as quantiles."""
 
-SAMPLES = 4000
-"""Size of the sample; its quantiles are accurate to 2 % of the spread."""
+@dataclass(frozen=True, slots=True)
+class PredictionPolicy:
+    """How a prediction is drawn.
 
-MORE = 1.5
-"""Factor of the cavity's growth to which a path is extrapolated: large balloons grow evenly."""
+    Attributes:
+        quantiles: ends of a 90 % interval, and the median between them.
+        samples: size of the sample; its quantiles are accurate to 2 % of the spread.
+        further: factor of the cavity's growth to which a path is extrapolated: large balloons grow
+            evenly.
+        points: points of a curve; it is straight between them.
+    """
 
-FINE = 4000
-"""Points of a curve; it is straight between them."""
+    quantiles: tuple[float, float, float] = (0.05, 0.5, 0.95)
+    samples: int = 4000
+    further: float = 1.5
+    points: int = 4000
+
+
+POLICY: Final = PredictionPolicy()
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +67,7 @@ class Curve:
     def of(cls, pressure_kPa: np.ndarray, angle_deg: np.ndarray) -> Curve:
         """A curve from readings in their order."""
         place = np.arange(len(pressure_kPa), dtype=float)
-        fine = np.linspace(0.0, place[-1], FINE)
+        fine = np.linspace(0.0, place[-1], POLICY.points)
         pressure = np.interp(fine, place, pressure_kPa)
         angle = np.interp(fine, place, angle_deg)
         rising = pressure >= np.maximum.accumulate(pressure)
@@ -78,14 +88,14 @@ class Curve:
     def ballooning_kPa(self) -> float:
         """Pressure (kPa) at which the angle rises the fastest, over 2 % of the pressure."""
         width = 0.02 * self.pressure_kPa[-1]
-        middle = np.linspace(width, self.pressure_kPa[-1] - width, FINE)
+        middle = np.linspace(width, self.pressure_kPa[-1] - width, POLICY.points)
         rise = self.at(middle + width / 2) - self.at(middle - width / 2)
         return float(middle[rise.argmax()])
 
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """Quantiles of :data:`INTERVAL`.
+    """Quantiles ``POLICY.quantiles``.
 
     Attributes:
         pressure_kPa: (n,).
@@ -103,12 +113,12 @@ def predict(
 ) -> Prediction:
     """The prediction from the simulated curve of each fit."""
     random = np.random.default_rng(seed)
-    which = random.choice(len(curves), SAMPLES, p=posterior.shares)
-    factor = 1 + posterior.specimen * random.standard_normal(SAMPLES)
-    shift = posterior.model_kPa * random.standard_normal(SAMPLES)
-    noise = posterior.reading_deg * random.standard_normal((SAMPLES, len(pressure_kPa)))
-    gain = 1 + posterior.angle * random.standard_normal((SAMPLES, 1))
-    angles = np.empty((SAMPLES, len(pressure_kPa)))
+    which = random.choice(len(curves), POLICY.samples, p=posterior.shares)
+    factor = 1 + posterior.specimen * random.standard_normal(POLICY.samples)
+    shift = posterior.model_kPa * random.standard_normal(POLICY.samples)
+    noise = posterior.reading_deg * random.standard_normal((POLICY.samples, len(pressure_kPa)))
+    gain = 1 + posterior.angle * random.standard_normal((POLICY.samples, 1))
+    angles = np.empty((POLICY.samples, len(pressure_kPa)))
     for i, curve in enumerate(curves):
         drawn = which == i
         felt = (pressure_kPa - shift[drawn, None]) / factor[drawn, None]
@@ -116,8 +126,8 @@ def predict(
     at = np.array([curve.ballooning_kPa for curve in curves])[which] * factor + shift
     return Prediction(
         pressure_kPa,
-        np.quantile(gain * angles + noise, INTERVAL, axis=0),
-        np.quantile(at, INTERVAL),
+        np.quantile(gain * angles + noise, POLICY.quantiles, axis=0),
+        np.quantile(at, POLICY.quantiles),
     )
 
 
@@ -160,7 +170,7 @@ def further(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Readings of a path, extrapolated with the cavity's growth in the last tenth of the path."""
     start = growth[-1] - 0.1 * (growth[-1] - growth[0])
-    ratio = MORE * (growth[-1] - growth[0]) / (growth[-1] - start)
+    ratio = POLICY.further * (growth[-1] - growth[0]) / (growth[-1] - start)
     return tuple(
         np.append(each, each[-1] + ratio * (each[-1] - np.interp(start, growth, each)))
         for each in (growth, pressure_kPa, angle_deg)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar, Final
 
 import numpy as np
@@ -15,14 +16,23 @@ from dolfingrip.meshes.closed_surface import ClosedSurface
 from dolfingrip.meshes.solid import Floats
 from dolfingrip.sections.section import outside
 
-BUMPS: Final = 12
-"""Number of bumps and dents of a potato."""
 
-SHARPNESS: Final = 6.0
-"""k of a bump exp(k (cos − 1)), which falls to a third at an angle of about 33°."""
+@dataclass(frozen=True, slots=True)
+class PotatoShape:
+    """How a potato is made.
 
-DIVISIONS: Final = 4
-"""How often an icosahedron's edges are halved; this makes 2,562 points."""
+    Attributes:
+        bumps: number of bumps and dents.
+        sharpness: k of a bump exp(k (cos − 1)), which falls to a third at an angle of about 33°.
+        divisions: how often an icosahedron's edges are halved; this makes 2,562 points.
+    """
+
+    bumps: int = 12
+    sharpness: float = 6.0
+    divisions: int = 4
+
+
+SHAPE: Final = PotatoShape()
 
 
 class Potato(SampledKind):
@@ -62,7 +72,7 @@ def potato(size_mm: tuple[float, float, float], bump_mm: float, seed: int) -> Cl
     """
     import pyvista as pv
 
-    ball = pv.Icosphere(radius=1.0, nsub=DIVISIONS)
+    ball = pv.Icosphere(radius=1.0, nsub=SHAPE.divisions)
     way = np.asarray(ball.points, dtype=float)
     way /= np.linalg.norm(way, axis=1)[:, None]
     half = np.array(size_mm) / 2
@@ -77,7 +87,7 @@ def potato(size_mm: tuple[float, float, float], bump_mm: float, seed: int) -> Cl
 def _bumps(way: Floats, seed: int) -> Floats:
     """(n,) heights along (n, 3) unit vectors."""
     rng = np.random.default_rng(seed)
-    places = rng.normal(size=(BUMPS, 3))
+    places = rng.normal(size=(SHAPE.bumps, 3))
     places /= np.linalg.norm(places, axis=1)[:, None]
-    heights = rng.uniform(-1, 1, BUMPS)
-    return np.asarray(np.exp(SHARPNESS * (way @ places.T - 1)) @ heights)
+    heights = rng.uniform(-1, 1, SHAPE.bumps)
+    return np.asarray(np.exp(SHAPE.sharpness * (way @ places.T - 1)) @ heights)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from textwrap import fill
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -18,19 +19,32 @@ from matplotlib.figure import Figure
 from dolfingrip.channels import CHANNELS, DISPLACEMENT, PRESSURE
 from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme, tint
 
-FEWEST_SHOWN = 0.002
-"""Probability below which a class has no bar."""
-WIDEST = 40
-"""Characters of a line that names a class."""
-BANDS = 2.0
-"""Half width of the noise band, in standard deviations."""
-SAME = 0.01
-"""Part of the range of readings within which two ways are one line."""
+
+@dataclass(frozen=True, slots=True)
+class DiagnosisPictures:
+    """What the pictures of a diagnosis show.
+
+    Attributes:
+        least_probability: probability below which a class has no bar.
+        name_width: characters of a line that names a class.
+        band_std: half width of the noise band, in standard deviations.
+        same: part of the range of readings within which two ways are one line.
+        across: panels side by side.
+        most_specimens: specimens up to which each has panels of its own.
+    """
+
+    least_probability: float = 0.002
+    name_width: int = 40
+    band_std: float = 2.0
+    same: float = 0.01
+    across: int = 3
+    most_specimens: int = 4
+
+
+PICTURES: Final = DiagnosisPictures()
+
+
 MARKS = {"loading": "o", "unloading": "s", "hold": "^"}
-ACROSS = 3
-"""Panels side by side."""
-APART = 4
-"""Specimens up to which each has panels of its own."""
 
 
 def draw(data: Mapping[str, Any], out: Path) -> list[Path]:
@@ -55,7 +69,7 @@ def _panels(readings: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:
     for (experiment, channel), part in readings.groupby(["experiment", "channel"], sort=False):
         title = str(experiment).replace("_", " ")
         specimens = list(dict.fromkeys(part["specimen"]))
-        if 1 < len(specimens) <= APART and experiment != "coupon":
+        if 1 < len(specimens) <= PICTURES.most_specimens and experiment != "coupon":
             for name in specimens:
                 own = part[part["specimen"] == name]
                 found.append((f"{title}, {name}", str(channel), own))
@@ -74,7 +88,7 @@ def _grid(axes: Any, count: int) -> list[Axes]:
 
 def _shape(count: int) -> tuple[int, int]:
     """Rows and columns of so many panels."""
-    across = min(count, ACROSS)
+    across = min(count, PICTURES.across)
     return -(-count // across), across
 
 
@@ -127,7 +141,9 @@ def _lines(
         if band and number == 0:
             for way in ways(run[over].to_numpy(dtype=float)):
                 own = run.iloc[way]
-                low, high = (own[column] + side * BANDS * own["noise"] for side in (-1, 1))
+                low, high = (
+                    own[column] + side * PICTURES.band_std * own["noise"] for side in (-1, 1)
+                )
                 # not translucent: where the bands of two ways overlap they would be darker
                 ax.fill_between(own[over], low, high, color=tint(colour), lw=0, zorder=1)
 
@@ -138,7 +154,7 @@ def first_way(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:
     value = run[column]
     along = np.interp(run[over], first[over], first[column])
     apart = float(np.abs(value - along).max())
-    return first if apart < SAME * (value.max() - value.min()) else run
+    return first if apart < PICTURES.same * (value.max() - value.min()) else run
 
 
 def ways(load: np.ndarray) -> list[slice]:
@@ -180,7 +196,8 @@ def _residuals(data: Mapping[str, Any], path: Path) -> Path:
 def _residual(ax: Axes, part: pd.DataFrame, name: str, colour: str) -> None:
     over, label = _over(part)
     rest = part.sort_values(over)
-    ax.fill_between(rest[over], -BANDS * rest["noise"], BANDS * rest["noise"],
+    band = PICTURES.band_std * rest["noise"]
+    ax.fill_between(rest[over], -band, band,
                     color=PALE, alpha=0.6, lw=0, label="noise (2 std)")  # fmt: skip
     for branch, own in part.groupby("branch", sort=False):
         ax.plot(own[over], own[name] - own["value"], MARKS.get(str(branch), "o"),
@@ -192,9 +209,9 @@ def _residual(ax: Axes, part: pd.DataFrame, name: str, colour: str) -> None:
 
 def _probabilities(data: Mapping[str, Any], path: Path) -> Path:
     shown = {k: v for k, v in data["probabilities"].items()
-             if v >= FEWEST_SHOWN or k in ("none", "unknown")}  # fmt: skip
+             if v >= PICTURES.least_probability or k in ("none", "unknown")}  # fmt: skip
     names = sorted(shown, key=lambda name: shown[name])
-    texts = [fill(name, WIDEST) for name in names]
+    texts = [fill(name, PICTURES.name_width) for name in names]
     lines = sum(1 + text.count("\n") for text in texts)
     with _figure(path, 1, 1, (6.4, 0.9 + 0.14 * lines + 0.2 * len(names))) as axes:
         ax = axes[0][0]

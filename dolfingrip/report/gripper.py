@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import pyvista as pv
@@ -30,15 +30,29 @@ FOOD = "#E0B060"
 COLOURS = (GREEN, BLUE, BLUE)
 """Colours of thumb A, finger B and finger C."""
 
-HEIGHT_PX, ELEVATION_DEG, AZIMUTH_DEG = 720, 14.0, 35.0
 
-FRAME_MS = 250
-"""Time for which the animation shows each picture."""
+@dataclass(frozen=True, slots=True)
+class GripperView:
+    """How a gripper is drawn.
 
-MARGIN = 1.04
+    Attributes:
+        height_px: height of the pictures.
+        elevation_deg: rise of the camera above the horizontal.
+        azimuth_deg: turn of the camera from the side view.
+        frame_ms: time for which the animation shows each picture.
+        margin: width and height of the picture, by those of what it shows.
+        in_plane_mm: distance from the plane of symmetry within which a node lies in it.
+    """
 
-IN_PLANE_MM = 1e-6
-"""Distance from the plane of symmetry within which a node lies in it."""
+    height_px: int = 720
+    elevation_deg: float = 14.0
+    azimuth_deg: float = 35.0
+    frame_ms: int = 250
+    margin: float = 1.04
+    in_plane_mm: float = 1e-6
+
+
+VIEW: Final = GripperView()
 
 
 @dataclass(frozen=True)
@@ -76,19 +90,24 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     Pillow.fromarray(strip).save(still)
     frames = [Pillow.fromarray(image).resize(_halved(image)) for image in images]
     frames[0].save(
-        moving, save_all=True, append_images=frames[1:], duration=FRAME_MS, loop=0, optimize=True
+        moving,
+        save_all=True,
+        append_images=frames[1:],
+        duration=VIEW.frame_ms,
+        loop=0,
+        optimize=True,
     )
     write_film(film, images)
     return [still, moving, film]
 
 
 def write_film(path: Path, images: Sequence[Image]) -> None:
-    """Write an MP4 in H.264 of pictures of one size, each shown for :data:`FRAME_MS`."""
+    """Write an MP4 in H.264 of pictures of one size, each shown for ``VIEW.frame_ms``."""
     import av
 
     height, width = (2 * (length // 2) for length in images[0].shape[:2])  # even, as H.264 needs
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=Fraction(1000, FRAME_MS))
+        stream = container.add_stream("libx264", rate=Fraction(1000, VIEW.frame_ms))
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         for image in images:
             cut = np.ascontiguousarray(image[:height, :width])
@@ -134,7 +153,7 @@ def _coloured(skin: Skin, placement: Placement) -> Skin:
 
 def _completed(skin: Skin) -> Skin:
     """Half a thumb and finger B with their mirror images, without the thumb's section."""
-    section = (np.abs(skin.points[:, 1]) < IN_PLANE_MM) & (skin.side == 0)
+    section = (np.abs(skin.points[:, 1]) < VIEW.in_plane_mm) & (skin.side == 0)
 
     def both(parts: Ints) -> Ints:
         kept = parts[~section[parts].all(axis=1)]
@@ -152,7 +171,7 @@ def _completed(skin: Skin) -> Skin:
 
 def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Image]:
     """One picture for each moment, from one camera; the table stands still."""
-    right, up, towards = View(AZIMUTH_DEG, ELEVATION_DEG, up=1.0).axes
+    right, up, towards = View(VIEW.azimuth_deg, VIEW.elevation_deg, up=1.0).axes
     lift = [np.array([0.0, 0.0, -moment.table_mm]) for moment in moments]
     table = _table(moments)
     every = np.concatenate(
@@ -160,13 +179,13 @@ def _images(skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> list[Im
     )
     every = np.concatenate([every, np.asarray(table.points)])
     low, high = (f([every @ right, every @ up], axis=1) for f in (np.min, np.max))
-    width_mm, height_mm = MARGIN * (high - low)
+    width_mm, height_mm = VIEW.margin * (high - low)
     with no_display():
         plotter = pv.Plotter(
             off_screen=True,
             theme=scene_theme(),
             lighting="light kit",
-            window_size=[int(np.ceil(HEIGHT_PX * width_mm / height_mm)), HEIGHT_PX],
+            window_size=[int(np.ceil(VIEW.height_px * width_mm / height_mm)), VIEW.height_px],
         )
     try:
         fingers = [_surface(skin, i) for i in range(len(COLOURS))]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -12,12 +13,25 @@ from matplotlib.figure import Figure
 
 from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure_theme
 
-FAINTEST = 0.3
-"""Strengths (σ) below which a bar ends."""
-START = FAINTEST / 3
+
+@dataclass(frozen=True, slots=True)
+class PlanPicture:
+    """How the picture of a plan is drawn.
+
+    Attributes:
+        faintest_sigma: strength (σ) below which a bar ends.
+        row_in: height of an effect's line, in inches.
+    """
+
+    faintest_sigma: float = 0.3
+    row_in: float = 0.19
+
+
+PICTURE: Final = PlanPicture()
+
+
+START = PICTURE.faintest_sigma / 3
 """Strength (σ) at which bars begin, outside the picture."""
-ROW = 0.19
-"""Height of an effect's line, in inches."""
 
 
 def draw(plan: Mapping[str, Any], file: Path) -> Path:
@@ -31,7 +45,7 @@ def draw(plan: Mapping[str, Any], file: Path) -> Path:
     effects, additions = plan["effects"], plan["additions"]
     lines = max(len(effects), 2 * len(additions) + 4)
     with figure_theme():
-        figure = Figure(figsize=(11.0, 1.1 + ROW * lines), layout="constrained")
+        figure = Figure(figsize=(11.0, 1.1 + PICTURE.row_in * lines), layout="constrained")
         FigureCanvasAgg(figure)
         left, right = figure.subplots(1, 2, width_ratios=(1.25, 1.0))
         _effects(left, effects)
@@ -48,8 +62,8 @@ def _effects(ax: Axes, effects: list[dict[str, Any]]) -> None:
         for each in rows
     ]
     names = [each["effect"].replace("_", " ") for each in rows]
-    ax.barh(names, [max(each["strength_sigma"], FAINTEST) - START for each in rows], left=START,
-            color=colours)  # fmt: skip
+    ends = [max(each["strength_sigma"], PICTURE.faintest_sigma) for each in rows]
+    ax.barh(names, [end - START for end in ends], left=START, color=colours)
     first = True
     for place, each in enumerate(rows):
         if each["named_from_sigma"] is not None:
@@ -59,7 +73,7 @@ def _effects(ax: Axes, effects: list[dict[str, Any]]) -> None:
     for colour, label in ((GREEN, "named alone in half of cases or more"),
                           (BLUE, "its class is"), (PALE, "neither")):  # fmt: skip
         ax.barh([names[0]], [0], color=colour, label=label)
-    ax.set(xscale="log", xlim=(FAINTEST, None), ylim=(-0.7, len(rows) - 0.3),
+    ax.set(xscale="log", xlim=(PICTURE.faintest_sigma, None), ylim=(-0.7, len(rows) - 0.3),
            xlabel="Change of the readings by an ordinary strength (σ)")  # fmt: skip
     ax.tick_params(axis="y", labelsize=7)
     ax.grid(axis="y", visible=False)

@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -23,15 +23,23 @@ from dolfingrip.report.theme import INK, PALE, scene_theme
 
 Image = npt.NDArray[np.uint8]
 
-CLAMP_MM = 8.0
-"""Height of the block drawn as the clamp."""
 
-MARGIN_MM = 2.0
-"""White around everything that is drawn."""
+@dataclass(frozen=True, slots=True)
+class SceneSizes:
+    """Sizes of what is drawn around a finger.
+
+    Attributes:
+        clamp_mm: height of the block drawn as the clamp.
+        margin_mm: white around everything that is drawn.
+        lift_mm: how far lines are drawn in front of the surface.
+    """
+
+    clamp_mm: float = 8.0
+    margin_mm: float = 2.0
+    lift_mm: float = 0.25
 
 
-LIFT_MM = 0.25
-"""How far lines are drawn in front of the surface."""
+SIZES: Final = SceneSizes()
 
 
 @dataclass(frozen=True)
@@ -105,7 +113,7 @@ def draw_shapes(
     right, up, towards = view.axes
     seen = np.concatenate([*shapes, *(np.asarray(block.points) for block, _ in fixtures)])
     low, high = (f([seen @ right, seen @ up], axis=1) for f in (np.min, np.max))
-    width_mm, height_mm = high - low + 2 * MARGIN_MM
+    width_mm, height_mm = high - low + 2 * SIZES.margin_mm
     per_mm = height_px / height_mm
 
     plotter = _plotter(int(np.ceil(width_mm * per_mm)), height_px)
@@ -129,7 +137,7 @@ def draw_shapes(
             surface["value"] = value[skin.node][source]
             surface.point_data["Normals"] = _normals(surface)
             # Lines drawn in the surface would flicker, so they are drawn a little in front of it.
-            edges.points = creases.points = moved + LIFT_MM * towards
+            edges.points = creases.points = moved + SIZES.lift_mm * towards
             plotter.render()
             pictures.append(np.array(plotter.screenshot(return_img=True))[..., :3])
     finally:
@@ -237,7 +245,7 @@ def _clamp(skin: Skin) -> Any:
     z = skin.points[:, 2]
     held = skin.points[z < z.min() + 1e-6 * np.ptp(z)]
     (x0, y0, z0), (x1, y1, _) = held.min(axis=0), held.max(axis=0)
-    return pv.Box((x0 - 3, x1 + 3, y0 - 3, y1 + 3, z0 - CLAMP_MM, z0))
+    return pv.Box((x0 - 3, x1 + 3, y0 - 3, y1 + 3, z0 - SIZES.clamp_mm, z0))
 
 
 def _slab(skin: Skin, plate: Plate) -> Any:

@@ -21,8 +21,8 @@ SETTINGS = short("experiment.max_pressure_kPa=25")
 def test_settings_are_coarser_never_finer() -> None:
     coarse = small_loop.settings(load(None, ["mesh.edge_size_mm=2", "finger.wall_mm=1.8"]))
     assert (coarse.mesh.size_mm, coarse.mesh.edge_size_mm) == (
-        small_loop.SIZE_MM,
-        small_loop.SIZE_MM,
+        small_loop.POLICY.size_mm,
+        small_loop.POLICY.size_mm,
     )
     assert coarse.finger.wall_mm == 1.8
     assert coarse.experiment.step_kPa == coarse.experiment.max_pressure_kPa == 250
@@ -40,7 +40,7 @@ def test_from_designs_to_a_choice_that_is_computed_again(
     by_role = {one["role"]: one for one in facts["designs"]}
     assert set(by_role) == {"chosen", "original", "polished"}
     chosen, original = by_role["chosen"], by_role["original"]
-    assert chosen["surrogate"]["cog_offset_mm"] <= small_loop.COG_MAX_MM
+    assert chosen["surrogate"]["cog_offset_mm"] <= small_loop.POLICY.cog_max_mm
     # the original is a design of the campaign, too
     computed = next(row for row in rows.values() if not any(row["inputs"].values()))
     assert original["fem"]["force_N"] == pytest.approx(computed["outputs"]["force_N"], rel=1e-9)

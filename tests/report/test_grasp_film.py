@@ -7,7 +7,7 @@ from pathlib import Path
 import av
 import numpy as np
 
-from dolfingrip.report.gripper import FRAME_MS, write_film
+from dolfingrip.report.gripper import VIEW, write_film
 
 
 def test_a_film_shows_each_picture(tmp_path: Path) -> None:
@@ -17,7 +17,7 @@ def test_a_film_shows_each_picture(tmp_path: Path) -> None:
     with av.open(str(tmp_path / "film.mp4")) as container:
         stream = container.streams.video[0]
         assert stream.codec_context.name == "h264"
-        assert stream.average_rate == 1000 / FRAME_MS
+        assert stream.average_rate == 1000 / VIEW.frame_ms
         found = [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)]
     assert [image.shape for image in found] == 3 * [(48, 64, 3)]
     for image, level in zip(found, levels, strict=True):

@@ -8,7 +8,6 @@ import numpy as np
 
 from dolfingrip.experiments.material_fit.coupons import MODES, Series
 from dolfingrip.experiments.material_fit.fit import (
-    WITHIN,
     Fit,
     measured_MPa,
     predicted_MPa,
@@ -16,12 +15,7 @@ from dolfingrip.experiments.material_fit.fit import (
     tolerances_MPa,
 )
 from dolfingrip.experiments.material_fit.homogeneous import stable_to
-
-LOOSE = 0.2
-"""A prediction is not determined if its half width is a larger part of it than this."""
-
-MIDDLE = 1.5
-"""Stretch at which other modes are predicted, if the coupons go so far."""
+from dolfingrip.experiments.material_fit.policy import POLICY
 
 
 def doubts(fit: Fit, data: Sequence[Series]) -> list[str]:
@@ -51,7 +45,7 @@ def _combination(fit: Fit) -> list[str]:
         return []
     size = np.maximum(np.abs(fit.values), 1e-12 * np.abs(fit.values).max())
     spread, ways = np.linalg.eigh(fit.covariance / np.outer(size, size))
-    half = WITHIN * np.sqrt(max(float(spread[-1]), 0.0))
+    half = POLICY.within * np.sqrt(max(float(spread[-1]), 0.0))
     if half < 1:
         return []
     way = ways[:, -1] / np.abs(ways[:, -1]).max()
@@ -67,13 +61,13 @@ def _combination(fit: Fit) -> list[str]:
 def _modes(fit: Fit, data: Sequence[Series]) -> list[str]:
     measured = {series.mode for series in data}
     farthest = max(float(series.stretch.max()) for series in data)
-    at = np.array([min(MIDDLE, farthest)])
+    at = np.array([min(POLICY.middle_stretch, farthest)])
     found = []
     for mode in MODES:
         if mode in measured:
             continue
         middle, half = (float(each[0]) for each in fit.band(mode, at))
-        if half > LOOSE * abs(middle):
+        if half > POLICY.loose * abs(middle):
             known = " and ".join(each for each in MODES if each in measured)
             found.append(
                 f"{known} tension does not fix the {mode} response: at a stretch of {at[0]:.3g} "
@@ -107,14 +101,14 @@ def apart(fits: Sequence[Fit], data: Sequence[Series]) -> list[str]:
     measured = {series.mode for series in data}
     least = min(each.misfit for each in fits)
     equal = [each for each in fits if each.misfit <= max(each.count, 2 * least)]
-    at = np.array([min(MIDDLE, max(float(series.stretch.max()) for series in data))])
+    at = np.array([min(POLICY.middle_stretch, max(float(series.stretch.max()) for series in data))])
     found = []
     for mode in MODES:
         if mode in measured or len(equal) < 2:
             continue
         stresses = [(float(each.band(mode, at)[0][0]), each.law.title) for each in equal]
         (low, soft), (high, stiff) = min(stresses), max(stresses)
-        if high - low > LOOSE * abs(high):
+        if high - low > POLICY.loose * abs(high):
             found.append(
                 f"laws that fit equally well differ in {mode} tension: at a stretch of {at[0]:.3g} "
                 f"from {low:.3g} ({soft}) to {high:.3g} MPa ({stiff})"
@@ -142,7 +136,7 @@ def accepted(
     others = [i for i in range(len(keys)) if i not in (first, second)]
     best = _least(basis, target)
     variance = residual_variance(best, len(keys), fit.effective, data)
-    allowed = best + WITHIN**2 * variance * fit.count / fit.effective
+    allowed = best + POLICY.within**2 * variance * fit.count / fit.effective
     within = [
         float(ratio)
         for ratio in ratios

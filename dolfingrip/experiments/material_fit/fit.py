@@ -11,13 +11,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from dolfingrip.experiments.material_fit.coupons import Series
 from dolfingrip.experiments.material_fit.homogeneous import Mode, stress
 from dolfingrip.experiments.material_fit.law import LAWS, Law
-
-WITHIN = 1.645
-"""Half width of a 90 % interval of a normal distribution, in standard deviations."""
-
-TOLERANCE = 0.02
-"""Accuracy that is asked of a law, as a part of a reading's stress. It is added to the noise, so
-that small stresses weigh as much as large ones."""
+from dolfingrip.experiments.material_fit.policy import POLICY
 
 Values = np.ndarray
 
@@ -52,7 +46,7 @@ class Fit:
     @property
     def half_width(self) -> Values:
         """Half width of the 90 % interval of each value."""
-        return np.asarray(WITHIN * np.sqrt(np.diag(self.covariance)))
+        return np.asarray(POLICY.within * np.sqrt(np.diag(self.covariance)))
 
     @property
     def criterion(self) -> float:
@@ -64,7 +58,7 @@ class Fit:
         middle = stress(self.law, mode, stretch, self.values)
         slopes = jacobian(self.law, self.values, lambda v: stress(self.law, mode, stretch, v))
         variance = np.einsum("ni,ij,nj->n", slopes, self.covariance, slopes)
-        return middle, WITHIN * np.sqrt(np.maximum(variance, 0.0))
+        return middle, POLICY.within * np.sqrt(np.maximum(variance, 0.0))
 
 
 def fit(law: Law, data: Sequence[Series]) -> Fit:
@@ -131,8 +125,8 @@ def predicted_MPa(law: Law, data: Sequence[Series], values: Values) -> np.ndarra
 def tolerances_MPa(data: Sequence[Series]) -> np.ndarray:
     """Tolerances (MPa) that residuals are divided by: noise, and a part of the reading."""
     measured = measured_MPa(data)
-    least = 0.1 * TOLERANCE * float(np.abs(measured).max())
-    return np.hypot(np.maximum(_noise_MPa(data), least), TOLERANCE * measured)
+    least = 0.1 * POLICY.tolerance * float(np.abs(measured).max())
+    return np.hypot(np.maximum(_noise_MPa(data), least), POLICY.tolerance * measured)
 
 
 def residual_variance(misfit: float, free: int, effective: float, data: Sequence[Series]) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dolfingrip.experiments.material_fit.law import Law
+from dolfingrip.experiments.material_fit.policy import POLICY
 from dolfingrip.forms.jet import Jet
 
 Mode = Literal["uniaxial", "planar", "equibiaxial"]
@@ -58,10 +59,6 @@ class OfStretches:
         )
 
 
-WIDEST = 3.0
-"""Largest logarithm of a lateral stretch in the search."""
-
-
 def stress(
     law: Law,
     mode: Mode,
@@ -104,7 +101,11 @@ def _compressible(
 
     middle = float(EXPONENTS[mode][2] * np.log(stretch))
     root = brentq(
-        lambda x: float(kirchhoff(x)[2]), middle - WIDEST, middle + WIDEST, xtol=1e-14, rtol=1e-14
+        lambda x: float(kirchhoff(x)[2]),
+        middle - POLICY.widest_log_stretch,
+        middle + POLICY.widest_log_stretch,
+        xtol=1e-14,
+        rtol=1e-14,
     )
     return float(kirchhoff(root)[0] / stretch)
 

@@ -11,9 +11,7 @@ from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.coupons import Series
 from dolfingrip.experiments.material_fit.fit import Fit
-
-DIGITS = 6
-"""Number of digits of a value, whose interval is never that narrow."""
+from dolfingrip.experiments.material_fit.policy import POLICY
 
 
 def allowed(fit: Fit) -> bool:
@@ -43,7 +41,7 @@ def write(fit: Fit, data: Sequence[Series], file: Path) -> None:
         "A coupon does not tell how compressible the material is: give material.nu or bulk_MPa.",
     ):
         document.add(tomlkit.comment(line))
-    values = [float(f"{value:.{DIGITS}g}") for value in fit.values]
+    values = [float(f"{value:.{POLICY.digits}g}") for value in fit.values]
     for name, table in fit.law.tables(values).items():
         document.add(name, table)
     file.write_text(tomlkit.dumps(document), encoding="utf-8")
