@@ -40,7 +40,7 @@ def on_plane(mesh: SolidMesh, cells: Ints, *, highest: bool) -> Ints:
     return found
 
 
-def between(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
+def interface(mesh: SolidMesh, one: Ints, other: Ints) -> Ints:
     """Faces of the cells ``one`` that they share with the cells ``other``.
 
     Raises:

@@ -1,4 +1,4 @@
-"""``diagnosis.json``: all that a diagnosis found, as a documented and versioned schema."""
+"""``diagnosis.json``: the results of a diagnosis, in a documented and versioned schema."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 SCHEMA: Final = 1
-"""Version; raised where a key changes its meaning or goes."""
+"""Version of the schema; it rises if a key changes its meaning or goes."""
 
 
 class _Part(BaseModel):
@@ -22,10 +22,10 @@ class Verdict(_Part):
     effects: tuple[str, ...] = Field(
         alias="class", description="effects of the leading class: the data cannot tell them apart"
     )
-    second: tuple[str, ...] = Field((), description="effects of a second cause beside it")
+    second: tuple[str, ...] = Field((), description="effects of a second cause")
     probability: float = Field(description="that the answer is right")
     takes_part: float = Field(
-        description="that one of the class takes part, be it beside another or an unknown cause"
+        description="that one of the class takes part, alone, with another cause or an unknown one"
     )
     sentence: str = Field(description="the answer in words")
 
@@ -152,8 +152,8 @@ class Downstream(_Part):
     sentence: str
 
 
-class Diagnosis(_Part):
-    """A diagnosis."""
+class DiagnosisFile(_Part):
+    """Contents of ``diagnosis.json``."""
 
     schema_version: Literal[1] = SCHEMA
     version: str = Field(description="of dolfingrip")
@@ -192,6 +192,6 @@ class Diagnosis(_Part):
         partial.replace(file)
 
     @classmethod
-    def read(cls, file: Path) -> Diagnosis:
-        """What :meth:`write` wrote."""
+    def read(cls, file: Path) -> DiagnosisFile:
+        """Read a file that :meth:`write` wrote."""
         return cls.model_validate_json(file.read_text(encoding="utf-8"))

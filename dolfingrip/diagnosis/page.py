@@ -21,7 +21,7 @@ LITTLE: Final = 1.0
 Raftery 1995)."""
 
 
-def text(result: outcome.Diagnosis) -> str:
+def text(result: outcome.DiagnosisFile) -> str:
     """One page; its first three lines are the verdict."""
     lines = [*_head(result), "", "## Where the simulation is off (nuisances fitted)", ""]
     lines += [f"- {each}" for each in result.sentences] or ["- nowhere"]
@@ -83,7 +83,7 @@ def _downstream(found: outcome.Downstream) -> list[str]:
     return lines
 
 
-def _head(result: outcome.Diagnosis) -> list[str]:
+def _head(result: outcome.DiagnosisFile) -> list[str]:
     """Verdict, how much it explains, and what to do next."""
     verdict = result.verdict
     first = f"# {verdict.sentence[0].upper()}{verdict.sentence[1:]}."
@@ -140,7 +140,7 @@ def _proposed(one: outcome.NextExperiment) -> str:
     return f"{told}." if one.splits else f"{told}; it may not tell all of them apart."
 
 
-def _gain(result: outcome.Diagnosis) -> list[str]:
+def _gain(result: outcome.DiagnosisFile) -> list[str]:
     lines = ["", "## Error on readings that were left out (root mean square)", "",
              "| left out | reading | as configured | nuisances refitted | process | cause (90 %) |",
              "|---|---|---|---|---|---|"]  # fmt: skip

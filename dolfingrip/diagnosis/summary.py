@@ -77,12 +77,12 @@ def fitted_nuisances(found: Diagnosis) -> dict[str, float]:
     return moved | fit.fitted_nuisances(problem)
 
 
-def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome.Diagnosis:
+def outcome_of(found: Diagnosis, config: Config, data: Sequence[str]) -> outcome.DiagnosisFile:
     """All that was found, by the schema."""
     table, told = differences(found)
     verdict = found.verdict
     reference = found.none.log_evidence(found.problem)
-    return outcome.Diagnosis(
+    return outcome.DiagnosisFile(
         version=__version__,
         data=tuple(data),
         quick=found.quick,

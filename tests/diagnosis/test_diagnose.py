@@ -75,7 +75,7 @@ def test_other_rates_and_waits_would_tell_them_apart(ninjaflex: Diagnosis) -> No
 def test_files(ninjaflex: Diagnosis, tmp_path: Path) -> None:
     found = write(ninjaflex, Config(), [COUPONS], tmp_path)
     text = (tmp_path / "diagnosis.json").read_text(encoding="utf-8")
-    result = outcome.Diagnosis.read(tmp_path / "diagnosis.json")
+    result = outcome.DiagnosisFile.read(tmp_path / "diagnosis.json")
     assert result.model_dump_json(indent=1, by_alias=True) + "\n" == text
     assert set(result.verdict.effects) == {"mooney_rivlin", "prony"}
     assert '"class"' in text
@@ -149,7 +149,7 @@ def test_noise_that_is_not_as_believed_is_noticed(
     file = made(tmp_path, "coupon.step_strain=0.01", noise=noise, told=KNOWN)
     diagnosis = diagnosed(file, store, quick=True)
     text = write(diagnosis, Config(), [file], tmp_path).text
-    result = outcome.Diagnosis.read(tmp_path / "diagnosis.json").noise
+    result = outcome.DiagnosisFile.read(tmp_path / "diagnosis.json").noise
     print(result.doubts, result.if_not_believed)
     assert (result.too_small, result.correlated) == found
     assert ("noise is not as believed" in text.splitlines()[0]) == any(found)
@@ -162,7 +162,7 @@ def test_quick_fits_nothing(store: Path, ninjaflex: Diagnosis, tmp_path: Path) -
     assert list(found.fits) == [frozenset()]
     assert (found.gain, found.next) == ([], [])
     write(found, Config(), [COUPONS], tmp_path)
-    assert outcome.Diagnosis.read(tmp_path / "diagnosis.json").quick
+    assert outcome.DiagnosisFile.read(tmp_path / "diagnosis.json").quick
     assert "Quick screen" in (tmp_path / "summary.md").read_text(encoding="utf-8")
 
 

@@ -39,7 +39,7 @@ def test_command(
     assert "No cause can be seen" in said[0]
     assert "simulations" in said[0]
     assert said[1].splitlines()[-4:] == said[0].splitlines()[-4:]
-    assert outcome.Diagnosis.read(out / "diagnosis.json").verdict.answer == "none"
+    assert outcome.DiagnosisFile.read(out / "diagnosis.json").verdict.answer == "none"
     assert {"summary.md", "extended.toml", "overlay.png"} <= {each.name for each in out.iterdir()}
 
 

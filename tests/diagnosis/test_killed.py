@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.outcome import Diagnosis
+from dolfingrip.diagnosis.outcome import DiagnosisFile
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.store import Store
 
@@ -55,8 +55,8 @@ def test_killed_in_the_middle(tmp_path: Path) -> None:
     after = finished(out / "simulations")
     assert len(after) > len(before) >= KILLED_AFTER
     assert {key: after[key] for key in before} == before
-    resumed = Diagnosis.read(out / "diagnosis.json")
+    resumed = DiagnosisFile.read(out / "diagnosis.json")
     # a third run computes nothing, and says the same
     subprocess.run(call(out), check=True, capture_output=True)
     assert finished(out / "simulations") == after
-    assert Diagnosis.read(out / "diagnosis.json") == resumed
+    assert DiagnosisFile.read(out / "diagnosis.json") == resumed

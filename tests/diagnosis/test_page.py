@@ -9,9 +9,9 @@ from dolfingrip.diagnosis import outcome, page
 
 def found(
     verdict: outcome.Verdict, proposed: tuple[outcome.NextExperiment, ...] = (), none: float = 0.0
-) -> outcome.Diagnosis:
+) -> outcome.DiagnosisFile:
     noise = outcome.Noise(std={}, correlated_std={}, models={}, verdicts={}, sentences=())
-    return outcome.Diagnosis(
+    return outcome.DiagnosisFile(
         version="0", data=(), quick=False, readings=1, verdict=verdict, classes=(), none=none,
         unknown=0.0, screen={}, fits=(), differences=(), sentences=(), noise=noise, nuisances={},
         next_experiments=proposed, simulated_s=0.0,

@@ -159,7 +159,7 @@ def test_fibres_couple_tension_and_shear() -> None:
     solid = bricks.bricks([0, height / 2, height], np.linspace(0, 8, 13), np.linspace(0, 12, 17))
     upper = bricks.centres(solid)[:, 0] > height / 2
     one, other = np.flatnonzero(~upper), np.flatnonzero(upper)
-    domain = distributed(solid, sheets={"fibres": surfaces.between(solid, one, other)})
+    domain = distributed(solid, sheets={"fibres": surfaces.interface(solid, one, other)})
     u = bricks.displacement(domain)
     y, stiffness, angle, c, pull = moduli(domain, young, k, np.deg2rad(degrees), 0.0, 1e-6)
 

@@ -1,4 +1,4 @@
-"""Measured data: read, checked and doubted.
+"""Measured data are read, checked and compared with a simulation for slips.
 
 :func:`dolfingrip.diagnosis.data.measurement.read` makes a
 :class:`~dolfingrip.diagnosis.data.measurement.Measurement` of CSV files. Bad data are refused in

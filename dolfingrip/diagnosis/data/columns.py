@@ -1,4 +1,4 @@
-"""The columns of the measured-data format: what each experiment is controlled by and reads."""
+"""The columns of the format of measured data: controls and readings of each experiment."""
 
 from __future__ import annotations
 
@@ -43,6 +43,6 @@ IGNORED: Final = frozenset(
 
 
 def near(name: str, known: Sequence[str]) -> str:
-    """``did you mean …? ``, where a known name is like ``name``; else nothing."""
+    """``did you mean …? `` if a known name is like ``name``, else ""."""
     found = difflib.get_close_matches(name, known, 1, 0.6)
     return f"did you mean {found[0]}? " if found else ""

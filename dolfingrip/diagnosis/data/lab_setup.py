@@ -68,7 +68,7 @@ NUISANCES: Final[Mapping[str, tuple[float, str]]] = {
         "relative, of a coupon's force and width: what no simple law of a material follows",
     ),
 }
-"""Standard deviations of what no diagnosis names as a cause, in the key's unit, and what of."""
+"""Standard deviations of nuisances, which are no causes, in the key's unit, with explanations."""
 
 CENTRES: Final = ("clamp", "tip")
 """Points of the simulated chord: the centres of the two faces."""
@@ -91,14 +91,14 @@ class LabSetup:
     """The set-up of one specimen in one experiment.
 
     Attributes:
-        sections: values that differ from the configuration's, by section and key.
-        noise: standard deviation by column, in its unit, where the laboratory tells it.
+        sections: values that differ from those of the configuration, by section and key.
+        noise: standard deviation by column, in its unit, as far as the laboratory tells it.
         correlated_noise: standard deviation by column of the part that drifts along a run.
-        correlation_time_s: how long that part keeps; None: as long as a run.
-        nuisances: standard deviation by key of :data:`NUISANCES`, those told in place of the usual;
-            and by key of the configuration.
+        correlation_time_s: correlation time of that part; None: as long as a run.
+        nuisances: standard deviation by key of :data:`NUISANCES`, or by key of the configuration;
+            numbers of the laboratory replace the usual ones.
         told: keys of the nuisances that the laboratory told.
-        rate: of the ramps, in the control's unit per second; None where it is not told.
+        rate: rate of the ramps, in the control's unit per second; None if it is not told.
         max_pressure_kPa: readings above are not compared.
         chord: the points of ``chord_angle_deg``.
     """
@@ -128,16 +128,16 @@ class SetupFile:
     """The TOML file of a CSV.
 
     Args:
-        csv: the measured CSV; or the TOML itself.
-        also: keys that others read.
+        csv: the measured CSV, or the TOML itself.
+        also: further keys that other code reads.
 
     Attributes:
-        file: of the TOML.
-        experiments: that it names; empty where it names none.
+        file: the TOML file.
+        experiments: experiments that it names; empty if it names none.
         warnings: a sentence for each key that is not understood.
 
     Raises:
-        ConfigError: one line: no such file, not TOML, or a value that is not allowed.
+        ConfigError: one line, if there is no such file, it is not TOML, or a value is not allowed.
     """
 
     def __init__(self, csv: Path, also: Sequence[str] = ()) -> None:
@@ -184,10 +184,10 @@ class SetupFile:
         return tuple(names)
 
     def table(self, name: str) -> dict[str, Any]:
-        """A table that others read; empty where it is absent.
+        """A table that other code reads; empty if it is absent.
 
         Raises:
-            ConfigError: one line, where it is no table.
+            ConfigError: one line, if it is no table.
         """
         found = self._data.get(name, {})
         if not isinstance(found, dict):
@@ -195,7 +195,7 @@ class SetupFile:
         return found
 
     def check_specimens(self, names: set[str]) -> None:
-        """Raise where a table is of a specimen that is not in the CSV."""
+        """Raise if a table belongs to a specimen that is not in the CSV."""
         for name in self._data.get("specimen", {}):
             if name not in names:
                 raise self._refuse(
@@ -245,7 +245,7 @@ class SetupFile:
         )
 
     def _sections(self, data: Mapping[str, Any], specimen: str) -> dict[str, dict[str, Any]]:
-        """Values by section and key, flat keys put where they belong."""
+        """Values by section and key; flat keys are put into their sections."""
         where = f"specimen.{specimen}." if specimen else ""
         found = {name: dict(data[name]) for name in SECTIONS if isinstance(data.get(name), dict)}
         coupon = found.get("coupon", {})
@@ -291,7 +291,7 @@ class SetupFile:
         return {key: self._number(f"{table}.{key}", value, 0.0) for key, value in told.items()}
 
     def _parameters(self, told: Mapping[str, Any]) -> tuple[str, ...]:
-        """Keys of the configuration among what is told."""
+        """Keys of the configuration among the keys that are told."""
         keys = tuple(key for key in told if "." in key)
         for key in keys:
             named(key, f"{self.file}: [nuisance]")
@@ -306,7 +306,7 @@ class SetupFile:
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """Values of a table and of those below it, by dotted keys."""
+    """Values of a table and of the tables below it, by dotted keys."""
     found: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, dict):

@@ -35,11 +35,11 @@ class SpecimenTest:
     """One specimen in one experiment of one file.
 
     Attributes:
-        number: its place in ``Measurement.tests``, and the column ``test`` of the readings.
-        file: of the CSV.
+        number: its place in ``Measurement.tests`` and its number in the column ``test``.
+        file: the CSV file.
         experiment: ``bending``, ``blocked_force`` or ``coupon``.
         specimen: name of the finger or coupon.
-        setup: of the laboratory.
+        setup: set-up of the laboratory.
     """
 
     number: int
@@ -59,7 +59,7 @@ class SpecimenTest:
 
 @dataclass(slots=True)
 class Measurement:
-    """What was measured.
+    """The readings of a measurement.
 
     Attributes:
         readings: a row for each row of the files: ``test``, ``line`` in the file, ``experiment``,
@@ -67,7 +67,7 @@ class Measurement:
             and the columns of readings, NaN where absent. Rows of a test stand in the order in
             which they were read; ``time_s`` is never absent.
         tests: by their numbers.
-        warnings: what is suspected of the data, a sentence each, for the verdict.
+        warnings: sentences on suspicions about the data, for the verdict.
     """
 
     readings: pd.DataFrame
@@ -82,7 +82,7 @@ class Measurement:
     def ramp_rate(self, test: SpecimenTest) -> float | None:
         """Median rate of a test's ramps, in the unit of the control per second, to two digits.
 
-        None where it has no ramp.
+        It is None if the test has no ramp.
         """
         rows = self.rows(test.number)
         ramp = rows[rows["branch"] != "hold"]
@@ -124,7 +124,7 @@ class Measurement:
 
 
 def in_proportion(measurement: Measurement) -> np.ndarray:
-    """(n,) which single readings are in proportion to the modulus: coupons' forces.
+    """(n,) whether single readings are proportional to the modulus: coupons' forces are.
 
     How far a coupon narrows depends neither on its modulus nor on its cross-section.
     """
@@ -138,7 +138,7 @@ def read(files: Sequence[Path], config: Config | None = None) -> Measurement:
 
     Args:
         files: of the CSVs.
-        config: that the set-ups are told as differences from; default: the reference finger.
+        config: configuration that set-ups are differences from; default: the reference finger.
 
     Raises:
         ConfigError: one line naming the file, the line or key, the value and what is allowed.
@@ -178,7 +178,7 @@ def _check_setup(test: SpecimenTest, base: Config) -> None:
 
 
 def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.DataFrame, list[str]]:
-    """Rows with the time, from the rate where there are no time stamps."""
+    """Rows with times, which follow from the rate if there are no time stamps."""
     if rows["time_s"].notna().all():
         return rows, []
     if (rows["branch"] == "hold").any():
@@ -195,7 +195,7 @@ def _timed(test: SpecimenTest, rows: pd.DataFrame, base: Config) -> tuple[pd.Dat
 
 
 def _doubts(test: SpecimenTest, rows: pd.DataFrame) -> list[str]:
-    """What the set-up says that the simulation does not do."""
+    """Sentences on parts of the set-up that the simulation does not have."""
     setup = test.setup
     other = setup.chord != CENTRES and "camera" not in setup.sections
     if rows[CHORD_ANGLE.name].notna().any() and other:

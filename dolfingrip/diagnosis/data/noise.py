@@ -1,12 +1,12 @@
-"""How much the instruments' readings scatter: as told, else estimated from the readings.
+"""The noise of the instruments' readings: as told, else estimated from the readings.
 
     σ² = Σ (Δᵈy)² / (n C(2d, d)),   d = 3,
 
-over the third differences Δ³y of the readings of one branch, in the order of the control: where
-rows are dense the curve itself has none, and independent noise of σ gives them a variance of
-C(6, 3) σ² = 20 σ² (von Neumann, Ann. Math. Stat. 12, 1941, with first differences). Dense is a
-branch of at least :data:`DENSE` rows. Cycles from the second on are repeats of one another:
-half the variance of their differences counts where branches are not dense.
+over the third differences Δ³y of the readings of one branch, in the order of the control. If rows
+are dense the curve itself has no such differences, and independent noise σ gives them a variance of
+C(6, 3) σ² = 20 σ² (von Neumann, Ann. Math. Stat. 12, 1941, with first differences). A branch of at
+least :data:`DENSE` rows is dense. Cycles from the second on repeat one another: if branches are not
+dense, half the variance of their differences is used.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 
 DENSE: Final = 20
-"""Rows of a branch from which on its third differences are noise."""
+"""Smallest number of rows of a branch whose third differences are noise."""
 
 ORDER: Final = 3
 
 _REPEATS: Final = 4
-"""Least number of differences that a spread is estimated from."""
+"""Smallest number of differences that a standard deviation is estimated from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +39,10 @@ class InstrumentNoise:
     Attributes:
         independent: (n,) standard deviation of the part that differs from reading to reading, in
             the column's unit.
-        correlated: (n,) that of the part that drifts along a run; 0 where none is told.
-        correlation_time_s: (n,) how long it keeps; infinite: as long as the run.
+        correlated: (n,) standard deviation of the part that drifts along a run; 0 if none is told.
+        correlation_time_s: (n,) correlation time of that part; infinite: as long as the run.
         control: (n,) standard deviation of the reading of the control (kPa or mm).
-        sentences: where each number comes from, where the laboratory does not tell it.
+        sentences: sources of the numbers that the laboratory does not tell.
     """
 
     independent: np.ndarray
@@ -82,7 +82,7 @@ def noise(measurement: Measurement) -> InstrumentNoise:
 
 
 def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tuple[float, str]:
-    """A standard deviation, and where it comes from."""
+    """A standard deviation, and a sentence about its source."""
     rows = measurement.rows(test.number)
     dense = np.concatenate([np.empty(0), *_differences(rows, test.control, column)])
     if len(dense) >= _REPEATS:
@@ -95,7 +95,7 @@ def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tup
 
 
 def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
-    """Third differences of dense ramps, as parts of what noise of 1 gives them."""
+    """Third differences of dense ramps, divided by those of noise of 1."""
     for (_, branch), part in rows.groupby(["cycle", "branch"], sort=False):
         value = part.sort_values(control)[column].dropna() if branch != "hold" else part[column]
         if len(value) >= DENSE:
@@ -103,7 +103,7 @@ def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.n
 
 
 def _repeats(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
-    """Differences between successive cycles from the second on, as parts of √2."""
+    """Differences between successive cycles from the second on, divided by √2."""
     for _, branch in rows[rows["cycle"] > 1].groupby("branch", sort=False):
         cycles = [part for _, part in branch.groupby("cycle", sort=True)]
         for before, after in pairwise(cycles):

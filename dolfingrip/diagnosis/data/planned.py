@@ -1,4 +1,4 @@
-"""Rows of tests that are still to be made: protocols, every reading 0."""
+"""Rows of tests that are not made yet: protocols with readings of 0."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from dolfingrip.diagnosis.data.measurement import SpecimenTest
 UP_DOWN: Final = ("loading", "unloading")
 
 HOLD_READINGS: Final = 5
-"""Readings of a wait, ever farther apart."""
+"""Number of readings of a wait, whose distances grow."""
 
 
 def cycles(count: int, *, unload: bool = True) -> list[tuple[str, int]]:
-    """Branch and cycle of so many ramps up, and down where there is more than one or asked."""
+    """Branch and cycle of so many ramps up; they also go down if there are several, or if asked."""
     branches = UP_DOWN if unload or count > 1 else UP_DOWN[:1]
     return [(branch, cycle) for cycle in range(1, count + 1) for branch in branches]
 
@@ -38,13 +38,13 @@ def rows(
     """Rows of a protocol, as in ``Measurement.readings``.
 
     Args:
-        test: that they are of; its ``control`` column is prescribed.
+        test: test of the rows; its ``control`` column is prescribed.
         way: branches, each with the number of its cycle; a ``hold`` is at the highest value.
-        ramp: (m,) values that are read at while loading, rising, above 0.
-        rate: of ramps, in the unit of ``ramp`` per second.
-        columns: that are read.
+        ramp: (m,) rising values, above 0, at which loading is read.
+        rate: rate of ramps, in the unit of ``ramp`` per second.
+        columns: columns that are read.
         hold_s: duration of a wait.
-        start_s: when it begins.
+        start_s: time at which the test begins.
         at_rest: whether there is a reading before it begins.
     """
     values = np.asarray(ramp, dtype=float)

@@ -1,4 +1,4 @@
-"""A rig: what a laboratory could measure, before anything is measured.
+"""A rig: the measurements that a laboratory could make, before it makes them.
 
 A TOML file like that of a measurement (:mod:`dolfingrip.diagnosis.data.lab_setup`), with a table of
 how it would be controlled and read:
@@ -34,13 +34,13 @@ from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.sections.section import Section
 
 EXPERIMENTS: Final = ("bending", "blocked_force")
-"""Those of the paper."""
+"""Experiments of the paper."""
 
 KINDS: Final = (
     "unloading", "cycles", "slow_cycle", "hold", "tip", "blocked_angle", "gap", "orientation",
     "coupon", "coupon_width",
 )  # fmt: skip
-"""What a laboratory may be able to add."""
+"""Additions that a laboratory may be able to make."""
 
 
 class RigProtocol(Section):
@@ -66,13 +66,13 @@ def read(
     changes: Iterable[str] = (),
     noise: Mapping[str, float] | None = None,
 ) -> tuple[Measurement, tuple[str, ...]]:
-    """The measurement that a rig would make, every reading 0, and what it can vary.
+    """The measurement that a rig would make, with readings of 0, and the additions it can make.
 
     Args:
-        file: TOML; the paper's protocol where None.
-        config: that its set-up differs from.
-        changes: ``KEY=VALUE`` of its table ``[protocol]``.
-        noise: by column, in place of the file's.
+        file: TOML file; None: the paper's protocol.
+        config: configuration that its set-up is a difference from.
+        changes: assignments ``KEY=VALUE`` in its table ``[protocol]``.
+        noise: standard deviations by column, which replace those of the file.
 
     Raises:
         ConfigError: one line naming the file or key, the value and what is allowed.

@@ -1,8 +1,9 @@
 """Slips of units, signs and columns that show if readings are compared with a simulation.
 
-A wrong unit multiplies a column by a known number, and so explains the readings far better than 1
-does. A pressure in the wrong unit was simulated at pressures that are as much too small; as the
-response is nearly proportional at first, every reading is then too large by about that number.
+A wrong unit multiplies a column by a known factor, which therefore explains the readings far better
+than 1 does. Pressures in the wrong unit were also simulated, and they are too small by a known
+factor. The response is nearly proportional at first, so every reading is then too large by about
+this factor.
 """
 
 from __future__ import annotations
@@ -20,21 +21,21 @@ from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 
 NEAR: Final = 1.8
-"""A ratio counts as a known factor where it is off by no more than this factor: what a simple model
-may be wrong by, and by how much the response is not proportional."""
+"""A ratio counts as a known factor if it differs by no more than this factor. It allows for errors
+of a simple model and for a response that is not proportional."""
 
 FAR: Final = 2.5
 """A ratio within this factor of 1 is no slip."""
 
 BETTER: Final = 0.6
-"""A scale has to bring what is left unexplained down to this part."""
+"""Largest part of the unexplained change that a scale may leave."""
 
 _DEGREES: Final = 180 / math.pi
 
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """A slip: what the column is multiplied by to be right, and in words what was done."""
+    """A slip: the factor that makes the column right, and the mistake in words."""
 
     value: float
     meaning: str
@@ -69,14 +70,14 @@ _OF_CONTROL: Final[Mapping[str, Sequence[Factor]]] = {
 
 @dataclass(frozen=True, slots=True)
 class Suspicion:
-    """What may be wrong with a column of a test.
+    """A suspicion about a column of a test.
 
     Attributes:
-        test: whose.
-        column: that may be wrong.
-        factor: what it is to be multiplied by; NaN where columns are swapped.
-        meaning: what was done, in words.
-        left: what a scale in place of 1 leaves unexplained, as part of what 1 does.
+        test: test of the column.
+        column: column that may be wrong.
+        factor: factor that makes it right; NaN if columns are swapped.
+        meaning: the mistake in words.
+        left: part of the change unexplained without a scale that the scale leaves unexplained.
     """
 
     test: SpecimenTest
@@ -86,23 +87,22 @@ class Suspicion:
     left: float
 
     def sentence(self) -> str:
-        """For the verdict."""
+        """The suspicion in a sentence for the verdict."""
         if math.isnan(self.factor):
             return f"{self.test}: {self.column}: {self.meaning}?"
         return f"{self.test}: {self.column}: {self.meaning}? (factor {self.factor:.4g})"
 
 
 def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicion]:
-    """What a comparison with the base simulation casts doubt on.
+    """The suspicions from a comparison with the base simulation.
 
     Args:
         measurement: the readings.
-        simulated: (n,) the base model's, aligned with ``measurement.listed()``; NaN where there
+        simulated: (n,) readings of the base model, as in ``measurement.listed()``; NaN where there
             is none.
 
     Returns:
-        For each test what explains its readings far better than taking them as they are. Where
-        several slips would do, all of them.
+        For each test, all slips that explain its readings far better than no slip.
     """
     listed = measurement.listed().assign(simulated=simulated)
     found: list[Suspicion] = []
@@ -159,7 +159,7 @@ def _kept(
     factors: Sequence[Factor],
     pair: tuple[np.ndarray, np.ndarray],
 ) -> list[Suspicion]:
-    """The slips that go with the ratio of measured and simulated, where that explains enough."""
+    """The slips that fit the ratio of measured and simulated readings, if it explains enough."""
     left = _left(*pair, _ratio(*pair))
     if left >= BETTER:
         return []
@@ -169,7 +169,7 @@ def _kept(
 def _swapped(
     test: SpecimenTest, columns: dict[str, tuple[np.ndarray, np.ndarray]]
 ) -> list[Suspicion]:
-    """Whether an angle's readings are a force's, and the other way round."""
+    """The suspicion that the columns of angle and force are swapped."""
     angles, forces = (
         [name for name in READING_COLUMNS if name in columns and CHANNELS[name].unit == unit]
         for unit in (ANGLE.unit, FORCE.unit)
@@ -187,25 +187,25 @@ def _swapped(
 
 
 def _alike(ratio: float, factor: float) -> bool:
-    """Whether a ratio is about a factor, and far from 1."""
+    """Whether a ratio is close to a factor and far from 1."""
     if ratio <= 0 or 1 / FAR < ratio < FAR:
         return False
     return abs(math.log(ratio / factor)) < math.log(NEAR)
 
 
 def _ratio(measured: np.ndarray, simulated: np.ndarray) -> float:
-    """Measured by simulated, by least squares; NaN where either is nothing."""
+    """Ratio of measured and simulated readings by least squares; NaN if either is 0."""
     square = float(simulated @ simulated)
     return float(measured @ simulated) / square if square > 0 else math.nan
 
 
 def _left(measured: np.ndarray, simulated: np.ndarray, ratio: float) -> float:
-    """Unexplained with a factor, as part of unexplained without."""
+    """Ratio of the unexplained changes with and without a factor."""
     before = float(np.linalg.norm(measured - simulated))
     return float(np.linalg.norm(measured - ratio * simulated)) / before if before > 0 else 1.0
 
 
 def _misfit(measured: np.ndarray, simulated: np.ndarray) -> float:
-    """Unexplained, as part of the larger of both."""
+    """Unexplained change, divided by the larger one of both readings."""
     size = max(float(np.linalg.norm(measured)), float(np.linalg.norm(simulated)))
     return float(np.linalg.norm(measured - simulated)) / size if size > 0 else 0.0

@@ -1,4 +1,4 @@
-"""A measured CSV as a checked table: each fault is one line that names file, line and column."""
+"""A measured CSV as a checked table; one line names file, line and column of a fault."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BRANCHES = get_args(Branch)
 
 @dataclass(frozen=True, slots=True)
 class _Line:
-    """A line of a file, to be named in an error."""
+    """A line of a file, for an error's message."""
 
     file: Path
     number: int
@@ -40,10 +40,10 @@ class _Line:
 
 
 def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
-    """The rows of a CSV in the measured-data format.
+    """The rows of a CSV in the format of measured data.
 
     Args:
-        file: of the CSV.
+        file: the CSV file.
         experiments: those that its TOML names; the only one is meant where the CSV has no such
             column.
 
@@ -65,7 +65,7 @@ def read(file: Path, experiments: Sequence[str]) -> pd.DataFrame:
 
 
 def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
-    """The entries that are not empty, by column, with their line in the file."""
+    """The entries that are not empty, by column, with their lines in the file."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.reader(stream)
@@ -177,7 +177,7 @@ def _number(line: _Line, name: str, text: str) -> float:
 
 
 def _check_together(file: Path, table: pd.DataFrame) -> None:
-    """What only all rows of one specimen in one experiment show."""
+    """Check the rows of one specimen in one experiment together."""
     for (experiment, specimen), rows in table.groupby(["experiment", "specimen"], sort=False):
         who = f"{experiment} of {specimen}"
         _check_time(file, rows, who)
@@ -223,7 +223,7 @@ def _check_twice(file: Path, rows: pd.DataFrame, who: str) -> None:
 
 
 def _branches(rows: pd.DataFrame, control: str) -> list[str]:
-    """Loading up to the highest value of each cycle, unloading after it."""
+    """Branches: loading up to the highest value of each cycle, unloading after it."""
     found: list[str] = []
     for _, cycle in rows.groupby("cycle", sort=False):
         top = int(cycle[control].to_numpy().argmax())

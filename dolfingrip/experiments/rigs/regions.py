@@ -47,7 +47,7 @@ def sheets_of(config: Config, mesh: SolidMesh) -> dict[str, np.ndarray]:
                 found[name] = sheets.of_group(mesh, film.group)
             elif film.between is not None:
                 one, other = (_region(mesh, region, key) for region in film.between)
-                found[name] = sheets.between(mesh, one, other)
+                found[name] = sheets.interface(mesh, one, other)
             else:
                 cells = np.arange(len(mesh.cells))
                 if film.region:
