@@ -10,7 +10,7 @@ from dolfingrip.sections.specimen import HEXAHEDRON_MM
 Spec = dict[str, Any]
 
 FREE = ["contact.self_contact=false"]
-"""As the peers compute it; the bellows of a free finger do not touch."""
+"""The finger as the peers compute it; the bellows of a free finger do not touch."""
 
 PAPER = [
     "solver.element=P1", "mesh.half=false", "mesh.target_elements=35140", "mesh.size_mm=1.457",

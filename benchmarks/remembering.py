@@ -20,7 +20,7 @@ class Remembering(StayingWorkers):
     asked: dict[str, tuple[Job, JobResult]] = field(default_factory=dict)
 
     def results(self, jobs: Sequence[Job]) -> list[JobResult]:
-        """As :meth:`StayingWorkers.results`."""
+        """Results of jobs, which are remembered."""
         found = StayingWorkers.results(self, jobs)
         for job, result in zip(jobs, found, strict=True):
             self.asked[job.key] = (job, result)

@@ -37,10 +37,10 @@ SHORT = (
 plate has a gap, as no central difference is to be had at a gap of 0."""
 
 STEP = 1e-3
-"""Of the differences, as part of a parameter's scale."""
+"""Step of the differences, as a part of a parameter's scale."""
 
 STEP_RUBBING = 1e-4
-"""Likewise where bellows rub. A difference of runs crosses a kink wherever a pair of contact comes
+"""This step if bellows rub. A difference of runs crosses a kink wherever a pair of contact comes
 or goes between the two: with steps of 1e-3 by ξ2 it is off by 1.4e-3, with these by 3.3e-4."""
 
 ELASTIC = (

@@ -1,4 +1,4 @@
-"""What is measured, or read off a simulation: one object for each column, with all about it.
+"""The channels of measurements and simulations: one object describes each column.
 
 A new one is one entry here, and the ``Reading`` that takes it, in a file of its own in
 ``mechanics/readings``. Everything else asks the channel: columns of results and of measured data,
@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 Part = Literal["finger", "plate", "bar"]
-"""What readings are taken of: a finger, the plate that it presses on, a coupon."""
+"""The objects that are read: a finger, the plate that it presses on, a coupon."""
 
 WHO: Final = ("experiment", "specimen", "cycle", "branch")
 """Columns that say what a row belongs to."""

@@ -29,7 +29,7 @@ from dolfingrip.forms.jet import Jet, variables
 
 
 class Invariants(Protocol):
-    """What an isotropic energy is a function of, with derivatives by two numbers.
+    """The variables of an isotropic energy, with derivatives by two numbers.
 
     Attributes:
         first, second: Ī₁ − 3 and Ī₂ − 3.

@@ -1,4 +1,4 @@
-"""Where the fingers of a gripper stand (section III.B and Fig. 5(c) of the paper).
+"""The places of a gripper's fingers (section III.B and Fig. 5(c) of the paper).
 
 Seen from above, O is the centre and the thumb A stands at (−L, 0). B and C turn about (0, ±W), at a
 distance R: B stands at (R sin α, W + R cos α); C is its mirror image in y = 0. With α = 90°, the

@@ -33,7 +33,7 @@ def test_a_channel_is_a_file_and_an_entry(tmp_path: Path) -> None:
     package = Path(dolfingrip.__file__).parent
     copy = tmp_path / "dolfingrip"
     shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__", "forms", "meshes"))
-    for part in (dolfingrip.forms, dolfingrip.meshes):  # installed within the package or beside it
+    for part in (dolfingrip.forms, dolfingrip.meshes):  # installed within the package or next to it
         folder = Path(next(iter(part.__path__)))
         (copy / part.__name__.rpartition(".")[2]).symlink_to(folder, target_is_directory=True)
     shutil.copy(HERE / "narrowing.py", copy / "mechanics" / "readings")

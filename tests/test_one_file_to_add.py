@@ -77,7 +77,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ignored = shutil.ignore_patterns("__pycache__")
     for name in ("dolfingrip", "forms", "meshes"):
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
-    for name in ("forms", "meshes"):  # parts of the package that lie beside it
+    for name in ("forms", "meshes"):  # parts of the package that lie next to it
         (folder / "dolfingrip" / name).symlink_to(folder / name)
     for addition in ADDITIONS.values():
         add(addition, folder)

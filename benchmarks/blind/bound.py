@@ -199,7 +199,7 @@ class Bound:
 
 
 def _those(shape: Shape, kept: np.ndarray) -> Shape:
-    """The same change of the readings that are kept."""
+    """The change of the readings that are kept."""
     if isinstance(shape, CurvedShape):
         strength, change = shape.second
         return CurvedShape(shape.change[kept], shape.label, (strength, change[kept]))

@@ -97,7 +97,7 @@ def plan(
         number: of cases.
         often: how often each protocol is followed.
         seed: of everything that is drawn.
-        full: likewise of those with a simulation of their own; none where empty.
+        full: how often each protocol is followed with a simulation of its own; never if empty.
     """
     start = (seed, SETS.index(set_name))
     known = causes()
@@ -110,7 +110,7 @@ def plan(
 
 
 def _kinds(number: int, rng: np.random.Generator) -> list[Kind]:
-    """As many of each kind as its share, in any order."""
+    """Kinds in random order; the number of each follows from its share."""
     found: list[Kind] = []
     total = 0.0
     for kind, share in SHARES.items():
@@ -196,7 +196,7 @@ def read(case: Case, true: np.ndarray) -> Readings:
 def read_by(
     protocol: Protocol, instruments: Instruments, seed: Sequence[int], true: np.ndarray
 ) -> Readings:
-    """The same of any protocol."""
+    """Readings of any protocol with the noise of instruments."""
     index = noise.index(protocol)
     rng = np.random.default_rng(seed)
     covariance = noise_matrix(index, noise.by_channel(protocol, instruments))

@@ -66,7 +66,7 @@ class How:
 
 @contextmanager
 def with_crew(how: How) -> Iterator[How]:
-    """The same with workers that stay until the ``with`` block ends.
+    """``how`` with workers that stay until the ``with`` block ends.
 
     They know the simulations that come with the package, and those of :mod:`packed`.
     """
@@ -102,7 +102,7 @@ def kept(folder: Path) -> dict[str, Any] | None:
 
 
 def diagnose_files(case: Case, files: Sequence[Path], out: Path, how: How) -> dict[str, Any]:
-    """The same from any measured files, the results in ``out``."""
+    """Diagnose measured files with the results in ``out``; files that are there are read."""
     if not (out / RESULT).is_file():
         config = generator.analysed(PROTOCOLS[case.protocol])
         settings = analyser.Settings(
@@ -122,7 +122,7 @@ def diagnose_files(case: Case, files: Sequence[Path], out: Path, how: How) -> di
 def _diagnosed(
     files: Sequence[Path], config: Config, crew: StayingWorkers, settings: analyser.Settings
 ) -> Diagnosis:
-    """As the analyser's own, with the same workers for all cases."""
+    """A diagnosis like the analyser's, with one set of workers for all cases."""
     crew.spent_s.clear()
     measurement, notes = selection.selected(measured.read(files, config), config)
     found = analyser.diagnose_measurement(measurement, config, crew, settings)

@@ -138,7 +138,7 @@ class Cause:
         return found
 
     def overrides(self, form: int, strength: float, modulus: float = 1.0) -> tuple[str, ...]:
-        """The same as with ``--set``."""
+        """The assignments of ``--set`` with these values."""
         return tuple(
             f"extensions.{self.name}.{key}={value!r}"
             for key, value in self.values(form, strength, modulus).items()

@@ -31,7 +31,7 @@ def file_of(store: str, folder: Path = PACKED) -> Path:
 
 
 def at_hand(workers: Workers, pool: Pool, store: str) -> StayingWorkers:
-    """The same workers, with a store's results of the repository where nothing is retried."""
+    """``workers`` that know a store's results in the repository, unless failures are retried."""
     return StayingWorkers(
         workers.store, workers.where, workers.progress, workers.retry_failed, pool,
         known=None if workers.retry_failed else shipped.read(file_of(store)),

@@ -81,7 +81,7 @@ def at_least(level: float) -> Callable[[float, float], bool]:
 
 
 def at_most(level: float) -> Callable[[float, float], bool]:
-    """Likewise, of what should not happen."""
+    """A target for figures that should be small."""
     return lambda value, bound: value <= level
 
 

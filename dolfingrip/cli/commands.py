@@ -1,4 +1,4 @@
-"""What the commands do: they run, plot, draw and print."""
+"""The work of the commands: they run, plot, draw and print."""
 
 from __future__ import annotations
 

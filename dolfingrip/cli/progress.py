@@ -28,7 +28,7 @@ FEW = 50
 
 
 class Show(Protocol):
-    """What is called with the number done, the number of all and a note."""
+    """A function that shows the number done, the number of all and a note."""
 
     def __call__(self, done: int, total: int, note: str = "", computed: int | None = None) -> None:
         """Show them.

@@ -1,4 +1,4 @@
-"""What commands that compute many jobs have in common."""
+"""Options and endings of the commands that compute many jobs."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from dolfingrip.config import Config
 
 @dataclass(frozen=True, slots=True)
 class LoopPolicy:
-    """What the small loop computes.
+    """The size of the small loop.
 
     Attributes:
         size_mm: size of the elements, coarser than the default: the demo shows the loop, not exact

@@ -1,4 +1,4 @@
-"""What a result depends on of a configuration, so that equal results have equal keys."""
+"""The part of a configuration that results depend on, so that equal results have equal keys."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ class Curve:
 
 @dataclass(frozen=True, slots=True)
 class Plot:
-    """What is drawn of a result.
+    """The plot of a result.
 
     Attributes:
         label: label of the vertical axis.

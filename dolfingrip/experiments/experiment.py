@@ -1,4 +1,4 @@
-"""What an experiment is: a name, a schedule, a rig, and how its result is shown.
+"""The base class of experiments: a name, a schedule, a rig, and how the result is shown.
 
 An experiment's file imports no solver before :meth:`Experiment.prepare` is called, since the
 command reads it for its help.

@@ -1,4 +1,4 @@
-"""What all experiments on a pressurised finger have in common."""
+"""The base class of experiments on a pressurised finger."""
 
 from __future__ import annotations
 

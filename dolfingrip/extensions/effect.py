@@ -1,4 +1,4 @@
-"""What an effect is: a table of parameters with priors, and hooks by which it takes part.
+"""The base class of effects: a table of parameters with priors, and hooks of the model.
 
 An effect's file imports no solver because the configuration reads it. Its hooks receive everything
 that they need of a solver.
@@ -207,12 +207,12 @@ class Effect(Section):
 
     @classmethod
     def reversal(cls, config: Setup) -> tuple[str, str] | None:
-        """Where ``config`` has made this choice of the model: an override and its label."""
+        """An override and its label if ``config`` has made this choice of the model."""
         return None
 
     @classmethod
     def tilt_deg(cls, config: Setup) -> float | None:
-        """Where it is tried as a turn of the gravity that ``config`` has: by how much."""
+        """The turn of the gravity of ``config`` with which the effect is tried, if it is one."""
         return None
 
     # -- what is known of it ---------------------------------------------------------------------

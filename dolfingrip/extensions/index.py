@@ -69,7 +69,7 @@ class Switched(Section):
         return [term for effect in self.active("terms") for term in effect.terms(site)]
 
     def without(self, hook: str) -> Self:
-        """The same with the effects that have ``hook`` switched off."""
+        """These extensions without the effects that have ``hook``."""
         return self.model_copy(update={on.name(): None for on in self.active(hook)})
 
 

@@ -1,4 +1,4 @@
-"""What effects on a measurement share: an instrument that displays one channel wrongly."""
+"""The base class of effects on a measurement: an instrument displays one channel wrongly."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Instrument(Effect):
     channel: ClassVar[Channel]
 
     def displayed(self, true: Mapping[str, float]) -> float:
-        """What the instrument displays, in the channel's unit.
+        """The value that the instrument displays, in the channel's unit.
 
         Args:
             true: a row of readings, by column.

@@ -28,7 +28,7 @@ else:
 
 
 class Food(FoodKeys):
-    """What is grasped: its kind, size, density and friction."""
+    """The food that is grasped: kind, size, density and friction."""
 
     width_mm: float | None = Field(None, gt=0, le=500, description="along x; default: by kind")
     length_mm: float | None = Field(None, gt=0, le=500, description="along y; default: by kind")

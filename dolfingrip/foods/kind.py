@@ -1,4 +1,4 @@
-"""What a shape of food tells: its keys, its portions, its signed distance and its skin."""
+"""The base class of shapes of food: keys, portions, signed distance and skin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What shapes have in common whose distance is sampled on a grid."""
+"""The base class of shapes whose distance is sampled on a grid."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from dolfingrip.channels import PRESSURE
 
 
 class Columns(Protocol):
-    """What a dict of columns and a pandas DataFrame have in common."""
+    """The common interface of a dict of columns and a pandas DataFrame."""
 
     def __contains__(self, key: object, /) -> bool: ...
 

@@ -29,7 +29,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 
 class TurningPoint(Protocol):
-    """Where the blocked force begins to rise faster, by two straight lines that meet there."""
+    """The point at which the blocked force begins to rise faster; two straight lines meet there."""
 
     @property
     def pressure_kPa(self) -> float: ...

@@ -85,7 +85,7 @@ class Points:
 
 @dataclass(frozen=True)
 class FrontPicture:
-    """What the picture of a Pareto front shows; empty parts are left out.
+    """The contents of a Pareto front's picture; empty parts are left out.
 
     Attributes:
         front: Pareto front of the surrogate.

@@ -22,7 +22,7 @@ from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, figure
 
 @dataclass(frozen=True, slots=True)
 class DiagnosisPictures:
-    """What the pictures of a diagnosis show.
+    """The contents of a diagnosis' pictures.
 
     Attributes:
         least_probability: probability below which a class has no bar.

@@ -8,17 +8,17 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class FitPolicy:
-    """How laws are fitted to coupons, and what is said of the fits.
+    """The numbers with which laws are fitted to coupons and fits are judged.
 
     Attributes:
-        within: standard deviations of a 90 % interval, normal.
-        tolerance: part of a reading's stress that no law is asked to follow better; it goes beside
+        within: half width of a 90 % interval of a normal distribution, in standard deviations.
+        tolerance: accuracy that is asked of a law, as a part of a reading's stress; it is added to
             the noise, so that small stresses weigh as much as large ones.
-        loose: half width of a prediction, as a part of it, beyond which it is not fixed.
+        loose: a prediction is not determined if its half width is a larger part of it than this.
         free: a value is called free if the half width of its interval is larger by this factor.
-        middle_stretch: stretch at which other modes are predicted, where the coupons go as far.
-        widest_log_stretch: largest logarithm of a lateral stretch that is sought.
-        digits: of a value that is written; its interval is never that narrow.
+        middle_stretch: stretch at which other modes are predicted, if the coupons go so far.
+        widest_log_stretch: largest logarithm of a lateral stretch in the search.
+        digits: number of digits of a value that is written; its interval is never so narrow.
     """
 
     within: float = 1.645

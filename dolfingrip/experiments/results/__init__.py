@@ -1,1 +1,1 @@
-"""What a run yields, and the files that it is written to."""
+"""The result of a run, and the files that it is written to."""

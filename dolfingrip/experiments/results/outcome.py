@@ -26,7 +26,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, slots=True)
 class OutcomePolicy:
-    """What decides the class of a grasp.
+    """The numbers that decide the class of a grasp.
 
     Attributes:
         held_mm: way by which a held object may sink against the fingers; a lower rise is no lift.
@@ -104,7 +104,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Ring:
-    """Where the fingers stand around the object, seen from above.
+    """The places of the fingers around the object, seen from above.
 
     Attributes:
         radius_mm: distance of the nearest finger's clamp from the middle. An object on the table

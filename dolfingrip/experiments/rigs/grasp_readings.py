@@ -169,7 +169,7 @@ class GraspReadings:
         return self._each(np.degrees(np.arctan2(-sums[:, 0], sums[:, 2])))
 
     def _closure(self) -> float:
-        """See :func:`~dolfingrip.mechanics.contact.force_closure.margin`."""
+        """Force-closure margin of the present contacts of fingers and object."""
         gripper = self._gripper
         near = gripper.contact.near(gripper.model.u.x.array)
         normals = -near.distances.gradient @ near.turned.matrix

@@ -65,7 +65,7 @@ class Plane:
     bounds: ClassVar[Bounds] = Bounds()
 
     def at(self, points: np.ndarray) -> Distances:
-        """See :class:`SignedDistance`."""
+        """Distances of (n, 3) points (mm) from the plane."""
         normal = np.asarray(self.normal)
         count = len(points)
         return Distances(points @ normal, np.tile(normal, (count, 1)), np.zeros((count, 3, 3)))
@@ -91,7 +91,7 @@ class Capsule:
         return Bounds(radius_mm=self.half_length_mm + self.radius_mm)
 
     def at(self, points: np.ndarray) -> Distances:
-        """See :class:`SignedDistance`."""
+        """Distances of (n, 3) points (mm) from the capsule."""
         beyond = np.abs(points[:, 2]) > self.half_length_mm
         end = np.clip(points[:, 2], -self.half_length_mm, self.half_length_mm)
         apart = points - np.outer(end, [0.0, 0.0, 1.0])
@@ -129,7 +129,7 @@ class BentCapsule:
         return Bounds(1.0, 1 / reach, reach, farthest)
 
     def at(self, points: np.ndarray) -> Distances:
-        """See :class:`SignedDistance`."""
+        """Distances of (n, 3) points (mm) from the bent capsule."""
         big = self.bend_radius_mm
         away = points - [self.place_mm + big, 0.0, 0.0]
         rho = np.maximum(np.hypot(away[:, 0], away[:, 2]), np.finfo(float).tiny)
@@ -169,7 +169,7 @@ class RoundedBox:
         return Bounds(radius_mm=float(np.linalg.norm(self.half_mm)))
 
     def at(self, points: np.ndarray) -> Distances:
-        """See :class:`SignedDistance`."""
+        """Distances of (n, 3) points (mm) from the box."""
         core = np.asarray(self.half_mm) - self.radius_mm
         apart = points - np.clip(points, -core, core)
         return _from_core(apart, (np.abs(points) > core).astype(float), self.radius_mm)

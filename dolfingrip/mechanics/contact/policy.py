@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Advance:
-    """How far a step of Newton's method may bring points towards a shape.
+    """The bound on the approach of points to a shape in a step of Newton's method.
 
     Attributes:
         kept: part of its distance that each point keeps in a step.

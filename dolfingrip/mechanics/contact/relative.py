@@ -87,7 +87,7 @@ class RelativeNodes(NodeSet):
     def couplings(
         self, hessian: sp.coo_matrix, forces_N: np.ndarray, *, convex: bool
     ) -> Sequence[Coupling]:
-        """See :class:`~.node_set.NodeSet`."""
+        """Second derivatives by the unknowns, as in :class:`~.node_set.NodeSet`."""
         whole = sp.csr_matrix(hessian)
         count = NODE * len(self.nodes)
         found = []

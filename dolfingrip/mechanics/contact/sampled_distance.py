@@ -84,7 +84,7 @@ class SampledDistance:
     # -- evaluation ------------------------------------------------------------------------------
 
     def at(self, points: np.ndarray) -> Distances:
-        """See :class:`~.distance.SignedDistance`."""
+        """Distances of (n, 3) points (mm), from the spline or from the grid's box."""
         size = self.spacing_mm * (self._count - 1)
         nearest = np.clip(points, self.origin_mm, self.origin_mm + size)
         apart = points - nearest

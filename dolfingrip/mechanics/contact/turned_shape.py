@@ -30,6 +30,6 @@ class TurnedShape:
         return self.shape.bounds
 
     def at(self, points: np.ndarray) -> Distances:
-        """See :class:`SignedDistance`."""
+        """Distances of (n, 3) points (mm) from the turned shape."""
         value, gradient, hessian = self.shape.at(points @ self.turn)
         return Distances(value, gradient @ self.turn.T, self.turn @ hessian @ self.turn.T)

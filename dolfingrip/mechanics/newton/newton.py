@@ -234,7 +234,7 @@ class Newton:
         return solve
 
     def _iterate(self, guess: Guess | None, *, damped: bool, corrected: bool = True) -> Solve:
-        """See :meth:`solve`."""
+        """Iterate once through a solve; the arguments are those of :meth:`solve`."""
         model = self.model
         carried = model.carried
         self._prepare(damped)

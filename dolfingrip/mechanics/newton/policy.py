@@ -98,12 +98,12 @@ class FactorPolicy:
         rtol: preconditioned residual of an iterative solve, relative to its first: a step as good
             as an exact one. Thirty times looser leaves errors of 1e-6 in a run's figures, this of
             1e-13.
-        iterations: of GMRES that cost as much as factorising.
+        iterations: number of GMRES' iterations that cost as much as a factorisation.
         worn: iterations after which the next matrix is factorised at once.
         operator_rtol: as ``rtol``, for an operator that the matrix is a part of: what is left is
             solved for again.
         operator_iterations: for such an operator, by factors of an earlier matrix.
-        operator_iterations_at_most: likewise, by the matrix' own factors.
+        operator_iterations_at_most: for such an operator, by the matrix' own factors.
     """
 
     rtol: float = 3e-5
@@ -127,7 +127,8 @@ class DampingPolicy:
             factor.
         hard, stronger: a step of which a smaller part is taken has the next ones damped more, by
             this factor.
-        stuck, far_stronger: likewise, far more.
+        stuck, far_stronger: a step of which a still smaller part is taken has the next ones damped
+            far more, by this factor.
         iterations: factor on the iterations that a solve may take.
     """
 

@@ -131,7 +131,7 @@ class Tangent:
         )
 
     def _gathered(self, own: np.ndarray) -> np.ndarray:
-        """Those of all ranks."""
+        """The couplings of all ranks."""
         return np.unique(np.concatenate(self._model.comm.allgather(own)))
 
     def _create(self, graph: sp.csr_matrix) -> PETSc.Mat:

@@ -1,4 +1,4 @@
-"""What a strain energy as base material tells: its keys, its moduli, its energy and its fits."""
+"""The base class of laws of the base material: keys, moduli, strain energy and fits."""
 
 from __future__ import annotations
 
