@@ -1,8 +1,8 @@
 """The channels of measurements and simulations: one object describes each column.
 
-A new one is one entry here, and the ``Reading`` that takes it, in a file of its own in
-``mechanics/readings``. Everything else asks the channel: columns of results and of measured data,
-units, labels, noise, tolerances, ranges, and what becomes of it where all moduli change.
+A new channel is one entry here, and a ``Reading`` in a file of its own in ``mechanics/readings``.
+All other code asks the channel: for columns of results and of measured data, units, labels, noise,
+tolerances, ranges, and for its change if all moduli change.
 
 >>> ANGLE.label, TRANSVERSE_STRAIN.label
 ('Tip angle (°)', 'Transverse strain (–)')
@@ -22,10 +22,10 @@ Part = Literal["finger", "plate", "bar"]
 """The objects that are read: a finger, the plate that it presses on, a coupon."""
 
 WHO: Final = ("experiment", "specimen", "cycle", "branch")
-"""Columns that say what a row belongs to."""
+"""Columns that name the experiment, specimen, cycle and branch of a row."""
 
 SYMBOLS: Final[Mapping[str, str]] = {"deg": "°", "mm3": "mm³", "N_per_mm": "N/mm", "": "–"}
-"""Units that are printed in another way than names end in them."""
+"""Printed forms of units that differ from the ends of names."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,26 +33,26 @@ class Channel:
     """A column of numbers.
 
     Attributes:
-        name: of the column, with its unit at the end.
-        unit: as the name ends in it; "" of a ratio.
-        title: in words, as on an axis.
-        short: title above a column of a table; "" where it is the same.
-        form: format of a printed number, as ``.2f``.
-        of: the parts that it is read of; none of time and controls.
-        plausible: lowest and highest value that is no slip of the pen; None of what no instrument
-            reads.
+        name: name of the column, with its unit at the end.
+        unit: unit in the form at the name's end; "" for a ratio.
+        title: name in words, for an axis.
+        short: title above a column of a table; "" if it is ``title``.
+        form: format of a printed number, such as ``.2f``.
+        of: parts that it is read of; empty for time and controls.
+        plausible: lowest and highest value that is no slip of the pen; None if no instrument reads
+            the channel.
         noise: standard deviation of an ordinary instrument's readings (engineering guess).
-        tolerance: by what a simulation that is computed anew may differ from one that was kept: a
+        tolerance: largest difference of a simulation that is computed again from a stored one: a
             tenth of the noise or less, and well above Newton's tolerance.
-        from_rest: whether it counts from the pose at rest.
-        in_proportion: whether it is c times as large where all moduli and loads are; other readings
-            then stay.
+        from_rest: whether it counts from the state at rest.
+        in_proportion: whether it grows by the factor by which all moduli and loads grow; other
+            readings then stay.
         grows: whether it grows with the load, and so tells how far the body is deformed.
-        synthetic: whether a synthetic measurement has it: of two readings of one picture only one.
-        reading: file in ``mechanics/readings`` with a ``Reading`` that needs the model alone; ""
-            where the rig makes it of other parts, too.
-        added: 1 more than that of the channels that its parts had before, so that simulations of a
-            diagnosis that were kept without it are computed again.
+        synthetic: whether a synthetic measurement has it; it has one of two readings of a picture.
+        reading: file in ``mechanics/readings`` with a ``Reading`` that only needs the model; ""
+            if the rig makes it and uses other parts.
+        added: 1 more than that of the channels that its parts had before, so that a diagnosis'
+            stored simulations without it are computed again.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Channel:
 
     @property
     def symbol(self) -> str:
-        """The unit, as it is printed."""
+        """The printed unit."""
         return SYMBOLS.get(self.unit, self.unit)
 
     @property
@@ -87,7 +87,7 @@ class Channel:
         return f"{self.short or self.title} ({self.symbol})"
 
     def called(self, title: str) -> Channel:
-        """A channel of these readings with another title."""
+        """A channel with these readings and another title."""
         return replace(self, title=title, short="")
 
 
@@ -184,12 +184,12 @@ CHANNELS: Final[Mapping[str, Channel]] = {
 
 
 def read_of(*parts: Part) -> tuple[Channel, ...]:
-    """What is read of these parts, and no control."""
+    """Channels that are read of these parts; controls are not among them."""
     return tuple(each for each in CHANNELS.values() if set(each.of) & set(parts))
 
 
 def readings(*parts: Part) -> tuple[Channel, ...]:
-    """What instruments read of these parts, part by part, by name."""
+    """Channels that instruments read of these parts, part by part, by name."""
     found = [
         sorted((c for c in read_of(part) if c.plausible), key=lambda c: c.name) for part in parts
     ]
@@ -197,5 +197,5 @@ def readings(*parts: Part) -> tuple[Channel, ...]:
 
 
 def measured() -> tuple[Channel, ...]:
-    """What instruments read, controls and time included."""
+    """Channels that instruments read, and controls and time."""
     return tuple(each for each in CHANNELS.values() if each.plausible is not None)

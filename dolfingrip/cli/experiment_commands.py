@@ -138,7 +138,7 @@ def _command(experiment: Experiment) -> Callable[..., None]:
 
         assignments = [*(overrides or ()), *_assignments(experiment, given)]
         poses = _poses(experiment, config, assignments, out, protocol, specimen)
-        asked = experiment.asked(given)
+        asked = experiment.with_options(given)
         keys = gradient_keys(gradients, parameters)
         settings = [(folder, experiment.settings(resolved)) for folder, resolved in poses]
         _exit(

@@ -46,5 +46,5 @@ class Cycle(Bending):
     def settings(self, config: Config) -> Config:
         return config.changed(experiment={"unload": True})
 
-    def asked(self, given: Mapping[str, Any]) -> Experiment:
+    def with_options(self, given: Mapping[str, Any]) -> Experiment:
         return BlockedForce() if given["blocked"] else self

@@ -9,15 +9,15 @@ from typing import Any
 from dolfingrip.config import ConfigError
 
 TIME_LIMIT = "time_limit_s"
-"""Of the section ``solver``; it may differ from call to call of a campaign."""
+"""Key of the section ``solver`` that may differ between the calls of a campaign."""
 
 LATER_SWITCHES = ("both_sides",)
-"""Of the section ``mesh``, newer than stored results: they count where they are on, so that results
-from before are still found."""
+"""Keys of the section ``mesh`` that are newer than stored results. They count only if they are
+switched on, so that older results are still found."""
 
 
 def decisive(config: dict[str, Any], digest: str | None) -> dict[str, Any]:
-    """What a finished result depends on of a configuration, whose mesh file has this digest."""
+    """The part of a configuration that a result depends on; its mesh file has this digest."""
     # not on the time that it was allowed
     solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
     mesh = {
@@ -29,10 +29,10 @@ def decisive(config: dict[str, Any], digest: str | None) -> dict[str, Any]:
 
 
 def digest_of(file: Path | None) -> str | None:
-    """A mesh file counts by its content, wherever it lies.
+    """Digest of a mesh file's content, which its place does not change.
 
     Raises:
-        ConfigError: one line, where it cannot be read.
+        ConfigError: one line, if the file cannot be read.
     """
     if file is None:
         return None

@@ -74,7 +74,7 @@ class Experiment(ABC):
         """
         return config
 
-    def asked(self, given: Mapping[str, Any]) -> Experiment:
+    def with_options(self, given: Mapping[str, Any]) -> Experiment:
         """The experiment that these options of the command ask for, given by name."""
         return self
 

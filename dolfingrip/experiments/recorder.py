@@ -22,14 +22,14 @@ from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 
 EFFORT = ("iterations", "load_steps")
-"""The solver's effort."""
+"""Columns that tell the solver's effort."""
 
 
 def columns(experiment: Experiment) -> tuple[str, ...]:
     """Columns of an experiment's ``result.csv``.
 
-    First those of the measured-data format and what else is read of its parts, then its own, last
-    those of :data:`EFFORT`.
+    The columns of the format of measured data come first, then further readings of the parts, then
+    the experiment's own columns, and last those of :data:`EFFORT`.
     """
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in own]
@@ -63,7 +63,7 @@ class Recorder:
     ``run.json`` that says how it ended and how to repeat it.
 
     Raises:
-        ConfigError: on every rank, where the folder cannot be written.
+        ConfigError: on every rank, if the folder cannot be written.
     """
 
     def __init__(
@@ -147,7 +147,7 @@ class Recorder:
             raise Interrupted(sentence) from error
 
     def _kept(self) -> str:
-        """What an interrupted run leaves, and how to go on, in one line."""
+        """One line: what an interrupted run has kept, and how to go on."""
         control = self._experiment.control
         reached = f", up to {self._last[control.name]:g} {control.symbol}," if self._last else ""
         return (

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class GraspPath:
-    """How a gripper with its food is solved for, step by step in time.
+    """The numbers with which a gripper and its food are solved, step by step in time.
 
     Attributes:
-        guess_residual_ratio: 0: no state is predicted, as pairs in contact make it a bad start.
-            With twice the residual of a step's start allowed, steps around a large potato fail
-            that do not without; a cube's take somewhat fewer iterations.
-        lag_tolerance: change of the nodes' normal forces, relative to their sum, that friction's
-            may be behind by. Each step takes them anew: what one lags behind, the next has.
-        close: part of the residual that a step may leave: with 1e-4 a grasp solves with the factors
-            nearly twice as often for as many iterations.
+        guess_residual_ratio: 0: no state is predicted, because pairs in contact make it a bad
+            start. If predicted states with twice the residual of a step's start are allowed, more
+            steps around a large potato fail; those around a cube take somewhat fewer iterations.
+        lag_tolerance: largest change of the nodes' normal forces, relative to their sum, that
+            friction's forces may lag behind by. Each step updates them, so the next step has it.
+        close: part of the residual that a step may leave. With 1e-4 a grasp solves nearly twice as
+            often with the factors and takes as many iterations.
         settling_s: time before the first stop, in which fingers and food come to rest.
         restraint_mm: see :class:`~dolfingrip.mechanics.model.rigid_body.RigidMotion`.
     """

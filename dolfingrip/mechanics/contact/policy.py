@@ -24,11 +24,11 @@ class Nearness:
     """The points that a contact with a shape evaluates, in widths of the barrier.
 
     Attributes:
-        around: distances from a ball around the shape from which on none is felt: twice what an
-            exact distance needs, as a sampled one is only nearly as steep.
-        within: distances from the shape up to which its barrier is evaluated; at 1 nothing is felt.
-        bounded_cells: cells of a sampled distance from its surface within which second derivatives
-            are bounded.
+        around: distance from a ball around the shape beyond which no point is evaluated: twice that
+            of an exact distance, because a sampled distance is only nearly as steep.
+        within: distance from the shape up to which its barrier is evaluated; it is 0 from 1 on.
+        bounded_cells: distance from a sampled shape's surface, in cells, within which second
+            derivatives are bounded.
     """
 
     around: float = 2.0
@@ -41,14 +41,15 @@ class Memory:
     """How friction remembers where points stick.
 
     Attributes:
-        slip_mm: ε: a point that sticks is displaced elastically by less. A numerical choice, no
-            property of a material: small against the motion of fingers (mm), large enough for
-            Newton's method.
+        slip_mm: ε: the elastic displacement of a point that sticks is smaller. It is a numerical
+            choice and not a property of a material: small compared with the motion of fingers
+            (mm), large enough for Newton's method.
         same: relative change of the nodes' normal forces that counts as none: far above that in a
             load step in which nothing happens but Newton's method ending elsewhere within its
             tolerance.
-        most_growth: of a normal force in a load step up to which a point remembers all. What grows
-            less, as fingers' forces do, must not fade, or shorter steps would lead elsewhere.
+        most_growth: growth of a normal force in a load step up to which a point's memory stays. If
+            forces grow less, like those of fingers, it must not fade, or shorter steps would give
+            other results.
     """
 
     slip_mm: float = 0.02
@@ -61,9 +62,9 @@ class Pairs:
     """How pairs of a surface with itself are found and differentiated.
 
     Attributes:
-        unaligned: part of an edge's length by which vertices are moved at random, lest edges be on
-            one line.
-        moved: part of the barrier's width by which points move where derivatives are taken by
+        unaligned: part of an edge's length by which vertices are moved at random, so that no edges
+            lie on one line.
+        moved: part of the barrier's width by which points move for derivatives that are taken by
             differences.
     """
 
