@@ -47,8 +47,8 @@ def allowed(finger: FingerModel) -> np.ndarray:
     changes = [
         unknown.change(direction) for unknown in moving.global_unknowns
     ]  # on one rank: no ghosts
-    for change, function in zip(changes, moving._functions, strict=True):
-        direction[moving.dofs] += change * function.x.array[moving.dofs]
+    for change, unknown in zip(changes, moving.global_unknowns, strict=True):
+        direction[moving.dofs] += change * trial.way(finger, unknown)
     return direction
 
 

@@ -16,7 +16,7 @@ from dolfingrip.config import Config, checked
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.extensions.index import EFFECTS, table
-from dolfingrip.mechanics.model.unknowns import Gradient
+from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
 
 SEED = 5
 STRICT = ("solver.rtol=1e-12", "solver.atol_N=1e-11")
@@ -101,6 +101,18 @@ def orders(finger: FingerModel) -> tuple[float, float]:
     transposed.transpose()
     assert (tangent - transposed).norm() < 1e-12 * tangent.norm()
     return float(found[0]), float(found[1])
+
+
+def way(finger: FingerModel, unknown: GlobalUnknown) -> np.ndarray:
+    """Displacement of the clamp's moving dofs for each unit of one of its global unknowns."""
+    clamp = finger.model.constraint
+    assert clamp is not None
+    kept = unknown.value
+    apart = []
+    for value in (kept + 1.0, kept):
+        unknown.constant.value = value
+        apart.append(-clamp.apart(finger.model.u.x.array))
+    return apart[0] - apart[1]
 
 
 SELF = MPI.COMM_SELF

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from experiments import small
+from extensions import trial
 from mechanics import taylor
 from mechanics.paths import by_pressure
 
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.mechanics.model.unknowns import GlobalUnknown
 from dolfingrip.mechanics.newton.newton import Newton
 
 SEED = 31
@@ -63,22 +63,10 @@ def _direction(finger: FingerModel) -> np.ndarray:
     rows[len(model.unknowns.global_unknowns) :] = 0.0  # what fills up blocks
     assert model.constraint is not None
     for unknown in model.constraint.global_unknowns:  # the clamp moves with its global unknowns
-        found[model.constraint.dofs] += unknown.change(model.unknowns.to_local(found)) * _way(
+        found[model.constraint.dofs] += unknown.change(model.unknowns.to_local(found)) * trial.way(
             finger, unknown
         )
     return found
-
-
-def _way(finger: FingerModel, unknown: GlobalUnknown) -> np.ndarray:
-    """Displacement of the clamp's moving dofs for each unit of one of its global unknowns."""
-    clamp = finger.model.constraint
-    assert clamp is not None
-    kept = unknown.value
-    apart = []
-    for value in (kept + 1.0, kept):
-        unknown.constant.value = value
-        apart.append(-clamp.apart(finger.model.u.x.array))
-    return apart[0] - apart[1]
 
 
 def test_gradient_is_the_derivative_of_the_energy(finger: FingerModel) -> None:

@@ -7,7 +7,7 @@ import pytest
 from mechanics import taylor
 
 from dolfingrip.mechanics.contact.distance import BentCapsule, Capsule, SignedDistance
-from dolfingrip.mechanics.contact.sampled_distance import BEZIER, SampledDistance, _weights
+from dolfingrip.mechanics.contact.sampled_distance import BEZIER, SampledDistance, b_splines
 
 SEED = 5
 BENT = BentCapsule(0.5, 1.5, 1.2, 0.1)
@@ -101,12 +101,12 @@ def test_beyond_the_grid_the_gradient_is_the_distances() -> None:
 def test_control_points_are_those_of_the_spline() -> None:
     """The cubic's value and derivatives at the ends of a cell are its outer control points."""
     c = np.array([0.3, -1.2, 2.0, 0.7])
-    ends = _weights(np.array([0.0, 1.0])) @ c
+    ends = b_splines(np.array([0.0, 1.0])) @ c
     for order in range(3):
         np.testing.assert_allclose((BEZIER[order] @ c)[[0, 3]], ends[order], atol=1e-14)
     middle = np.array([1, 3, 3, 1]) / 8
     for order in range(3):
-        at_middle = _weights(np.array([0.5]))[order] @ c
+        at_middle = b_splines(np.array([0.5]))[order] @ c
         np.testing.assert_allclose(middle @ BEZIER[order] @ c, at_middle, atol=1e-14)
 
 

@@ -100,7 +100,7 @@ class SampledDistance:
         """Value and derivatives of the spline at points within the grid."""
         place = (points - self.origin_mm) / self.spacing_mm
         cell = np.clip(np.floor(place).astype(int), 0, self._count - 2)
-        weights = _weights(place - cell)  # (derivative, n, axis, 4)
+        weights = b_splines(place - cell)  # (derivative, n, axis, 4)
         reach = np.arange(SUPPORT)
         i, j, k = (cell[:, axis, None] + reach for axis in range(3))
         local = self._coefficients[i[:, :, None, None], j[:, None, :, None], k[:, None, None, :]]
@@ -151,7 +151,7 @@ class SampledDistance:
         return float(np.sqrt(square.max(initial=0.0)))
 
 
-def _weights(t: np.ndarray) -> np.ndarray:
+def b_splines(t: np.ndarray) -> np.ndarray:
     """The four cubic B-splines felt at t from 0 to 1 in a cell, and two derivatives.
 
     Args:
