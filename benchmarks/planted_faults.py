@@ -56,14 +56,16 @@ class Fault:
     tests: tuple[str, ...]
     only: str = ""
 
-    def planted(self, source: str) -> str:
-        """A source with the fault.
+    def amiss(self) -> str:
+        """Why it cannot be planted in the checkout, "" where it can."""
+        file = ROOT / self.file
+        found = file.read_text(encoding="utf-8").count(self.text) if file.is_file() else 0
+        return (
+            "" if found == 1 else f"{self.name}: {self.file} has its text {found} times, not once"
+        )
 
-        Raises:
-            ValueError: the text is not there once.
-        """
-        if (found := source.count(self.text)) != 1:
-            raise ValueError(f"{self.name}: {self.file} has its text {found} times, not once")
+    def planted(self, source: str) -> str:
+        """A source with the fault."""
         return source.replace(self.text, self.fault)
 
 
@@ -151,8 +153,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if (not asked.names or fault.name in asked.names)
         and not (asked.missed and rows.get(fault.name, {}).get("now") == "caught")
     ]
-    for fault in chosen:
-        fault.planted((ROOT / fault.file).read_text(encoding="utf-8"))
+    if astray := [said for fault in chosen if (said := fault.amiss())]:
+        print("\n".join(astray), file=sys.stderr)
+        return 2
     if asked.check:
         print(f"{len(chosen)} faults can be planted")
         return 0
