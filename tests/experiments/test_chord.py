@@ -11,6 +11,7 @@ from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.observation import Observation, chord
 from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.morph import velocity
+from dolfingrip.mechanics.readings.chord import back_edge
 from dolfingrip.meshes.morph import Morph
 
 LENGTH = 38.0
@@ -41,6 +42,16 @@ def test_back_edges() -> None:
     centres = Observation(other)
     displaced(other)
     assert abs(centres.read()["chord_angle_deg"] - expected) > 0.1
+
+
+def test_an_edges_mean_is_that_of_a_linear_function() -> None:
+    found = finger()
+    weights = back_edge(found.model, "tip")
+    y = found.model.u.function_space.tabulate_dof_coordinates()[:, 1]
+    on = y[weights > 0]
+    assert len(on) > 2
+    assert weights.sum() == pytest.approx(1.0, rel=1e-14)
+    assert weights @ y == pytest.approx((on.min() + on.max()) / 2, rel=1e-12)
 
 
 def test_points() -> None:

@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 import ufl
 
-from dolfingrip.forms import mixed_bulk_modulus, neo_hookean, ogden_terms, plate, polynomial
+from dolfingrip.forms import (
+    gent,
+    invariants,
+    mixed_bulk_modulus,
+    neo_hookean,
+    ogden_terms,
+    plate,
+    polynomial,
+    transient_network,
+    yielding_network,
+)
 from dolfingrip.forms.evaluate import nominal_stress, number
 
 SEED = 23
@@ -159,3 +169,33 @@ def test_nodal_rule(facet: str, degree: int, nodes: int, integrals: list[float])
     np.testing.assert_allclose(
         weights @ np.column_stack([np.ones(len(points)), points]), integrals, rtol=1e-14
     )
+
+
+@pytest.mark.parametrize("share", [0.003, 0.02])
+def test_gents_series_is_its_closed_form(share: float) -> None:
+    """ψ = −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3] on both sides of where the series gives way to it."""
+    strain = ufl.as_matrix(random_strain(0.2).tolist())
+    first = number(invariants.isochoric(strain)[0])
+    inverse = share / first
+    expected = -MU / 2 * (np.log1p(-share) / inverse + first)
+    assert number(gent.energy(strain, MU, inverse)) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("part", [2e-4, 9.9e-4, 1.1e-3, 0.3])
+def test_a_step_much_shorter_than_the_relaxation(part: float) -> None:
+    """r + s = (1 − exp(−x))/x, whose digits the series keeps."""
+    r, s = (number(ufl.as_ufl(each)) for each in transient_network.weights(part, 1.0))
+    assert r == pytest.approx(np.exp(-part), rel=1e-15)
+    assert r + s == pytest.approx(-np.expm1(-part) / part, rel=1e-13)
+
+
+def test_a_networks_energy_where_it_yields() -> None:
+    """m/2 q below the limit, m/2 (2 √(q_y q) − q_y) above it, and no jump between."""
+    strain, rest = ufl.as_matrix(random_strain(0.2).tolist()), ufl.Identity(3)
+
+    def energy(limit: float) -> float:
+        return number(yielding_network.energy(strain, 2.0, rest, limit))
+
+    q = energy(1e3)
+    assert energy(q * (1 - 1e-9)) == pytest.approx(q, rel=1e-12)
+    assert energy(q / 4) == pytest.approx(0.75 * q, rel=1e-12)

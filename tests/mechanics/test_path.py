@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from mechanics import bodies
 from mechanics.paths import by_pressure
 
 from dolfingrip.config import KPA, Solver
+from dolfingrip.mechanics.newton.ending import Ending, Solve
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import FailureKind
 
@@ -74,6 +76,38 @@ def test_intermediate_steps_lie_on_a_line(solid: bodies.Body) -> None:
     path = by_pressure(Newton(solid.model, SETTINGS), accept=record)
     path.advance({"pressure_kPa": 120.0, "time_s": 6.0})
     np.testing.assert_allclose(seen, [[40, 2], [80, 4], [120, 6]], rtol=1e-12)
+
+
+def test_steps_double_again_after_easy_ones(solid: bodies.Body) -> None:
+    """From the length at which a step was accepted, up to the longest."""
+    seen: list[float] = []
+
+    def accept() -> str:
+        seen.append(solid.model.state().controls["pressure_kPa"])
+        return "too long" if len(seen) <= 2 else ""
+
+    path = LoadPath(Newton(solid.model, SETTINGS), accept=accept)
+    assert path.advance({"pressure_kPa": 110.0}).failure is None
+    np.testing.assert_allclose(seen, [40, 20, 10, 30, 70, 110], rtol=1e-12)
+
+
+def test_a_damped_solve_starts_where_the_plain_one_did(solid: bodies.Body) -> None:
+    newton = Newton(solid.model, SETTINGS)
+    real, starts = newton.solve, []
+
+    def solve(*args: Any, damped: bool = False, **kwargs: Any) -> Solve:
+        starts.append((damped, solid.displacement(), solid.pressure.value.copy()))
+        if len(starts) == 1:
+            solid.u.x.array[:] += 0.1
+            return Solve(Ending.DIVERGED, 3)
+        return real(*args, damped=damped, **kwargs)
+
+    newton.solve = solve  # type: ignore[method-assign]
+    assert LoadPath(newton).advance({"pressure_kPa": 20.0}).failure is None
+    (plain, *first), (damped, *second) = starts
+    assert (plain, damped) == (False, True)
+    np.testing.assert_array_equal(first[0], second[0])
+    assert first[1] == second[1] == 20 * KPA
 
 
 def test_unloading_returns(solid: bodies.Body) -> None:

@@ -258,6 +258,28 @@ def test_node_sets_stand_for_surfaces(mesh: SolidMesh, tmp_path: Path) -> None:
     same(read(path), mesh)
 
 
+def test_a_node_set_claims_no_face_twice(tmp_path: Path) -> None:
+    """A cube's base is the clamp's, though all its nodes are the skin's, too."""
+    path = tmp_path / "cube.inp"
+    corners = [
+        "0, 0, 0",
+        "1, 0, 0",
+        "1, 1, 0",
+        "0, 1, 0",
+        "0, 0, 1",
+        "1, 0, 1",
+        "1, 1, 1",
+        "0, 1, 1",
+    ]
+    nodes = [f"{i}, {corner}" for i, corner in enumerate(corners, 1)]
+    every = ", ".join(str(i) for i in range(1, 9))
+    lines = ["*NODE", *nodes, "*ELEMENT, TYPE=C3D8", f"1, {every}"]
+    lines += ["*NSET, NSET=CLAMP", "1, 2, 3, 4", "*NSET, NSET=SKIN", every]
+    path.write_text("\n".join(lines) + "\n")
+    found = read(path, needed=[])
+    assert {name: len(facets) for name, facets in found.facets.items()} == {"clamp": 1, "skin": 5}
+
+
 def test_deck_in_the_manner_of_abaqus(half: SolidMesh, tmp_path: Path) -> None:
     """Upper case, a part with other numbers, surfaces by element sets and ranges."""
     number = 100 + 10 * np.arange(len(half.points))
