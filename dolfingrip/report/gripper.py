@@ -81,11 +81,7 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     body = grasped(config.food)
     skin, moments = _moments(out / "fields.pvd", config, result, body)
     images = _images(skin, body, moments)
-    branches = list(result["branch"])
-    lifted = len(moments) - 1
-    pressed = max((i for i, b in enumerate(branches) if b == "loading"), default=0)
-    chosen = list(dict.fromkeys([0, pressed // 2, pressed, lifted]))
-    strip = np.concatenate([images[i] for i in chosen], axis=1)
+    strip = np.concatenate([images[i] for i in stages(list(result["branch"]))], axis=1)
     still, moving, film = (out / f"grasp.{suffix}" for suffix in ("png", "gif", "mp4"))
     Pillow.fromarray(strip).save(still)
     frames = [Pillow.fromarray(image).resize(_halved(image)) for image in images]
@@ -99,6 +95,12 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     )
     write_film(film, images)
     return [still, moving, film]
+
+
+def stages(branches: Sequence[str]) -> list[int]:
+    """Rows that show a grasp: the start, half-way, the fingers closed, and the end."""
+    closed = max((i for i, branch in enumerate(branches) if branch == "loading"), default=0)
+    return list(dict.fromkeys([0, closed // 2, closed, len(branches) - 1]))
 
 
 def write_film(path: Path, images: Sequence[Image]) -> None:

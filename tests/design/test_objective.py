@@ -53,6 +53,17 @@ def test_the_reference_finger_s_optima_have_the_paper_s_offsets(limit_mm: float)
     assert found == pytest.approx(limit_mm, abs=0.015)
 
 
+def test_a_design_s_force_is_that_at_the_highest_pressure() -> None:
+    """Where the finger is vented again that is not the last reading."""
+    low = ("experiment.max_pressure_kPa=25", "experiment.unload=true")
+    _, answer = asked(*low, quantities=("force_N",), gradients=(), xi1=0.1, xi2=0.0)
+    outcome = outcome_of(answer)
+    assert outcome.curve is not None
+    first, highest, last = outcome.curve["force_N"]
+    assert highest > 2 * max(abs(first), abs(last))
+    assert outcome.outputs["force_N"] == highest
+
+
 def test_a_design_s_numbers_are_the_experiment_s() -> None:
     config, answer = asked(xi1=0.3, xi2=-0.3)
     outcome = outcome_of(answer)

@@ -174,3 +174,15 @@ def test_bad_tables_are_refused_in_one_line(tmp_path: Path) -> None:
     small = table.Table(few.input_names, few.output_names, few.inputs[:3], few.outputs[:3])
     with pytest.raises(ConfigError, match="3 computed designs; allowed: at least 10"):
         train(small)
+
+
+def test_outputs_are_normalised_by_the_training_designs_alone() -> None:
+    """Where the greatest force is held out, the range ends below it."""
+    data = stand_in.table()
+    seed = next(s for s in range(99) if split(len(data), 0.2, s)[data.outputs[:, 1].argmax()])
+    found = train(data, Settings(epochs=1, seed=seed))
+    known = data.outputs[~found.test]
+    np.testing.assert_array_equal(found.surrogate.outputs.low, known.min(axis=0))
+    np.testing.assert_array_equal(found.surrogate.outputs.high, known.max(axis=0))
+    assert found.surrogate.outputs.high[1] < data.outputs[:, 1].max()
+    np.testing.assert_array_equal(found.surrogate.inputs.high, data.inputs.max(axis=0))

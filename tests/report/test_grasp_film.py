@@ -7,7 +7,7 @@ from pathlib import Path
 import av
 import numpy as np
 
-from dolfingrip.report.gripper import VIEW, write_film
+from dolfingrip.report.gripper import VIEW, stages, write_film
 
 
 def test_a_film_shows_each_picture(tmp_path: Path) -> None:
@@ -22,3 +22,10 @@ def test_a_film_shows_each_picture(tmp_path: Path) -> None:
     assert [image.shape for image in found] == 3 * [(48, 64, 3)]
     for image, level in zip(found, levels, strict=True):
         assert abs(float(image.mean()) - level) < 5
+
+
+def test_the_stages_of_a_grasp() -> None:
+    """The start, half-way, where the fingers are closed, and the end of the lift."""
+    assert stages(["loading"] * 7 + ["hold"] * 4) == [0, 3, 6, 10]
+    assert stages(["loading"] * 2 + ["hold"]) == [0, 1, 2]
+    assert stages(["loading"]) == [0]

@@ -52,6 +52,14 @@ def test_unloading_has_its_own_rows() -> None:
     assert [row[1] for row in rows] == ["loading", "loading", "unloading"]
 
 
+def test_each_cycle_has_its_own_rows() -> None:
+    """Equal pressures of one branch, in the order in which they come."""
+    result = {"pressure_kPa": [0, 50, 0, 50, 0], "angle_deg": [0, 20, 1.5, 20.5, 1.6]}
+    assert _text(result)[1] == [
+        ["0", "0.0"], ["50", "20.0"], ["0", "1.5"], ["50", "20.5"], ["0", "1.6"],
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=lambda each: each.command)
 def test_every_table_is_whole_in_80_columns(experiment: Experiment) -> None:
     """All words of the headings and all numbers, of results as large as any."""

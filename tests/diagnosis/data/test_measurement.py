@@ -114,3 +114,27 @@ def test_a_synthetic_coupon_is_read_as_it_was_written(tmp_path: Path) -> None:
     applied = found.tests[0].setup.applied(Config())
     assert applied.coupon.gauge_length_mm == 20.0
     assert applied.coupon.area_mm2 == pytest.approx(9.0)
+
+
+def test_the_first_reading_comes_after_the_way_from_rest(tmp_path: Path) -> None:
+    """At 10 kPa/s, 30 kPa are there after 3 s; a travel that starts below 0 has no such way."""
+    csv = "pressure_kPa,angle_deg\n30,12\n50,25\n0,1\n"
+    found = read([written(tmp_path, csv, 'experiment = "bending"\nrate_kPa_per_s = 10\n')])
+    np.testing.assert_allclose(found.readings["time_s"], [3, 5, 10])
+    csv = "displacement_mm,force_N\n-0.5,0\n1,2\n"
+    told = 'experiment = "coupon"\nrate_mm_per_s = 0.5\ngauge_length_mm = 33\narea_mm2 = 9\n'
+    found = read([written(tmp_path, csv, told)])
+    np.testing.assert_allclose(found.readings["time_s"], [0, 3])
+
+
+def test_the_rate_of_a_ramp_is_that_without_waits(tmp_path: Path) -> None:
+    """5 kPa/s up and, once, 10 kPa/s down; a wait of 100 s is no ramp."""
+    rows = [(0, 0, "loading"), (5, 25, "loading"), (10, 50, "loading"), (110, 50, "hold"),
+            (112.5, 25, "unloading")]  # fmt: skip
+    csv = "time_s,pressure_kPa,branch,angle_deg\n"
+    csv += "".join(f"{time},{pressure},{branch},1\n" for time, pressure, branch in rows)
+    found = read([written(tmp_path, csv, 'experiment = "bending"\n')])
+    assert found.ramp_rate(found.tests[0]) == 5.0
+    still = read([written(tmp_path, "time_s,pressure_kPa,angle_deg\n0,20,1\n9,20,2\n",
+                          'experiment = "bending"\n')])  # fmt: skip
+    assert still.ramp_rate(still.tests[0]) is None

@@ -139,3 +139,14 @@ def test_a_width_in_percent_or_with_its_sign_reversed(factor: float, meaning: st
     (said,) = suspicions(Measurement(table, [test]), 0.92 * narrowed)
     assert (said.column, said.factor) == ("transverse_strain", factor)
     assert meaning in said.sentence()
+
+
+def test_what_a_scale_leaves_is_told_by_what_none_leaves() -> None:
+    """|m − r s|/|m − s| of measured m, simulated s and r of least squares; m is in radians."""
+    true, wrong = angle_deg(PRESSURE), 1.1
+    measured = np.radians(true) + 0.05 * np.cos(PRESSURE)
+    (said,) = found({"angle_deg": measured}, PRESSURE, wrong)
+    simulated = wrong * true
+    ratio = (measured @ simulated) / (simulated @ simulated)
+    expected = np.linalg.norm(measured - ratio * simulated) / np.linalg.norm(measured - simulated)
+    assert said.left == pytest.approx(expected, rel=1e-12)
