@@ -86,7 +86,7 @@ def test_steps_double_again_after_easy_ones(solid: bodies.Body) -> None:
         seen.append(solid.model.state().controls["pressure_kPa"])
         return "too long" if len(seen) <= 2 else ""
 
-    path = LoadPath(Newton(solid.model, SETTINGS), accept=accept)
+    path = by_pressure(Newton(solid.model, SETTINGS), accept=accept)
     assert path.advance({"pressure_kPa": 110.0}).failure is None
     np.testing.assert_allclose(seen, [40, 20, 10, 30, 70, 110], rtol=1e-12)
 
@@ -103,7 +103,7 @@ def test_a_damped_solve_starts_where_the_plain_one_did(solid: bodies.Body) -> No
         return real(*args, damped=damped, **kwargs)
 
     newton.solve = solve  # type: ignore[method-assign]
-    assert LoadPath(newton).advance({"pressure_kPa": 20.0}).failure is None
+    assert by_pressure(newton).advance({"pressure_kPa": 20.0}).failure is None
     (plain, *first), (damped, *second) = starts
     assert (plain, damped) == (False, True)
     np.testing.assert_array_equal(first[0], second[0])
