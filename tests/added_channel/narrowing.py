@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
@@ -27,6 +26,3 @@ class Narrowing(Reading):
         found = Gradient(self.model.unknowns)
         found.at_nodes[:, 0] += self._weights
         return found.array
-
-    def by_direction(self, direction: Direction) -> float:
-        return 0.0

@@ -6,20 +6,28 @@ and the outputs bend by about themselves over ξ = 1.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 from experiments.small import model, pressurise, short
 
+from dolfingrip.config import KPA
 from dolfingrip.experiments import run
 from dolfingrip.experiments.derivatives import gradients
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.observation import Observation
-from dolfingrip.mechanics.model.direction import Direction
+from dolfingrip.experiments.rigs.perturbation import perturbations
+from dolfingrip.mechanics.model.model import Control, Prescribed
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.newton.volume_control import CONTROL
+from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.mechanics.readings.plate import PlateForce
-from dolfingrip.mechanics.sensitivity.adjoint import Adjoint
+from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, HasHistory
+from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
 from dolfingrip.meshes.measures import centroid_rate
+from dolfingrip.parameter import Entry, every, find
 
 STEP = 1e-4
 AT = {"xi1": 0.1, "xi2": -0.1}
@@ -70,22 +78,78 @@ def test_blocked_force(pressure_kPa: float, overrides: list[str]) -> None:
         assert found[f"morph.{name}"] == pytest.approx(expected, rel=1e-6)
 
 
-def test_constants_of_the_potential() -> None:
-    """The force's derivative to the pressure, and to the place of the plate."""
+class Raised:
+    """The pressure as a parameter: all that is prescribed is this much more."""
 
+    scale, direction = 1.0, 1.0
+
+    def __init__(self, finger: FingerModel, pressure_kPa: float) -> None:
+        self._controls: dict[str, Prescribed] = finger.model.controls
+        self._pressure_kPa = pressure_kPa
+        self._constant = finger.cavity.constant
+
+    @contextmanager
+    def applied(self, amount: float) -> Iterator[None]:
+        kept = self._controls["pressure_kPa"]
+        factor = KPA * (1 + amount / self._pressure_kPa)
+        self._controls["pressure_kPa"] = Control(self._constant, factor)
+        yield
+        self._controls["pressure_kPa"] = kept
+
+
+def test_the_plates_gap_and_the_pressure() -> None:
     def force(pressure_kPa: float, gap_mm: float) -> float:
         return force_N(solved(pressure_kPa, f"plate.gap_mm={gap_mm!r}", plate=True))
 
     finger = solved(25.0, "plate.gap_mm=0.5", plate=True)
     assert finger.plate is not None
-    adjoint = Adjoint(finger.model, PlateForce(finger.model, finger.plate))
-    pressure = finger.model.controls["pressure_kPa"].constant  # type: ignore[attr-defined]
-    by_pressure = adjoint.derivative(Direction(rates=[(pressure, 1e-3)]))
-    by_gap = adjoint.derivative(Direction(rates=[(finger.plate.offset, -1.0)]))
+    linear = Newton(finger.model, finger.config.solver).linear
+    adjoint = Adjoint(finger.model, linear, PlateForce(finger.model, finger.plate))
+    (gap,) = perturbations(find(finger.config, ["plate.gap_mm"]), finger.config, finger)
+    by_pressure = adjoint.derivative(Raised(finger, 25.0))
     assert by_pressure == pytest.approx(slope(lambda p: force(p, 0.5), 25.0, 1e-2), rel=1e-6)
-    assert by_gap == pytest.approx(slope(lambda g: force(25.0, g), 0.5), rel=1e-6)
-    both = Direction(rates=[(pressure, 1e-3), (finger.plate.offset, -2.0)])
-    assert adjoint.derivative(both) == pytest.approx(by_pressure + 2 * by_gap, rel=1e-12)
+    expected = slope(lambda g: force(25.0, g), 0.5)
+    assert adjoint.derivative(gap) == pytest.approx(expected, rel=1e-6)
+
+
+def test_any_parameter_control_and_term_that_forward_mode_knows() -> None:
+    """Under volume control, on a compliant clamp, against a compliant plate: a saddle point.
+
+    Forward mode is good to 1e-5 of the parameters' scales.
+    """
+    finger = unpressurised(
+        "experiment.control=volume", "extensions.clamp_compliance={}", "plate.gap_mm=0.1",
+        "extensions.plate_compliance={}", "extensions.gent={}", plate=True,
+    )  # fmt: skip
+    model, plate = finger.model, finger.plate
+    assert plate is not None
+    control = model.controls[CONTROL]
+    path = LoadPath(Newton(model, finger.config.solver), {CONTROL: 0.05 * control.value})
+    assert path.advance({CONTROL: 1.1 * control.value}).failure is None
+    parameters = [
+        each for each in every(finger.config) if each.entry in (Entry.CONSTANT, Entry.SHAPE)
+    ]
+    reading = PlateForce(model, plate)
+    assert reading.value() > 0.1
+    each = perturbations(parameters, finger.config, finger)
+    linear = Newton(model, finger.config.solver).linear
+    forward = ForwardSensitivity(model, linear, each).readings(lambda: {"force": reading.value()})
+    adjoint = Adjoint(model, linear, reading)
+    found = [adjoint.derivative(one) for one in each]
+    scales = [parameter.scale for parameter in parameters]
+    expected = np.array([one["force"] for one in forward]) * scales
+    assert len(expected) > 8
+    np.testing.assert_allclose(
+        found * np.array(scales), expected, rtol=0, atol=1e-5 * abs(expected).max()
+    )
+
+
+def test_a_state_that_remembers_has_no_adjoint() -> None:
+    finger = unpressurised("extensions.plate_friction={}", plate=True)
+    assert finger.plate is not None
+    linear = Newton(finger.model, finger.config.solver).linear
+    with pytest.raises(HasHistory, match=r"^force_N: no adjoint .*friction"):
+        Adjoint(finger.model, linear, PlateForce(finger.model, finger.plate))
 
 
 def test_angle_of_the_free_tip() -> None:

@@ -152,11 +152,6 @@ def test_derivatives() -> None:
     slopes = (friction.hessian(start) @ nodes.ravel()).reshape(-1, 3)
     found = taylor.rates(lambda e: friction.forces_N(start + e * along), slopes, longest)
     assert found.min() > 1.9
-    rate, whole = Gradient(finger.model.unknowns), Gradient(finger.model.unknowns)
-    friction.add_constant_rate(start, friction.coefficient, rate)
-    friction.add_gradient(start, whole)
-    assert rate.array.any()
-    np.testing.assert_allclose(0.6 * rate.array, whole.array, rtol=1e-12, atol=1e-16)
 
 
 def test_forces_follow_a_step() -> None:

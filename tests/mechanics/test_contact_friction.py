@@ -21,8 +21,6 @@ from mechanics.frictional import (
 )
 from mechanics.stacks import PUSH
 
-from dolfingrip.mechanics.model.unknowns import Gradient
-
 STACKS = pytest.mark.parametrize(
     ("lower", "upper", "turn_rad"),
     [(3, 3, 0.0), (3, 4, 0.0), (3, 4, 0.3)],
@@ -140,27 +138,6 @@ def test_derivatives(before: bool) -> None:
     dense = hessian.toarray()
     np.testing.assert_allclose(dense, dense.T, atol=1e-12 * abs(dense).max())
     assert np.linalg.eigvalsh(dense).min() > -1e-12 * abs(dense).max()
-
-
-def test_the_derivative_by_the_coefficient() -> None:
-    """The gradient is linear in μ, so that a difference is exact."""
-    blocks = pressed(3, 4, 0.3)
-    friction = frictional(blocks)
-    dofs = slips(blocks)[0]
-
-    def gradient(mu: float) -> np.ndarray:
-        friction.coefficient.value = mu
-        found = Gradient(blocks.model.unknowns)
-        friction.add_gradient(dofs, found)
-        return found.array
-
-    change = (gradient(0.8) - gradient(0.2)) / 0.6
-    rate, none = Gradient(blocks.model.unknowns), Gradient(blocks.model.unknowns)
-    friction.add_constant_rate(dofs, friction.coefficient, rate)
-    friction.add_constant_rate(dofs, blocks.mu, none)
-    np.testing.assert_allclose(rate.array, change, atol=1e-12 * abs(change).max())
-    assert rate.array.any()
-    assert not none.array.any()
 
 
 @STACKS

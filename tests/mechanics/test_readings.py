@@ -1,13 +1,11 @@
-"""Each reading's derivatives against Taylor series: along a displacement, a shape, a constant."""
+"""Each reading's derivatives against Taylor series: along a displacement, and by the plate."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-import basix.ufl
 import numpy as np
 import pytest
-from dolfinx import fem
 from experiments import small
 from mechanics import taylor
 from mpi4py import MPI
@@ -17,19 +15,16 @@ from dolfingrip.experiments.protocol.schedule import Stop
 from dolfingrip.experiments.rigs import bar_rig
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.observation import Observation
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.path.path import LoadPath
-from dolfingrip.mechanics.readings.plate import PlatePlace
 from dolfingrip.mechanics.readings.reading import NotDifferentiable, Reading
 from dolfingrip.mechanics.readings.tip import TipDisplacement
 
 SEED = 11
 COLUMNS = ("angle_deg", "chord_angle_deg", "tip_x_mm", "tip_z_mm", "cavity_volume_mm3", "force_N")
 FLAT = ("time_s", "pressure_kPa", "cavity_pressure_kPa")
-"""Controls and time depend neither on state nor on shape."""
+"""Controls and time do not depend on the state."""
 
 
 @pytest.fixture(scope="module", params=["true", "false"], ids=["half", "whole"])
@@ -71,31 +66,6 @@ def at_state(model: Model, direction: np.ndarray, value: Callable[[], float]) ->
     return at
 
 
-def shape(model: Model, size: float) -> tuple[Direction, np.ndarray]:
-    """A velocity of the mesh, as a function and at the mesh's points."""
-    mesh = model.domain.mesh
-    element = basix.ufl.element("Lagrange", mesh.topology.cell_name(), 1, shape=(3,))
-    field = fem.Function(fem.functionspace(mesh, element))
-
-    def bend(x: np.ndarray) -> np.ndarray:
-        return size * np.array([np.sin((x[0] + x[2]) / 9), np.cos(x[0] / 5), x[0] * x[2] / 400])
-
-    field.interpolate(bend)
-    return Direction(field), bend(mesh.geometry.x.T).T
-
-
-def at_shape(model: Model, velocity: np.ndarray, value: Callable[[], float]) -> Callable:
-    movement = Movement(model, velocity)
-
-    def at(step: float) -> float:
-        movement.move(step)
-        found = value()
-        movement.move(0.0)
-        return found
-
-    return at
-
-
 def exact(function: Callable[[float], float], slope: float) -> bool:
     """Whether a linear function has this slope, to rounding."""
     change = function(1.0) - function(0.0)
@@ -113,20 +83,11 @@ def test_by_state(finger: FingerModel, column: str) -> None:
     assert exact(at, slope) or taylor.rates(at, slope, 0.1).min() > 1.9
 
 
-@pytest.mark.parametrize("column", COLUMNS)
-def test_by_shape(finger: FingerModel, column: str) -> None:
-    model, reading = finger.model, readings(finger)[column]
-    direction, velocity = shape(model, 0.02 if column == "force_N" else 0.5)
-    slope = reading.by_direction(direction)
-    assert slope != 0
-    at = at_shape(model, velocity, reading.value)
-    assert exact(at, slope) or taylor.rates(at, slope, 0.1).min() > 1.9
-
-
 def test_force_by_the_plates_place(finger: FingerModel) -> None:
     plate, force = finger.plate, readings(finger)["force_N"]
     assert plate is not None
-    slope = force.by_direction(Direction(rates=[(plate.offset, 1.0)]))
+    own = plate.reaction.by_constant(finger.model.u.x.array, plate.offset)
+    slope = finger.model.domain.copies * own
     start = float(plate.offset.value)
 
     def at(step: float) -> float:
@@ -139,29 +100,9 @@ def test_force_by_the_plates_place(finger: FingerModel) -> None:
     assert taylor.rates(at, slope, 0.01).min() > 1.9
 
 
-def test_the_plates_place_follows_the_nearest_node(finger: FingerModel) -> None:
-    model, plate = finger.model, finger.plate
-    assert plate is not None
-    place = PlatePlace(model, plate)
-    direction = along_state(model, 1e-4)
-    slope = float(place.gradient() @ model.unknowns.owned_part(direction))
-    assert exact(at_state(model, direction, place.value), slope)
-    # the plate knows the reference positions since it was made
-    moving, velocity = shape(model, 1e-4)
-    node = plate.nearest_node()
-    position = model.u.function_space.tabulate_dof_coordinates()[node]
-    nearest = np.linalg.norm(model.domain.mesh.geometry.x - position, axis=1).argmin()
-    assert place.by_direction(moving) == pytest.approx(velocity[nearest] @ plate.normal, rel=1e-9)
-
-
 @pytest.mark.parametrize("column", FLAT)
-def test_what_is_led_feels_neither_state_nor_shape(finger: FingerModel, column: str) -> None:
-    reading = readings(finger)[column]
-    assert not reading.gradient().any()
-    assert reading.by_direction(shape(finger.model, 1.0)[0]) == 0
-    pressure = finger.cavity.constant
-    expected = 0.0 if column == "time_s" else 1e3  # kPa per MPa
-    assert reading.by_direction(Direction(rates=[(pressure, 1.0)])) == pytest.approx(expected)
+def test_controls_do_not_depend_on_the_state(finger: FingerModel, column: str) -> None:
+    assert not readings(finger)[column].gradient().any()
 
 
 def test_a_pressure_that_is_solved_for_is_an_unknown() -> None:
@@ -182,8 +123,6 @@ def test_smallest_distances_have_no_derivative(finger: FingerModel) -> None:
         assert not reading.differentiable
         with pytest.raises(NotDifferentiable, match=f"^{column} has no derivative"):
             reading.gradient()
-        with pytest.raises(NotDifferentiable):
-            reading.by_direction(Direction())
 
 
 def test_readings_count_from_rest_and_keep_their_derivatives(finger: FingerModel) -> None:
@@ -197,7 +136,7 @@ def test_readings_count_from_rest_and_keep_their_derivatives(finger: FingerModel
 
 
 def test_tension() -> None:
-    """The bar's force and width by a displacement of its nodes, and by its shape."""
+    """The bar's force and width by a displacement of its nodes."""
     settings = config.load(None, ["coupon.grip=clamped", "coupon.gauge_length_mm=6"])
     rig = bar_rig.BarRig.built(settings, MPI.COMM_SELF, Profile())
     path = LoadPath(rig.newton, rig.longest())
@@ -212,10 +151,3 @@ def test_tension() -> None:
     slope = float(force.gradient() @ direction)
     assert taylor.rates(at_state(model, direction, force.value), slope, 0.1).min() > 1.9
     assert exact(at_state(model, direction, width.value), float(width.gradient() @ direction))
-    moving, velocity = shape(model, 0.2)
-    slope = width.by_direction(moving)
-    assert slope != 0
-    assert taylor.rates(at_shape(model, velocity, width.value), slope, 0.1).min() > 1.9
-    assert width.by_direction(Direction()) == 0
-    slope = force.by_direction(moving)
-    assert taylor.rates(at_shape(model, velocity, force.value), slope, 0.1).min() > 1.9

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.perturbation import perturbations
 from dolfingrip.experiments.rigs.perturbation import velocity as mesh_velocity
-from dolfingrip.experiments.rigs.rest import at_rest, has_weight
+from dolfingrip.experiments.rigs.rest import at_rest
 from dolfingrip.experiments.rigs.undeformed import morph, solid
-from dolfingrip.mechanics.model.direction import Direction
-from dolfingrip.mechanics.model.morph import velocity
-from dolfingrip.mechanics.readings.plate import PlateForce, PlatePlace
-from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.readings.plate import PlateForce
 from dolfingrip.mechanics.readings.tip import FaceAngle
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint
+from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
 from dolfingrip.meshes.measures import centroid, centroid_rate
 from dolfingrip.meshes.solid import SolidMesh
-from dolfingrip.parameter import Entry, Parameter
+from dolfingrip.parameter import Entry, Parameter, find
 
 XI = ("morph.xi1", "morph.xi2")
 
@@ -86,27 +85,17 @@ def at_highest(found: dict[str, float]) -> Callable[[FingerModel, Row], None]:
 def to_morph(finger: FingerModel) -> dict[str, float]:
     """Derivative of force (N) or angle (deg) by each ξ at the finger's present solution."""
     model, plate = finger.model, finger.plate
-    along = [Direction(field) for field in velocity(model.domain, morph(finger.config))]
-    if plate is None:
-        angle = FaceAngle(model)
-        adjoint, zeros = Adjoint(model, angle), _rates_at_rest(finger, angle, along)
-        slopes = [adjoint.derivative(each) - zero for each, zero in zip(along, zeros, strict=True)]
-    else:
-        adjoint = Adjoint(model, PlateForce(model, plate))
-        places = _rates_at_rest(finger, PlatePlace(model, plate), along)
-        slopes = [
-            adjoint.derivative(replace(each, rates=[(plate.offset, place)]))
-            for each, place in zip(along, places, strict=True)
-        ]
-    return dict(zip(XI, slopes, strict=True))
-
-
-def _rates_at_rest(
-    finger: FingerModel, reading: Reading, along: Sequence[Direction]
-) -> list[float]:
-    """Derivative of a reading at rest in each direction."""
-    with at_rest(finger):
-        if not has_weight(finger):  # the finger at rest stays undeformed
-            return [reading.by_direction(each) for each in along]
-        adjoint = Adjoint(finger.model, reading)
-        return [adjoint.derivative(each) for each in along]
+    reading = FaceAngle(model) if plate is None else PlateForce(model, plate)
+    linear = Newton(model, finger.config.solver).linear
+    each = perturbations(find(finger.config, XI), finger.config, finger)
+    with at_rest(finger):  # from where the angle and the plate's gap count
+        rest = ForwardSensitivity(model, linear, each)
+        zeros = rest.readings(lambda: {reading.column: reading.value()})
+    for one, change in zip(each, rest.changes, strict=True):
+        moved = change.unknowns[: len(model.u.x.array)]
+        one.at_rest = moved if moved.any() else None
+    adjoint = Adjoint(model, linear, reading)
+    return {
+        key: adjoint.derivative(one) - zero[reading.column]
+        for key, one, zero in zip(XI, each, zeros, strict=True)
+    }

@@ -10,7 +10,8 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.derivatives.choices import NUMERICAL
 from dolfingrip.experiments.results.result import Row
-from dolfingrip.mechanics.sensitivity.forward import SMALL, ForwardSensitivity
+from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
+from dolfingrip.mechanics.sensitivity.policy import SENSITIVITY
 from dolfingrip.parameter import Entry, Parameter, every, find
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ class Sensitivities:
         self, parameter: Parameter, true: Mapping[str, float], slopes: Mapping[str, float]
     ) -> Row:
         """Derivatives of what the instruments display, by column."""
-        amount = SMALL * parameter.scale * parameter.direction(self._config)
+        amount = SENSITIVITY.change * parameter.scale * parameter.direction(self._config)
         changed = self._config
         if parameter.entry is Entry.INSTRUMENT:
             changed = parameter.at(self._config, parameter.value(self._config) + amount)

@@ -57,5 +57,7 @@ def at_rest(finger: FingerModel) -> Iterator[None]:
         yield
     finally:
         if plate is not None and places is not None:
-            plate.offset.value, plate.unloaded.value = places
+            offset, unloaded = places
+            plate.put(unloaded)
+            plate.offset.value = offset
         model.restore(now)

@@ -106,26 +106,6 @@ class BarrierContact(Term):
         at_vertices = self._potential.hessian(pairs, self._mesh, now, PROJECTION[convex])
         return sp.coo_matrix(self._spread.T @ at_vertices @ self._spread)
 
-    def gradient_rate(self, dofs: np.ndarray, velocity_mm: np.ndarray) -> np.ndarray:
-        """(n, 3) change of the nodes' gradient (N) as reference points move at fixed displacements.
-
-        Args:
-            dofs: displacement.
-            velocity_mm: (v, 3) of the vertices' reference positions.
-        """
-        fastest = np.abs(velocity_mm).max(initial=0.0)
-        if fastest == 0 or self._felt(self.positions(dofs)).empty():
-            return np.zeros((len(self.surface.nodes), 3))
-        # taken by differences: ipctk 1.6's shape_derivative has errors of 1 % for pairs of edges
-        step = PAIRS.moved * self.width_mm / fastest
-        there, back = (
-            BarrierContact(
-                self.surface.moved(sign * step * velocity_mm), self.width_mm, self._stiffness_MPa
-            ).gradient(dofs)
-            for sign in (1, -1)
-        )
-        return (there - back) / (2 * step)
-
     # -- for friction --------------------------------------------------------------------------
 
     @property
@@ -194,11 +174,6 @@ class BarrierContact(Term):
         if hessian is None:
             return ()
         return [Coupling(self.surface.nodes, self.surface.in_reference(hessian))]
-
-    def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
-        """Add the change of the gradient as the reference points move."""
-        found = self.gradient_rate(dofs, self.surface.displacement(velocity))
-        self.surface.add_owned(found, rate.at_nodes)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the surface's vertices a little with their nodes; None puts them back.

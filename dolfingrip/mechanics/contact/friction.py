@@ -148,12 +148,6 @@ class Friction(Term, Lagged, Memory):
         """Add the derivatives (N) by the nodes that this rank owns."""
         self._nodes.add_to(gradient, self.forces_N(dofs))
 
-    def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
-        """Add the gradient's derivative by μ, of which it is a multiple."""
-        if constant is self.coefficient:
-            forces = self._at_nodes(self._lagged.normal_N, dofs)
-            self._nodes.add_to(rate, forces)
-
     def couplings(self, dofs: np.ndarray, *, convex: bool = False) -> Sequence[Coupling]:
         """The Hessian, the same whole on all ranks."""
         if not len(self._lagged.keys):

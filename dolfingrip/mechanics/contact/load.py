@@ -29,15 +29,6 @@ class Load:
         """Derivatives by the owned displacements, in the order of a vector."""
         return self._contact.pose_rate(dofs, self._motion).ravel()
 
-    def by_shape(self, dofs: np.ndarray, velocity: np.ndarray) -> float:
-        """Change as reference points move at fixed displacements.
-
-        Args:
-            dofs: displacement.
-            velocity: velocity of the displacement's nodes.
-        """
-        return float(self._contact.shape_rates(dofs, velocity)[1] @ self._motion)
-
     def by_constant(self, dofs: np.ndarray, constant: fem.Constant) -> float:
         """Derivative by one of the pose's coordinates; 0 by any other constant."""
         rate = self._contact.pose.rate(constant)

@@ -176,21 +176,6 @@ class RigidPlate(RigidContact):
         nearest = nearest if np.isfinite(nearest) else where_nothing_faces_it
         return nearest - self._gap_mm - self.width_mm
 
-    def nearest_node(self) -> int | None:
-        """This rank's node that is nearest to the plate; None if another rank has it."""
-        along = self._along(self._u.x.array)
-        own = float(along.min(initial=np.inf)), self._comm.rank
-        first = min(self._comm.allgather(own))
-        return int(self.points.nodes[along.argmin()]) if first == own else None
-
-    def place_rate(self, velocity: fem.Function) -> float:
-        """Rate of :meth:`place_mm` as the reference points move (mm)."""
-        moving = fem.Function(self._u.function_space)
-        moving.interpolate(velocity)
-        node = self.nearest_node()
-        own = 0.0 if node is None else float(moving.x.array.reshape(-1, 3)[node] @ self.normal)
-        return float(self._comm.allreduce(own, MPI.SUM))
-
     def _along(self, dofs: np.ndarray) -> np.ndarray:
         """Positions of the nodes that may touch, along n (mm)."""
         return np.asarray(self.points.positions(dofs) @ self.normal)

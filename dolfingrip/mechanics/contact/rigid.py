@@ -188,38 +188,6 @@ class RigidContact(PoseContact):
 
     # -- derivatives by parameters ---------------------------------------------------------------
 
-    def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
-        """Add the change of the gradient as reference points and their areas move."""
-        at_nodes, by_pose = self.shape_rates(dofs, velocity)
-        rate.at_nodes[:] += at_nodes
-        if self.pose.free:
-            self.pose.add_slopes(self._sum(by_pose), rate)
-
-    def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
-        """Add the derivative of the gradient by one of the pose's coordinates."""
-        along = self.pose.rate(constant)
-        if along.any():
-            rate.at_nodes[:] += self.pose_rate(dofs, along)
-            self.pose.add_slopes(self._sum(self.pose_curvature(dofs)) @ along, rate)
-
-    def shape_rates(self, dofs: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Change of the gradient at owned nodes (n, 3) and this rank's by the pose (6,).
-
-        Args:
-            dofs: displacement.
-            velocity: of the displacement's reference nodes (mm for each unit of a parameter).
-        """
-        near = self.near(dofs)
-        at_points, with_pose, _ = _curvatures(near, convex=False)
-        moving = self.points.displacement(velocity)[near.rows]
-        grown = near._replace(areas=self.points.area_rates(velocity)[near.rows])
-        # both are linear in the areas
-        at_near, by_pose = _at_points(grown), slopes(grown)
-        at_nodes = np.zeros((self.points.owned, NODE))
-        changed = at_near + np.einsum("nij,nj->ni", at_points, moving)
-        at_nodes[self.points.nodes[near.rows]] = self.points.to_reference(changed, near.rows)
-        return at_nodes, by_pose + np.einsum("nik,ni->k", with_pose, moving)
-
     def pose_rate(self, dofs: np.ndarray, motion: np.ndarray) -> np.ndarray:
         """(n, 3) change of the gradient at owned nodes for a motion (6,) of the pose."""
         near = self.near(dofs)

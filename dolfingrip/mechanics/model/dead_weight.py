@@ -45,7 +45,6 @@ class DeadWeight(Term):
         ]
         test = ufl.TestFunction(space)
         self._volume = [self._compiled(test[0] * part) for part in self._parts]
-        self._rate: tuple[fem.Function, list[fem.Form]] | None = None
         self._nodes = space.dofmap.index_map.size_local
         points = space.tabulate_dof_coordinates()[: self._nodes]
         placement = domain.placement
@@ -82,16 +81,6 @@ class DeadWeight(Term):
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add minus the weight (N)."""
         gradient.at_nodes[:] -= self._loads_N(self._volumes_mm3)
-
-    def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
-        """Add minus the change of the weight with the volume, ∫ N div v dX of each part."""
-        if self._rate is None:
-            moving, test = fem.Function(self._space), ufl.TestFunction(self._space)
-            growth = test[0] * ufl.div(moving)
-            self._rate = moving, [self._compiled(growth * part) for part in self._parts]
-        moving, forms = self._rate
-        moving.x.array[:] = velocity
-        rate.at_nodes[:] -= self._loads_N(self._assembled(forms))
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Compute the volumes of the mesh at its present place."""

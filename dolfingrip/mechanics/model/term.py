@@ -63,26 +63,8 @@ class Term:
         """
         return ()
 
-    def add_gradient_rate(self, dofs: np.ndarray, velocity: np.ndarray, rate: Gradient) -> None:
-        """Add the change of the gradient as reference points move at fixed displacements.
-
-        Args:
-            dofs: displacement.
-            velocity: of the displacement's nodes (mm for each unit of a parameter).
-            rate: N for each unit of the parameter.
-        """
-
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the reference nodes by ``change`` (local array, mm); None: put them back."""
-
-    def add_constant_rate(self, dofs: np.ndarray, constant: fem.Constant, rate: Gradient) -> None:
-        """Add the derivative of the gradient by a constant that this term, not the forms, has.
-
-        Args:
-            dofs: displacement.
-            constant: of any term.
-            rate: N for each unit of the constant.
-        """
 
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """Second derivatives that elements integrate, by blocks of fields; () if there are none."""

@@ -8,7 +8,6 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
@@ -53,15 +52,6 @@ class LineAngle(Reading):
         found = Gradient(self.model.unknowns)
         found.at_nodes[:, [0, 2]] += self._weights[:, None] * angle_slopes(x, z)
         return found.array
-
-    def by_direction(self, direction: Direction) -> float:
-        if direction.velocity is None:
-            return 0.0
-        moving = fem.Function(self.model.u.function_space)
-        moving.interpolate(direction.velocity)
-        x, _, z = self._arm()
-        change = self._summed(moving.x.array.reshape(-1, 3))
-        return float(angle_slopes(x, z) @ change[[0, 2]])
 
 
 def edge(model: Model, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:

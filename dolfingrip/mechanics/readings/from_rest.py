@@ -6,16 +6,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.readings.reading import Reading
 
 
 class FromRest(Reading):
     """g(x) − g(x at rest); an angle g may be larger than half a turn.
 
-    :meth:`gradient` and :meth:`by_direction` are the derivatives of g at the present state. Its
-    zero also changes with a parameter. A total derivative is therefore that of g here less that of
-    g at rest; the caller derives ``raw`` with the model in its state at rest.
+    :meth:`gradient` is the derivative of g at the present state. Its zero also changes with a
+    parameter. A total derivative is therefore that of g here less that of g at rest; the caller
+    derives ``raw`` with the model in its state at rest.
 
     Args:
         raw: g.
@@ -49,6 +48,3 @@ class FromRest(Reading):
 
     def gradient(self) -> np.ndarray:
         return self.raw.gradient()
-
-    def by_direction(self, direction: Direction) -> float:
-        return self.raw.by_direction(direction)

@@ -12,7 +12,6 @@ from dolfinx import fem, la
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model import jit
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
@@ -37,7 +36,6 @@ class OfIntegrals(Reading):
     def __init__(self, model: Model, column: str, integrals: Sequence[ufl.Form]) -> None:
         super().__init__(model, column)
         self._integrals = integrals
-        self._by_shape: tuple[fem.Function, fem.Form] | None = None
         self._by_constant: dict[fem.Constant, fem.Form] = {}
 
     @abstractmethod
@@ -69,26 +67,9 @@ class OfIntegrals(Reading):
             found.add(unknown, self._to_constant(unknown.constant))
         return found.array
 
-    def by_direction(self, direction: Direction) -> float:
-        self._weigh()
-        found = sum(rate * self._to_constant(constant) for constant, rate in direction.rates)
-        if direction.velocity is not None:
-            found += self._to_shape(direction.velocity)
-        return float(found)
-
     def _weigh(self) -> None:
         for weight, slope in zip(self._weights, self._slopes(self._values()), strict=True):
             weight.value = slope
-
-    def _to_shape(self, velocity: fem.Function) -> float:
-        """Derivative as the mesh moves and the nodal displacements stay."""
-        if self._by_shape is None:
-            field = fem.Function(velocity.function_space)
-            x = ufl.SpatialCoordinate(self.model.domain.mesh)
-            self._by_shape = field, _compiled(ufl.derivative(self._weighed, x, field))
-        field, form = self._by_shape
-        field.x.array[:] = velocity.x.array
-        return self._summed(form)
 
     def _to_constant(self, constant: fem.Constant) -> float:
         """Derivative by a constant; 0 if the integrals do not contain it."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip.channels import FORCE, PLATE_GAP
 from dolfingrip.mechanics.contact.plate import RigidPlate
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
@@ -32,15 +30,6 @@ class PlateForce(Reading):
             found.add(unknown, copies * self._sum(load.by_constant(dofs, unknown.constant)))
         return found.array
 
-    def by_direction(self, direction: Direction) -> float:
-        load, dofs = self._plate.reaction, self.model.u.x.array
-        own = sum(rate * load.by_constant(dofs, constant) for constant, rate in direction.rates)
-        if direction.velocity is not None:
-            moving = fem.Function(self.model.u.function_space)
-            moving.interpolate(direction.velocity)
-            own += load.by_shape(dofs, moving.x.array)
-        return self.model.domain.copies * self._sum(own)
-
     def _sum(self, own: float) -> float:
         return float(self.model.comm.allreduce(own, MPI.SUM))
 
@@ -56,29 +45,3 @@ class PlateGap(Reading):
 
     def value(self) -> float:
         return self._plate.gap_mm()
-
-
-class PlatePlace(Reading):
-    """Place of the plate along its normal (mm) when it is put against the present shape.
-
-    Its derivatives are those of the skin's nearest node.
-    """
-
-    def __init__(self, model: Model, plate: RigidPlate) -> None:
-        super().__init__(model, "plate_place_mm")
-        self._plate = plate
-
-    def value(self) -> float:
-        return self._plate.place_mm()
-
-    def gradient(self) -> np.ndarray:
-        found = Gradient(self.model.unknowns)
-        node = self._plate.nearest_node()
-        if node is not None:
-            found.at_nodes[node] = self._plate.normal
-        return found.array
-
-    def by_direction(self, direction: Direction) -> float:
-        if direction.velocity is None:
-            return 0.0
-        return self._plate.place_rate(direction.velocity)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from dolfingrip.channels import TIME
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
@@ -35,11 +34,6 @@ class ControlValue(Reading):
                     found.add(unknown, 1 / self._control.factor)
         return found.array
 
-    def by_direction(self, direction: Direction) -> float:
-        if not isinstance(self._control, Control):
-            return 0.0
-        return direction.rate(self._control.constant) / self._control.factor
-
 
 class Time(Reading):
     """Time since the first stop (s); it does not depend on state or parameters."""
@@ -52,6 +46,3 @@ class Time(Reading):
 
     def gradient(self) -> np.ndarray:
         return Gradient(self.model.unknowns).array
-
-    def by_direction(self, direction: Direction) -> float:
-        return 0.0

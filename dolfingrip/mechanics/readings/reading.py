@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 
 
@@ -41,14 +40,6 @@ class Reading(ABC):
         """∂g/∂x: derivatives by this rank's owned unknowns, in the order of their vector.
 
         Rows of supported unknowns are included; callers that solve with the tangent leave them out.
-
-        Raises:
-            NotDifferentiable: the reading has no derivative.
-        """
-        raise NotDifferentiable(f"{self.column} has no derivative: it is a smallest distance")
-
-    def by_direction(self, direction: Direction) -> float:
-        """∂g/∂m: derivative by a parameter at constant unknowns, equal on all ranks.
 
         Raises:
             NotDifferentiable: the reading has no derivative.

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip.channels import TRANSVERSE_STRAIN
-from dolfingrip.mechanics.model.direction import Direction
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
@@ -52,14 +50,6 @@ class TransverseStrain(Reading):
         for sign, nodes, count in self._weights():
             found.at_nodes[nodes, AXIS] += sign / (count * width_mm)
         return found.array
-
-    def by_direction(self, direction: Direction) -> float:
-        if direction.velocity is None:
-            return 0.0
-        moving = fem.Function(self.model.u.function_space)
-        moving.interpolate(direction.velocity)
-        by_s = self._apart(moving.x.array.reshape(-1, 3))
-        return -self.value() * by_s / self._width_mm()
 
 
 def _sides(model: Model) -> tuple[np.ndarray, np.ndarray]:

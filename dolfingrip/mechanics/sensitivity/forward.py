@@ -3,29 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Final
 
 import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.state import State
+from dolfingrip.mechanics.sensitivity.policy import SENSITIVITY
 from dolfingrip.mechanics.sensitivity.repeated_step import Change, Perturbation, RepeatedStep
-
-SMALL: Final = 1e-7
-"""Perturbation of a model, as a part of a parameter's scale. The residual of a solution is 0 within
-Newton's tolerance. A one-sided difference therefore has a relative error of this part, and of 1e-6
-by rounding."""
-
-CORRECTIONS: Final = 30
-"""Largest number of corrections where terms have lagged quantities, as friction has normal forces,
-whose change the tangent leaves out; each is a solve with the present tangent."""
-
-CLOSE: Final = 1e-6
-"""Part of the first residual's derivative that may be left then."""
-
-STALLED: Final = 0.9
-"""Part of a correction's residual from which on the next one gains nothing."""
 
 Readings = Mapping[str, float]
 
@@ -128,7 +113,7 @@ class ForwardSensitivity:
         first, last = np.zeros(len(each)), np.full(len(each), np.inf)
         exact = not lagged
         due = np.arange(len(each))
-        for correction in range(1 if exact else CORRECTIONS):
+        for correction in range(1 if exact else SENSITIVITY.corrections):
             right: np.ndarray = np.empty((len(start), len(due)), order="F")
             for column, i in enumerate(due.tolist()):
                 moved = step.residual(*each[i], model.unknowns.to_local(found[:, i]))
@@ -139,7 +124,8 @@ class ForwardSensitivity:
             if not correction:
                 first = np.maximum(size, np.finfo(float).tiny)
             # what falls no more is rounding
-            left = (size > CLOSE * first[due]) & (size < STALLED * last[due])
+            falls = size < SENSITIVITY.stalled * last[due]
+            left = falls & (size > SENSITIVITY.close * first[due])
             due, right = due[left], right[:, left]
             last[due] = size[left]
             if not len(due):
@@ -161,7 +147,8 @@ class ForwardSensitivity:
     def _each(self) -> Iterator[tuple[Perturbation, Change, float]]:
         """Perturbations with what is known of their changes, and by how much they are taken."""
         for perturbation, change in zip(self._perturbations, self.changes, strict=True):
-            yield perturbation, change, SMALL * perturbation.scale * perturbation.direction
+            amount = SENSITIVITY.change * perturbation.scale * perturbation.direction
+            yield perturbation, change, amount
 
 
 def _rate(there: np.ndarray, here: np.ndarray, amount: float) -> np.ndarray:

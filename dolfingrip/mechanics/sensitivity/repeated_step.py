@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -97,6 +97,28 @@ class RepeatedStep:
         model.restore(start)
         model.prescribe(self.controlled(self._now))
 
+    def at_end[T](
+        self,
+        evaluate: Callable[[], T],
+        perturbation: Perturbation | None = None,
+        change: Change | None = None,
+        amount: float = 0.0,
+        along: np.ndarray | float = 0.0,
+    ) -> T:
+        """What ``evaluate`` finds at its end, with the parameter changed.
+
+        Args:
+            evaluate: called with the model there.
+            perturbation: of the parameter; None: it stays.
+            change: derivatives of the step's start, which moves along it; None: it stays.
+            amount: by which the parameter is changed.
+            along: the end's unknowns move by ``amount`` times this local array.
+        """
+        with nullcontext() if perturbation is None else perturbation.applied(amount):
+            self.begin(change, amount)
+            self._end_at(self._here + amount * along)
+            return evaluate()
+
     def residual(
         self,
         perturbation: Perturbation | None = None,
@@ -104,11 +126,8 @@ class RepeatedStep:
         amount: float = 0.0,
         along: np.ndarray | float = 0.0,
     ) -> np.ndarray:
-        """Residual (N) at its end moved by ``amount`` · ``along``, the parameter changed, too."""
-        with _applied(perturbation, amount):
-            self.begin(change, amount)
-            self._end_at(self._here + amount * along)
-            return self._model.gradient()
+        """Residual (N) at its end; see :meth:`at_end`."""
+        return self.at_end(self._model.gradient, perturbation, change, amount, along)
 
     def accepted(
         self,
@@ -117,12 +136,13 @@ class RepeatedStep:
         amount: float = 0.0,
         along: np.ndarray | float = 0.0,
     ) -> dict[str, np.ndarray]:
-        """Internal variables once that end is accepted."""
-        with _applied(perturbation, amount):
-            self.begin(change, amount)
-            self._end_at(self._here + amount * along)
+        """Internal variables once its end is accepted; see :meth:`at_end`."""
+
+        def evolved() -> dict[str, np.ndarray]:
             self._model.accept_step()
             return self._model.state().history
+
+        return self.at_end(evolved, perturbation, change, amount, along)
 
     def placed(self, amount: float) -> np.ndarray:
         """How dependent displacements have moved with the mesh, for each unit; 0 elsewhere.
@@ -137,7 +157,3 @@ class RepeatedStep:
         self._model.unknowns.set_local(there)
         self._model.enforce_constraint()
         self._model.update_lagged()
-
-
-def _applied(perturbation: Perturbation | None, amount: float) -> AbstractContextManager[None]:
-    return nullcontext() if perturbation is None else perturbation.applied(amount)
