@@ -16,6 +16,7 @@ from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.lagged import Lagged
 from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.moving_support import MovingSupport
+from dolfingrip.mechanics.model.policy import STEP_BOUNDS
 from dolfingrip.mechanics.model.potential import Potential
 from dolfingrip.mechanics.model.state import State
 from dolfingrip.mechanics.model.tangent_state import CarriedTogether, Regularised
@@ -24,9 +25,6 @@ from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient, Unknown
 
 INVERTED = "inverted"
 """Name of the bound on a step that would turn an element inside out."""
-
-SHORTEST = 1e-6
-"""Smallest fraction of a step that is tried."""
 
 
 class Prescribed(Protocol):
@@ -319,7 +317,7 @@ class Model:
         Inversion is checked first, because contact is searched along the whole step, which may be
         very long.
         """
-        least = 0.1 * min(self._smallest_jacobian(), 1.0)
+        least = STEP_BOUNDS.kept_jacobian * min(self._smallest_jacobian(), 1.0)
         fraction, reason = self._upright(step, 1.0, least)
         allowed, bound = self.max_step(fraction * step)
         if allowed < 1.0:
@@ -337,7 +335,7 @@ class Model:
         start = self.u.x.array.copy()
         fraction, reason = longest, ""
         try:
-            while fraction > SHORTEST:
+            while fraction > STEP_BOUNDS.shortest:
                 self.u.x.array[:] = start + fraction * step
                 if self._smallest_jacobian() > least:
                     return fraction, reason

@@ -13,6 +13,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.memory import Memory
+from dolfingrip.mechanics.model.policy import STEP_BOUNDS
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import rotation
 from dolfingrip.mechanics.model.tangent_state import Regularised
@@ -23,10 +24,6 @@ COORDINATES: Final = ("x_mm", "y_mm", "z_mm", "turn_x_rad", "turn_y_rad", "turn_
 """Names of the six global unknowns."""
 
 N_PER_KG_MM_S2: Final = 1e-3
-
-LONGEST_mm: Final = 8.0
-"""Largest step of the centre, and of the turn at the radius of gyration, in Newton's method. A
-linear prediction would throw a nearly free body metres away."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +85,7 @@ class RigidMotion(Term, Memory, Regularised):
     over a load step of h seconds that starts at c_n, R_n, v_n, Ṙ_n; J = ½ tr(I) 1 − I is the
     second moment of mass. The last is ½ ∫ ρ |R X − R_n X − h Ṙ_n X|² dV/h² without its constant.
     If no time passes there is no inertia: the body is at rest, and no velocity is stored.
-    It bounds Newton's steps to :data:`LONGEST_mm`.
+    It bounds Newton's steps to ``STEP_BOUNDS.rigid_mm``.
 
     Args:
         body: mass and inertia.
@@ -195,10 +192,11 @@ class RigidMotion(Term, Memory, Regularised):
         return self._share * float(np.linalg.norm(self.weight_N))
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction that moves the body by :data:`LONGEST_mm` or less."""
+        """Largest fraction that moves the body by ``STEP_BOUNDS.rigid_mm`` or less."""
         change = self.pose.change(step)
         length = max(np.linalg.norm(change[:3]), self.body.gyration_mm * np.linalg.norm(change[3:]))
-        return min(1.0, LONGEST_mm / max(float(length), LONGEST_mm))
+        most = STEP_BOUNDS.rigid_mm
+        return min(1.0, most / max(float(length), most))
 
     # -- memory ----------------------------------------------------------------------------------
 

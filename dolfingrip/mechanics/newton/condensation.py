@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
-
-RTOL: Final = 1e-12
-"""Relative tolerance of the pressure's equations."""
+from dolfingrip.mechanics.newton.policy import LINEAR
 
 
 class Condensation:
@@ -29,7 +25,7 @@ class Condensation:
         self._ksp = PETSc.KSP().create(model.comm)
         self._ksp.setType(PETSc.KSP.Type.CG)
         self._ksp.getPC().setType(PETSc.PC.Type.JACOBI)  # this makes a mass matrix well conditioned
-        self._ksp.setTolerances(rtol=RTOL)
+        self._ksp.setTolerances(rtol=LINEAR.condensation_rtol)
 
     def step(self) -> np.ndarray:
         """The step (a local array of the unknowns) from p to p(u) at the present u."""

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.newton.policy import LINEAR
 from dolfingrip.mechanics.newton.symmetric import symmetric
 
 CANDIDATES: Final = (2, 4, 6)
@@ -18,9 +19,6 @@ structured mesh the first takes half the operations of the last, on the next thr
 AUTOMATIC: Final = 7
 """MUMPS' ICNTL(7) with which MUMPS itself chooses the order."""
 
-SMALL: Final = 1000
-"""Number of nodes below which no order is sought; PORD ends the process on tiny graphs."""
-
 
 def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
     """The ICNTL(7) of :data:`CANDIDATES` with the fewest operations, equal on all ranks.
@@ -29,7 +27,7 @@ def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
         graph: (owned nodes, nodes) symmetric; nodes that a matrix couples, each with itself.
         comm: communicator of the ranks that own the nodes.
     """
-    if graph.shape[1] < SMALL:
+    if graph.shape[1] < LINEAR.smallest_graph:
         return AUTOMATIC
     matrix = _laplacian(graph, comm)
     operations = {ordering: _operations(matrix, ordering) for ordering in CANDIDATES}

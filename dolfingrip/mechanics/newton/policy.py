@@ -159,7 +159,21 @@ class WorkspacePolicy:
     most_percent: int = 400
 
 
-WORKSPACE = WorkspacePolicy()
+@dataclass(frozen=True, slots=True)
+class LinearPolicy:
+    """Linear systems beside the tangent's.
+
+    Attributes:
+        condensation_rtol: relative tolerance of the equations of further fields.
+        smallest_graph: number of nodes below which no elimination order is sought; PORD ends the
+            process on tiny graphs.
+    """
+
+    condensation_rtol: float = 1e-12
+    smallest_graph: int = 1000
+
+
+WORKSPACE, LINEAR = WorkspacePolicy(), LinearPolicy()
 
 
 @dataclass(frozen=True, slots=True)
