@@ -9,6 +9,7 @@ differentiates the rest.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import basix.ufl
 import ufl
@@ -41,6 +42,36 @@ class Known(Label):
         self.strain, self.slope, self.rate = strain, slope, rate
 
 
+class Strain(Label):
+    """Label of the strain that energies are functions of.
+
+    Attributes:
+        shared: what several energies compute of the strain, by name. Each is computed once, so that
+            equal expressions are the same object: UFL compares equal ones node by node otherwise,
+            which takes for ever if each node is used twice by the next.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.shared: dict[str, Any] = {}
+
+
+def strain_variable(strain: Expr) -> Variable:
+    """The strain as a variable that energies may share work on."""
+    return Variable(strain, Strain())
+
+
+def once[T](strain: Expr, name: str, compute: Callable[[], T]) -> T:
+    """What ``compute`` returns of a strain, computed once for a strain that is shared."""
+    label = strain.label() if isinstance(strain, Variable) else None
+    if not isinstance(label, Strain):
+        return compute()
+    if name not in label.shared:
+        label.shared[name] = compute()
+    found: T = label.shared[name]
+    return found
+
+
 def by_variable(density: Expr, variable: Expr) -> Expr:
     """Derivative of a scalar by a variable, of the variable's shape.
 
@@ -68,10 +99,19 @@ def by_variable(density: Expr, variable: Expr) -> Expr:
             continue
         slope = label.slope
         if label.strain is not variable:
-            slope = ufl.inner(slope, _expanded(ufl.diff(label.strain, variable)))
+            slope = _through(slope, label.strain, variable)
         share = _expanded(ufl.diff(ufl.replace(held, {place: one}), one))
         found += ufl.replace(share, {one: mark, **back}) * slope
     return found
+
+
+def _through(slope: Expr, strain: Expr, variable: Expr) -> Expr:
+    """The slope by a variable of a function of ``strain``, which has ``slope`` by that strain."""
+    rate = _expanded(ufl.diff(strain, variable))
+    if not variable.ufl_shape:
+        return ufl.inner(slope, rate)
+    i, j, k, m = ufl.indices(4)
+    return ufl.as_tensor(slope[k, m] * rate[k, m, i, j], (i, j))
 
 
 def along(stress: Expr, field: Expr, way: Expr) -> Expr:
@@ -80,11 +120,14 @@ def along(stress: Expr, field: Expr, way: Expr) -> Expr:
     if not back:
         return ufl.derivative(stress, field, way)
     found = ufl.replace(_expanded(ufl.derivative(held, field, way)), back)
+    rates: dict[Expr, Expr] = {}
     for place, mark in back.items():
         label = mark.label()
         if label.rate is None:
             continue
-        strain_rate = _expanded(ufl.derivative(label.strain, field, way))
+        if label.strain not in rates:
+            rates[label.strain] = _expanded(ufl.derivative(label.strain, field, way))
+        strain_rate = rates[label.strain]
         if not isinstance(strain_rate, Zero):
             change, within = _held(label.rate(strain_rate))
             share = _expanded(ufl.derivative(held, place, change))

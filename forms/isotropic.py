@@ -24,7 +24,7 @@ from ufl.constantvalue import as_ufl
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import invariants, stretch_powers
-from dolfingrip.forms.chain_rule import Known
+from dolfingrip.forms.chain_rule import Known, once
 from dolfingrip.forms.jet import Jet, variables
 
 
@@ -65,6 +65,21 @@ class OfTensor:
         return stretch_powers.power_sum(self._log, exponent / 2)
 
 
+class _Tensors:
+    """What all isotropic energies of a strain have in common, named as above; x is C⁻¹."""
+
+    def __init__(self, strain: Expr) -> None:
+        self.invariants = OfTensor(*invariants.isochoric(strain))
+        self.unit = ufl.Identity(3)
+        self.c = c = invariants.right_cauchy_green(strain)
+        self.x = ufl.inv(c)
+        self.g = ufl.det(c) ** (-1 / 3)
+        self.t = ufl.tr(c)
+        self.second = (self.t**2 - ufl.inner(c, c)) / 2
+        self.a1 = self.g * (self.unit - (self.t / 3) * self.x)
+        self.a2 = self.g**2 * (self.t * self.unit - c - (2 / 3 * self.second) * self.x)
+
+
 def energy(strain: Expr, function: Callable[[Invariants], Jet]) -> Expr:
     """Strain energy per reference volume (MPa = mJ/mm³).
 
@@ -79,16 +94,11 @@ def energy(strain: Expr, function: Callable[[Invariants], Jet]) -> Expr:
         >>> round(nominal_stress(lambda strain: energy(strain, lambda i: i.first), 2.0), 9)
         3.5
     """
-    plain = function(OfTensor(*invariants.isochoric(strain)))
+    known = once(strain, "isotropic", lambda: _Tensors(strain))
+    plain = function(known.invariants)
     jet = Jet(*(Variable(as_ufl(part), Known(strain)) for part in plain.parts()))
-    unit = ufl.Identity(3)
-    c = invariants.right_cauchy_green(strain)
-    x = ufl.inv(c)
-    g = ufl.det(c) ** (-1 / 3)
-    t = ufl.tr(c)
-    second = (t**2 - ufl.inner(c, c)) / 2
-    a1 = g * (unit - (t / 3) * x)
-    a2 = g**2 * (t * unit - c - (2 / 3 * second) * x)
+    c, x, g, t, second = known.c, known.x, known.g, known.t, known.second
+    a1, a2, unit = known.a1, known.a2, known.unit
 
     def stress_rate(strain_rate: Expr) -> Expr:
         dc = 2 * strain_rate

@@ -72,7 +72,7 @@ def solid_parts(
     degree: int,
 ) -> list[Part]:
     """The whole as one part, or the domain's named parts; reduced integration makes parts, too."""
-    strain = ufl.variable(green_lagrange(u))
+    strain = chain_rule.strain_variable(green_lagrange(u))
     coarse = integration_degree(u.function_space)
 
     def volume(names: Sequence[str], degree: int) -> ufl.Measure:
