@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from experiments import small
 from mpi import stored
@@ -45,7 +46,9 @@ FREE = small.short(
 
 def _compare(case: str, result: Result) -> None:
     assert result.failure is None
-    found = {name: result.column(name) for name in READINGS}
+    had = result.columns()  # a free finger has no force, and one without contact no gap
+    columns = {name: result.column(name) for name in READINGS if name in had}
+    found = {name: values for name, values in columns.items() if np.isfinite(values).any()}
     stored.compare(case, found, rtol=1e-8, by_scale=True)
 
 
