@@ -23,7 +23,7 @@ class SensitivityPolicy:
     """
 
     change: float = 1e-7
-    adjoint_change: float = 1e-4
+    adjoint_change: float = 1e-5
     corrections: int = 30
     close: float = 1e-6
     stalled: float = 0.9
