@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
@@ -52,7 +53,7 @@ def test_from_designs_to_a_choice_that_is_computed_again(
     assert read(tmp_path / "doe").by_key() == rows
 
     # a choice that cannot be made is no success
-    monkeypatch.setattr(small_loop, "COG_MAX_MM", -50.0)
+    monkeypatch.setattr(small_loop, "POLICY", replace(small_loop.POLICY, cog_max_mm=-50.0))
     with pytest.raises(typer.Exit) as ended:
         small_loop.run(SETTINGS, tmp_path, DESIGNS)
     assert ended.value.exit_code == 1
