@@ -30,9 +30,9 @@ EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 TOLERANCE = 1e-9
 """Relative change of a figure that counts as none. Newton's method ends at a relative residual of
 1e-8 and converges quadratically, so that its own error is smaller."""
-DERIVATIVE_TOLERANCE = 1e-5
-"""For derivatives, which are difference quotients of residuals: the rounding of their sums, whose
-order changes from run to run, is up to 2e-6 of them."""
+DERIVATIVE_TOLERANCE = 3e-5
+"""For derivatives, which are difference quotients of residuals: the order of sums changes from run
+to run, and their rounding with it. Four runs of one code spread by 7e-6 where bellows touch."""
 COARSE = ("mesh.edge_size_mm=7", "experiment.step_kPa=50", "experiment.max_pressure_kPa=100")
 COUNTS = ("iterations", "load_steps")
 """Columns that must not grow; they may fall."""

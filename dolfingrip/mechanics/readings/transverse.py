@@ -57,8 +57,8 @@ def _sides(model: Model) -> tuple[np.ndarray, np.ndarray]:
     space = model.u.function_space
     x = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
     low, high = (
-        np.asarray(model.comm.allreduce(end, of))
-        for end, of in (
+        np.array([model.comm.allreduce(float(each), of) for each in ends])
+        for ends, of in (
             (x.min(axis=0, initial=np.inf), MPI.MIN),
             (x.max(axis=0, initial=-np.inf), MPI.MAX),
         )
