@@ -228,6 +228,11 @@ class Effect(Section):
         return getattr(cls, hook) is not getattr(Effect, hook)
 
     @classmethod
+    def remembers(cls) -> bool:
+        """Whether a state with it depends on earlier states, which an adjoint does not follow."""
+        return cls.kind == "dissipative" or cls.has("outlet_kPa")
+
+    @classmethod
     def priors(cls) -> dict[str, Prior]:
         """Prior of each parameter that has one."""
         return {

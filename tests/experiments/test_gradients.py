@@ -16,14 +16,17 @@ from experiments.small import model, pressurise, short
 from dolfingrip.config import KPA
 from dolfingrip.experiments import run
 from dolfingrip.experiments.derivatives import gradients
+from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.observation import Observation
 from dolfingrip.experiments.rigs.perturbation import perturbations
 from dolfingrip.mechanics.model.model import Control, Prescribed
+from dolfingrip.mechanics.model.movement import Movement
+from dolfingrip.mechanics.newton.ending import Ending
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.newton.volume_control import CONTROL
 from dolfingrip.mechanics.path.path import LoadPath
-from dolfingrip.mechanics.readings.plate import PlateForce
+from dolfingrip.mechanics.readings.plate import PlateForce, PlatePlace
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, HasHistory
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
 from dolfingrip.meshes.measures import centroid_rate
@@ -31,6 +34,9 @@ from dolfingrip.parameter import Entry, every, find
 
 STEP = 1e-4
 AT = {"xi1": 0.1, "xi2": -0.1}
+NEAR_mm = 1e-6
+"""Step of the differences by coordinates. Solutions to 1e-12 leave them 1e-7."""
+
 TOUCHING = ("finger.gap_mm=0.3", "plate.tilt_deg=10")
 
 
@@ -142,6 +148,89 @@ def test_any_parameter_control_and_term_that_forward_mode_knows() -> None:
     np.testing.assert_allclose(
         found * np.array(scales), expected, rtol=0, atol=1e-5 * abs(expected).max()
     )
+
+
+@pytest.mark.parametrize("control", ["pressure", "volume"])
+def test_force_and_angle_by_all_coordinates(control: str) -> None:
+    """In random directions, bellows and plate touching; the plate stays where it stands.
+
+    Pairs of edges that come and go bend the solutions: with steps ten times as long, differences
+    are off by 1e-4.
+    """
+    finger = unpressurised(
+        *TOUCHING, "solver.atol_N=1e-11", f"experiment.control={control}", plate=True
+    )
+    model = finger.model
+    observation = Observation(finger)
+    if control == "pressure":
+        list(pressurise(finger, [150.0]))
+    else:
+        _inflate(finger, 1.35)
+    contact = finger.contact
+    assert contact is not None
+    forces = contact.gradient(model.u.x.array)
+    assert np.linalg.norm(forces, axis=1).max() > 0.01  # N: the bellows do touch
+    names = ("force_N", "angle_deg", "tip_x_mm", "chord_angle_deg", "cavity_volume_mm3")
+    if control == "volume":
+        names = (*names[:-1], "pressure_kPa")
+    readings = [observation.readings[name] for name in names]
+    found = FingerAdjoints(finger, readings).by_coordinates
+    assert finger.plate is not None
+    place = PlatePlace(model, finger.plate)
+    points, start = model.domain.mesh.geometry.x, model.state()
+    newton = Newton(model, finger.config.solver)
+    random = np.random.default_rng(33)
+    largest = 0.0
+    for _ in range(20 if control == "pressure" else 3):
+        moving = random.uniform(-1, 1, points.shape)
+        moving[points[:, 1] < 1e-9, 1] = 0.0  # the plane of symmetry stays one
+        # the edge nearest to the plate stays: its nodes are equally near
+        moving[points[:, 0] < 1e-9] = 0.0
+        movement = Movement(model, moving, finger.site.geometric)
+        ends = []
+        for step in (NEAR_mm, -NEAR_mm):
+            model.restore(start)
+            movement.move(step)
+            model.u.x.array[:] = 0.0
+            observation.tare()
+            stands = place.value()
+            model.restore(start)
+            assert newton.solve().ending is Ending.CONVERGED
+            ends.append([reading.value() for reading in readings])
+            assert stands == pytest.approx(float(finger.plate.offset.value), abs=1e-12)
+        movement.move(0.0)
+        expected = np.subtract(*ends) / (2 * NEAR_mm)
+        slopes = np.array([found[name].along(moving) for name in names])
+        sizes = [np.linalg.norm(found[name].owned) for name in names]
+        largest = max(largest, float(np.abs((slopes - expected) / sizes).max()))
+    print("largest error, as part of the derivative's size", largest)
+    assert largest < 1e-6
+
+
+def _inflate(finger: FingerModel, ratio: float) -> None:
+    control = finger.model.controls[CONTROL]
+    path = LoadPath(Newton(finger.model, finger.config.solver), {CONTROL: 0.05 * control.value})
+    assert path.advance({CONTROL: ratio * control.value}).failure is None
+
+
+def test_every_dimension_by_the_chain_rule() -> None:
+    """The vector by all coordinates along each parameter's motion, against its differences."""
+    finger = solved(150.0, *TOUCHING, plate=True)
+    parameters = [each for each in every(finger.config) if each.entry is Entry.SHAPE]
+    assert len(parameters) > 6
+    reading = Observation(finger).readings["force_N"]
+    adjoints = FingerAdjoints(finger, [reading])
+    found = adjoints.by_parameters(finger.config, parameters)["force_N"]
+    linear = Newton(finger.model, finger.config.solver).linear
+    alone = Adjoint(finger.model, linear, reading)
+    expected = {
+        each.parameter.key: alone.derivative(each)
+        for each in perturbations(parameters, finger.config, finger)
+    }
+    scale = max(abs(found[each.key] * each.scale) for each in parameters)
+    for each in parameters:
+        apart = abs(found[each.key] - expected[each.key]) * each.scale
+        assert apart < 1e-5 * scale, each.key
 
 
 def test_a_state_that_remembers_has_no_adjoint() -> None:

@@ -6,17 +6,14 @@ import math
 from collections.abc import Callable, Sequence
 
 from dolfingrip.config import Config
+from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.perturbation import perturbations
 from dolfingrip.experiments.rigs.perturbation import velocity as mesh_velocity
-from dolfingrip.experiments.rigs.rest import at_rest
 from dolfingrip.experiments.rigs.undeformed import morph, solid
-from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.plate import PlateForce
 from dolfingrip.mechanics.readings.tip import FaceAngle
-from dolfingrip.mechanics.sensitivity.adjoint import Adjoint
-from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
 from dolfingrip.meshes.measures import centroid, centroid_rate
 from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.parameter import Entry, Parameter, find
@@ -59,11 +56,12 @@ def _centroid_slope(config: Config, mesh: SolidMesh, parameter: Parameter) -> fl
 def by_adjoint(config: Config) -> bool:
     """Whether :func:`at_highest` finds anything.
 
-    It finds nothing where the volume is prescribed, because the pressure is then no parameter. It
-    finds nothing with extensions of more than geometry either: they have unknowns, histories or
-    readings that the adjoint does not know. Extensions of geometry are applied to ``config``.
+    It finds nothing where the volume is prescribed, as the highest pressure is then known at the
+    end only, and nothing with effects that remember earlier states or distort readings.
     """
-    return config.experiment.control == "pressure" and not config.extensions.active()
+    forgets = not any(effect.remembers() for effect in config.extensions.active())
+    distorted = config.extensions.active("reading")
+    return config.experiment.control == "pressure" and forgets and not distorted
 
 
 def at_highest(found: dict[str, float]) -> Callable[[FingerModel, Row], None]:
@@ -85,17 +83,7 @@ def at_highest(found: dict[str, float]) -> Callable[[FingerModel, Row], None]:
 def to_morph(finger: FingerModel) -> dict[str, float]:
     """Derivative of force (N) or angle (deg) by each ξ at the finger's present solution."""
     model, plate = finger.model, finger.plate
-    reading = FaceAngle(model) if plate is None else PlateForce(model, plate)
-    linear = Newton(model, finger.config.solver).linear
-    each = perturbations(find(finger.config, XI), finger.config, finger)
-    with at_rest(finger):  # from where the angle and the plate's gap count
-        rest = ForwardSensitivity(model, linear, each)
-        zeros = rest.readings(lambda: {reading.column: reading.value()})
-    for one, change in zip(each, rest.changes, strict=True):
-        moved = change.unknowns[: len(model.u.x.array)]
-        one.at_rest = moved if moved.any() else None
-    adjoint = Adjoint(model, linear, reading)
-    return {
-        key: adjoint.derivative(one) - zero[reading.column]
-        for key, one, zero in zip(XI, each, zeros, strict=True)
-    }
+    reading = FromRest(FaceAngle(model)) if plate is None else PlateForce(model, plate)
+    config = finger.config
+    found = FingerAdjoints(finger, [reading]).by_parameters(config, find(config, XI))
+    return found[reading.column]

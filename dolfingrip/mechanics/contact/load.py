@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from dolfinx import fem
 
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
+
 if TYPE_CHECKING:
     from dolfingrip.mechanics.contact.rigid import RigidContact
 
@@ -28,6 +30,10 @@ class Load:
     def by_displacement(self, dofs: np.ndarray) -> np.ndarray:
         """Derivatives by the owned displacements, in the order of a vector."""
         return self._contact.pose_rate(dofs, self._motion).ravel()
+
+    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient, factor: float) -> None:
+        """Add ``factor`` times the derivatives by the reference coordinates."""
+        self._contact.add_load_shape_gradient(dofs, self._motion, found, factor)
 
     def by_constant(self, dofs: np.ndarray, constant: fem.Constant) -> float:
         """Derivative by one of the pose's coordinates; 0 by any other constant."""

@@ -26,6 +26,10 @@ AWAY_mm = 1e4
 """Distance (mm) from the finger at which a retracted plate stands."""
 
 
+EQUAL_mm = 1e-7
+"""Difference of distances from the plate (mm) that rounding makes of none."""
+
+
 class RigidPlate(RigidContact):
     """The plane n · x = offset; the skin stays on the side that n points to.
 
@@ -175,6 +179,12 @@ class RigidPlate(RigidContact):
         where_nothing_faces_it = 0.0
         nearest = nearest if np.isfinite(nearest) else where_nothing_faces_it
         return nearest - self._gap_mm - self.width_mm
+
+    def nearest(self) -> np.ndarray:
+        """This rank's points that are nearest to the plate at the present shape."""
+        along = self._along(self._u.x.array)
+        least = float(self._comm.allreduce(along.min(initial=np.inf), MPI.MIN))
+        return np.flatnonzero(along <= least + EQUAL_mm)
 
     def _along(self, dofs: np.ndarray) -> np.ndarray:
         """Positions of the nodes that may touch, along n (mm)."""

@@ -24,6 +24,7 @@ from dolfingrip.mechanics.contact.tangential import Tangential
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import rotation
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.term import Coupling
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
@@ -199,6 +200,28 @@ class RigidContact(PoseContact):
     def pose_curvature(self, dofs: np.ndarray) -> np.ndarray:
         """(6, 6) this rank's part of the second derivatives by the pose."""
         return _curvatures(self.near(dofs), convex=False)[2]
+
+    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+        """Add the derivatives by the points' rest places and by their areas."""
+        near = self.near(dofs)
+        self.points.add_shape_gradient(found, near.rows, near.barrier.energy, _at_points(near))
+
+    def add_load_shape_gradient(
+        self, dofs: np.ndarray, motion: np.ndarray, found: ShapeGradient, factor: float
+    ) -> None:
+        """Add ``factor`` times the derivatives of ∂Π/∂q · motion by the reference coordinates.
+
+        Args:
+            dofs: displacement.
+            motion: (6,) motion of the pose q.
+            found: what is added to.
+            factor: multiplies what is added.
+        """
+        near = self.near(dofs)
+        speeds = np.einsum("ni,nik,k->n", near.distances.gradient, near.motion, motion)
+        changed = _curvatures(near, convex=False)[1] @ motion
+        densities = near.barrier.slope * speeds
+        self.points.add_shape_gradient(found, near.rows, factor * densities, factor * changed)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the points by ``change`` (local array, mm); None: put them back."""

@@ -13,6 +13,7 @@ from dolfingrip.forms import plate as form
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference, to_world
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import NODE
 
 
@@ -55,6 +56,7 @@ class SkinPoints:
             self.frames = domain.placement.frames(self.rest)
             self.rest = domain.placement.positions(self.rest)
         self._rate: tuple[fem.Function, fem.Form] | None = None
+        self._shares: tuple[fem.Function, fem.Form] | None = None
 
     def positions(self, dofs: np.ndarray) -> np.ndarray:
         """(n, 3) deformed positions (mm)."""
@@ -90,6 +92,28 @@ class SkinPoints:
         other.rest = self.rest + self.displacement(change)
         other.areas = self.areas + self.area_rates(change)
         return other
+
+    def add_shape_gradient(
+        self, found: ShapeGradient, rows: np.ndarray, densities: np.ndarray, forces: np.ndarray
+    ) -> None:
+        """Add the derivatives of Σ A b by the reference coordinates.
+
+        Args:
+            found: what is added to.
+            rows: (m,) places of some points in :attr:`nodes`.
+            densities: (m,) b of each, for a unit of area.
+            forces: (m, 3) derivatives of Σ A b by the places of the points in the world.
+        """
+        if self._shares is None:
+            density = fem.Function(self._space)
+            form = density[0] * self.measure
+            self._shares = density, found.coordinates.compiled(form)
+        density, by_coordinates = self._shares
+        density.x.array[:] = 0.0
+        density.x.array[NODE * self.nodes[rows]] = densities
+        density.x.scatter_forward()
+        found.add_form(by_coordinates)
+        found.at_nodes[self.nodes[rows]] += self.to_reference(forces, rows)
 
     def _assembled(self, integral: fem.Form) -> np.ndarray:
         """The first component of each owned node."""

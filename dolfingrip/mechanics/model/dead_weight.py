@@ -13,7 +13,8 @@ from mpi4py import MPI
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.domain import Domain
 from dolfingrip.mechanics.model.placement import to_reference
-from dolfingrip.mechanics.model.term import Term
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
+from dolfingrip.mechanics.model.term import NoShapeGradient, Term
 from dolfingrip.mechanics.model.unknowns import NODE, Gradient
 
 
@@ -37,6 +38,7 @@ class DeadWeight(Term):
         domain: Domain,
         weights_N_mm3: Mapping[tuple[str, ...], fem.Constant],
     ) -> None:
+        self._u = u
         self._space = space = u.function_space
         self._weights = list(weights_N_mm3.values())
         self._parts = [
@@ -50,6 +52,7 @@ class DeadWeight(Term):
         placement = domain.placement
         self._frames = None if placement is None else placement.frames(points)
         self._volumes_mm3 = self._assembled(self._volume)
+        self._by_coordinates: fem.Form | None = None
 
     @staticmethod
     def _compiled(form: ufl.Form) -> fem.Form:
@@ -81,6 +84,16 @@ class DeadWeight(Term):
     def add_gradient(self, dofs: np.ndarray, gradient: Gradient) -> None:
         """Add minus the weight (N)."""
         gradient.at_nodes[:] -= self._loads_N(self._volumes_mm3)
+
+    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+        """Add the derivatives by the reference coordinates, of one solid that is not placed."""
+        if self._frames is not None:
+            raise NoShapeGradient(f"{self.name} of placed copies: no derivative by coordinates")
+        if self._by_coordinates is None:
+            pairs = zip(self._weights, self._parts, strict=True)
+            each = [-ufl.inner(weight, self._u) * part for weight, part in pairs]
+            self._by_coordinates = found.coordinates.compiled(sum(each[1:], start=each[0]))
+        found.add_form(self._by_coordinates)
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Compute the volumes of the mesh at its present place."""

@@ -32,6 +32,7 @@ from dolfingrip.mechanics.model.parts import (
     solid_parts,
 )
 from dolfingrip.mechanics.model.points import AtPoints
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.sheet import Sheet
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
@@ -118,6 +119,7 @@ class Potential(Term):
             tangent += ufl.derivative(ufl.derivative(rest, u, v), u, w)
         self.gradient = residual
         self._energy, self._stiffness = value, tangent
+        self._by_coordinates: fem.Form | None = None
         self._constraint: ufl.Form | None = None
         self._coupling: tuple[ufl.Form, ...] = ()
         if p is not None:
@@ -181,6 +183,12 @@ class Potential(Term):
             part += _assembled(form)[: len(part)]
         if self._globals is not None:
             self._globals.add_slopes(gradient)
+
+    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+        """Add the derivatives by the reference coordinates at the present unknowns (N)."""
+        if self._by_coordinates is None:
+            self._by_coordinates = found.coordinates.compiled(self._energy)
+        found.add_form(self._by_coordinates)
 
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """The tangent, by blocks of displacement and pressure."""

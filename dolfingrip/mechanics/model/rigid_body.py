@@ -16,6 +16,7 @@ from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.policy import STEP_BOUNDS
 from dolfingrip.mechanics.model.pose import SIX, Pose
 from dolfingrip.mechanics.model.rotation import rotation
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.tangent_state import Regularised
 from dolfingrip.mechanics.model.term import Coupling, Term
 from dolfingrip.mechanics.model.unknowns import GlobalUnknown, Gradient
@@ -182,6 +183,9 @@ class RigidMotion(Term, Memory, Regularised):
         turning = restraint * self.body.gyration_mm**2
         within += np.diag(3 * [restraint] + 3 * [turning])
         return self.pose.coupling(0, np.zeros((SIX, 0)), within)
+
+    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+        """Add nothing: the body is no part of the mesh."""
 
     def set_residual(self, residual_N: float) -> None:
         """Set the restraint that follows from the residual."""

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from dolfinx import fem
 
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.tangent_state import Carried
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
@@ -24,6 +25,10 @@ class Coupling(NamedTuple):
 
     nodes: np.ndarray
     hessian: sp.coo_matrix
+
+
+class NoShapeGradient(Exception):
+    """A term or a reading has no assembled derivative by the mesh's coordinates."""
 
 
 class Term:
@@ -65,6 +70,14 @@ class Term:
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Move the reference nodes by ``change`` (local array, mm); None: put them back."""
+
+    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+        """Add the derivatives of the potential by the reference coordinates.
+
+        Raises:
+            NoShapeGradient: one line, where the term has none.
+        """
+        raise NoShapeGradient(f"{self.name or type(self).__name__}: no derivative by coordinates")
 
     def tangent_forms(self) -> Sequence[Sequence[fem.Form]]:
         """Second derivatives that elements integrate, by blocks of fields; () if there are none."""

@@ -14,6 +14,7 @@ from mpi4py import MPI
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.memory import Memory
 from dolfingrip.mechanics.model.model import Control, Model
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.term import Coupling, Term, global_coupling
 from dolfingrip.mechanics.model.unknowns import NODE, GlobalUnknown, Gradient
 
@@ -74,6 +75,8 @@ class VolumeControl(Term, Memory):
         self._volume = fem.form(volume, jit_options=jit.options())
         test = ufl.TestFunction(space)
         self._rate = fem.form(ufl.derivative(volume, u, test), jit_options=jit.options())
+        self._integral = volume
+        self._by_coordinates: fem.Form | None = None
         self.control = Prescribed(self.volume_mm3())
         self._u = u
         self._undeformed = self._undeformed_mm3()
@@ -118,6 +121,16 @@ class VolumeControl(Term, Memory):
         """−∂V/∂u between pressure and displacement."""
         rates = self._rates()
         return [global_coupling([self.unknown], self._first, -rates[None], np.zeros((1, 1)))]
+
+    def add_shape_gradient(self, dofs: np.ndarray, found: ShapeGradient) -> None:
+        """Add p ∂V*/∂X, as V* grows with the undeformed cavity."""
+        if self._by_coordinates is None:
+            self._by_coordinates = found.coordinates.compiled(self._integral)
+        now = self._u.x.array.copy()
+        self._u.x.array[:] = 0.0
+        share = self.control.value / self._undeformed
+        found.add_form(self._by_coordinates, self.unknown.value * share)
+        self._u.x.array[:] = now
 
     def move_reference(self, change: np.ndarray | None) -> None:
         """Let the controlled volume grow with the undeformed cavity."""

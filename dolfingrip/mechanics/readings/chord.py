@@ -9,6 +9,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.readings.tip import angle_deg, angle_slopes
@@ -48,10 +49,17 @@ class LineAngle(Reading):
         return angle_deg(x, z)
 
     def gradient(self) -> np.ndarray:
-        x, _, z = self._arm()
         found = Gradient(self.model.unknowns)
-        found.at_nodes[:, [0, 2]] += self._weights[:, None] * angle_slopes(x, z)
+        found.at_nodes[:, [0, 2]] += self._slopes()
         return found.array
+
+    def _slopes(self) -> np.ndarray:
+        """(n, 2) derivatives by x and z of this rank's owned nodes, at rest or displaced."""
+        x, _, z = self._arm()
+        return np.asarray(self._weights[:, None] * angle_slopes(x, z))
+
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        found.at_nodes[: len(self._weights), [0, 2]] += self._slopes()
 
 
 def edge(model: Model, where: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:

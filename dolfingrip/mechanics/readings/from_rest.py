@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.readings.reading import Reading
 
 
@@ -48,3 +49,6 @@ class FromRest(Reading):
 
     def gradient(self) -> np.ndarray:
         return self.raw.gradient()
+
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        self.raw.add_shape_gradient(found)

@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
 
@@ -37,6 +38,7 @@ class OfIntegrals(Reading):
         super().__init__(model, column)
         self._integrals = integrals
         self._by_constant: dict[fem.Constant, fem.Form] = {}
+        self._by_coordinates: fem.Form | None = None
 
     @abstractmethod
     def _function(self, integrals: np.ndarray) -> float:
@@ -66,6 +68,12 @@ class OfIntegrals(Reading):
         for unknown in self.model.unknowns.global_unknowns:
             found.add(unknown, self._to_constant(unknown.constant))
         return found.array
+
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        self._weigh()
+        if self._by_coordinates is None:
+            self._by_coordinates = found.coordinates.compiled(self._weighed)
+        found.add_form(self._by_coordinates)
 
     def _weigh(self) -> None:
         for weight, slope in zip(self._weights, self._slopes(self._values()), strict=True):

@@ -8,6 +8,7 @@ from mpi4py import MPI
 from dolfingrip.channels import FORCE, PLATE_GAP
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
 
@@ -30,8 +31,46 @@ class PlateForce(Reading):
             found.add(unknown, copies * self._sum(load.by_constant(dofs, unknown.constant)))
         return found.array
 
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        self._plate.reaction.add_shape_gradient(
+            self.model.u.x.array, found, float(self.model.domain.copies)
+        )
+
     def _sum(self, own: float) -> float:
         return float(self.model.comm.allreduce(own, MPI.SUM))
+
+
+class PlatePlace(Reading):
+    """Where the plate would stand at its gap from the present shape (mm along its normal).
+
+    The nearest nodes decide it. Where several are equally near, as on a flat side, each has an
+    equal share in the derivatives, which is right for motions that keep the side flat.
+    """
+
+    def __init__(self, model: Model, plate: RigidPlate) -> None:
+        super().__init__(model, "plate_place_mm")
+        self._plate = plate
+
+    def value(self) -> float:
+        return self._plate.place_mm()
+
+    def _shares(self) -> tuple[np.ndarray, np.ndarray]:
+        """This rank's nearest nodes, and the derivatives (n, 3) by their places in its axes."""
+        rows = self._plate.nearest()
+        count = self.model.comm.allreduce(len(rows), MPI.SUM)
+        points = self._plate.points
+        normals = np.tile(self._plate.normal / max(count, 1), (len(rows), 1))
+        return points.nodes[rows], points.to_reference(normals, rows)
+
+    def gradient(self) -> np.ndarray:
+        found = Gradient(self.model.unknowns)
+        nodes, shares = self._shares()
+        found.at_nodes[nodes] += shares
+        return found.array
+
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        nodes, shares = self._shares()
+        found.at_nodes[nodes] += shares
 
 
 class PlateGap(Reading):

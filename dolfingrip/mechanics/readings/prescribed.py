@@ -6,6 +6,7 @@ import numpy as np
 
 from dolfingrip.channels import TIME
 from dolfingrip.mechanics.model.model import Control, Model, Prescribed
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
 from dolfingrip.mechanics.model.unknowns import Gradient
 from dolfingrip.mechanics.readings.reading import Reading
 
@@ -34,6 +35,9 @@ class ControlValue(Reading):
                     found.add(unknown, 1 / self._control.factor)
         return found.array
 
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        """Add nothing."""
+
 
 class Time(Reading):
     """Time since the first stop (s); it does not depend on state or parameters."""
@@ -46,3 +50,6 @@ class Time(Reading):
 
     def gradient(self) -> np.ndarray:
         return Gradient(self.model.unknowns).array
+
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        """Add nothing."""

@@ -8,6 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.shape_gradient import ShapeGradient
+from dolfingrip.mechanics.model.term import NoShapeGradient
 
 
 class NotDifferentiable(Exception):
@@ -45,3 +47,11 @@ class Reading(ABC):
             NotDifferentiable: the reading has no derivative.
         """
         raise NotDifferentiable(f"{self.column} has no derivative: it is a smallest distance")
+
+    def add_shape_gradient(self, found: ShapeGradient) -> None:
+        """Add ∂g/∂X: derivatives by the reference coordinates at fixed unknowns, for each mm.
+
+        Raises:
+            NoShapeGradient: one line, where the reading has none.
+        """
+        raise NoShapeGradient(f"{self.column}: no derivative by coordinates")

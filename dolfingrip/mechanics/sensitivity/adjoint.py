@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.model.shape_gradient import Coordinates, ShapeGradient
+from dolfingrip.mechanics.model.term import NoShapeGradient
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.sensitivity.policy import SENSITIVITY
 from dolfingrip.mechanics.sensitivity.repeated_step import Perturbation, RepeatedStep
@@ -17,6 +20,32 @@ class HasHistory(Exception):
     """The adjoint was asked for at a state that remembers earlier ones."""
 
 
+@dataclass(frozen=True, slots=True)
+class ShapeDerivative:
+    """Derivatives of a number by all coordinates of a mesh.
+
+    Attributes:
+        coordinates: of the mesh.
+        owned: (k, 3) by the points that this rank owns, in the number's unit for each mm.
+    """
+
+    coordinates: Coordinates
+    owned: np.ndarray
+
+    def along(self, velocity: np.ndarray) -> float:
+        """Derivative for a velocity (m, 3) of all points that this rank knows."""
+        own = float(np.vdot(self.owned, self.coordinates.owned_part(velocity)))
+        return float(self.coordinates.comm.allreduce(own, MPI.SUM))
+
+    def at_points(self) -> np.ndarray:
+        """(m, 3) at all points that this rank knows."""
+        return self.coordinates.to_points(self.owned)
+
+    def plus(self, other: ShapeDerivative, factor: float = 1.0) -> ShapeDerivative:
+        """The sum with ``factor`` times another number's derivatives."""
+        return ShapeDerivative(self.coordinates, self.owned + factor * other.owned)
+
+
 class Adjoint:
     """Derivatives of one reading of a model at its present state, which must be a solution.
 
@@ -24,10 +53,11 @@ class Adjoint:
 
         dg/dm = ∂g/∂m − λ·∂R/∂m,    K λ = ∂g/∂x
 
-    one linear solve with the tangent, however many parameters. The partial derivatives by m are
-    those of forward mode: differences of R and of g under the same perturbations, so that every
-    term and control takes part and none is named here. A state with a history would need the
-    adjoints of all steps before.
+    one linear solve with the tangent, however many parameters. The partial derivatives by a single
+    m are those of forward mode: differences of R and of g under the same perturbations, so that
+    every term and control takes part and none is named here. Those by all coordinates of the mesh
+    are one assembled vector, :meth:`by_coordinates`. A state with a history would need the adjoints
+    of all steps before.
 
     Args:
         model: at a solution.
@@ -67,6 +97,38 @@ class Adjoint:
         amount = SENSITIVITY.adjoint_change * perturbation.scale * perturbation.direction
         near, far = (self._change(perturbation, each) for each in (amount, 2 * amount))
         return (4 * near - far) / (2 * amount)
+
+    def by_coordinates(self, coordinates: Coordinates) -> ShapeDerivative:
+        """dg/dX by all coordinates of the reference mesh, while all other parameters stay.
+
+        R = ∂Π/∂x, so λ·∂R/∂X is the derivative of ∂Π/∂X along λ. It is a central difference of
+        vectors that each term assembles once.
+
+        Args:
+            coordinates: of the model's mesh.
+
+        Raises:
+            NoShapeGradient: one line, where a term or the reading has no such derivative.
+        """
+        model = self._model
+        if model.constraint is not None:
+            raise NoShapeGradient("a clamp that moves: no derivative by coordinates")
+        own = ShapeGradient(coordinates)
+        self._reading.add_shape_gradient(own)
+        here, along = model.unknowns.local(), model.unknowns.to_local(self._adjoint)
+        largest = model.comm.allreduce(float(np.abs(along).max(initial=0.0)), MPI.MAX)
+        if largest == 0:
+            return ShapeDerivative(coordinates, own.owned)
+        amount = SENSITIVITY.along_mm / largest
+        ends = []
+        for sign in (1, -1):
+            model.unknowns.set_local(here + sign * amount * along)
+            found = ShapeGradient(coordinates)
+            for term in model.all_terms:
+                term.add_shape_gradient(model.u.x.array, found)
+            ends.append(found.owned)
+        model.restore(self._state)
+        return ShapeDerivative(coordinates, own.owned - (ends[0] - ends[1]) / (2 * amount))
 
     def _change(self, perturbation: Perturbation, amount: float) -> float:
         """Change of g − λ·R as the parameter changes by ``amount`` and the unknowns do not."""

@@ -1,0 +1,196 @@
+"""Derivatives of a finger's readings at its present state by any number of parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cached_property
+from typing import Final
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.perturbation import perturbations, velocity
+from dolfingrip.experiments.rigs.rest import at_rest, has_weight
+from dolfingrip.mechanics.contact.plate import RigidPlate
+from dolfingrip.mechanics.model.shape_gradient import Coordinates, ShapeGradient
+from dolfingrip.mechanics.model.term import NoShapeGradient
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.readings.from_rest import FromRest
+from dolfingrip.mechanics.readings.plate import PlatePlace
+from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, ShapeDerivative
+from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
+from dolfingrip.parameter import Entry, Parameter
+
+PLACE: Final = "plate_place_mm"
+"""Name of the plate's place among what is derived at rest."""
+
+
+class _PlateMoved:
+    """The plate's place as a parameter (mm along its normal)."""
+
+    scale: float = 1.0
+    direction: float = 1.0
+
+    def __init__(self, plate: RigidPlate) -> None:
+        self._plate = plate
+
+    @contextmanager
+    def applied(self, amount: float) -> Iterator[None]:
+        place = float(self._plate.unloaded.value)
+        stands = float(self._plate.offset.value)
+        self._plate.put(place + amount)
+        try:
+            yield
+        finally:
+            self._plate.put(place)
+            self._plate.offset.value = stands
+
+
+class FingerAdjoints:
+    """Derivatives of some readings of a finger at a solution: one linear solve for each.
+
+    The tangent is factorised once. A reading that counts from rest, and the gap from which the
+    plate stands, depend on the state at rest too, whose derivatives are taken there.
+
+    Args:
+        finger: at a solution.
+        readings: to derive; each may count from rest.
+
+    Raises:
+        HasHistory: one line, where the state remembers earlier ones.
+    """
+
+    def __init__(self, finger: FingerModel, readings: Sequence[Reading]) -> None:
+        self._finger = finger
+        self._readings = {reading.column: reading for reading in readings}
+        model = finger.model
+        solve = Newton(model, finger.config.solver).linear()
+        self._adjoints = {
+            name: Adjoint(model, lambda: solve, _raw(reading))
+            for name, reading in self._readings.items()
+        }
+
+    # -- by all coordinates ----------------------------------------------------------------------
+
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """Coordinates of the finger's mesh."""
+        return Coordinates(self._finger.model.u.function_space)
+
+    @cached_property
+    def by_coordinates(self) -> dict[str, ShapeDerivative]:
+        """Derivatives by all coordinates of the undeformed mesh, by column.
+
+        Raises:
+            NoShapeGradient: one line, where a term or a reading has none.
+        """
+        if self._finger.site.geometric:
+            raise NoShapeGradient("effects that measure the mesh: no derivative by coordinates")
+        rest = self._rest_by_coordinates()
+        found = {}
+        for name, adjoint in self._adjoints.items():
+            here = adjoint.by_coordinates(self.coordinates)
+            if isinstance(self._readings[name], FromRest):
+                here = here.plus(rest[name], -1.0)
+            if PLACE in rest:
+                here = here.plus(rest[PLACE], self._by_place[name])
+            found[name] = here
+        return found
+
+    @cached_property
+    def _by_place(self) -> dict[str, float]:
+        """Derivatives by the plate's place (for each mm), by column."""
+        plate = self._finger.plate
+        assert plate is not None
+        moved = _PlateMoved(plate)
+        return {name: adjoint.derivative(moved) for name, adjoint in self._adjoints.items()}
+
+    def _counted(self) -> list[Reading]:
+        """What depends on the state at rest: readings that count from there, the plate's place."""
+        plate = self._finger.plate
+        found = [each.raw for each in self._readings.values() if isinstance(each, FromRest)]
+        return found if plate is None else [*found, PlatePlace(self._finger.model, plate)]
+
+    def _rest_by_coordinates(self) -> dict[str, ShapeDerivative]:
+        """Derivatives at rest of :meth:`_counted`, by column."""
+        finger, counted = self._finger, self._counted()
+        with at_rest(finger):
+            if not has_weight(finger):  # it stays undeformed, whatever its shape
+                return {each.column: self._partial(each) for each in counted}
+            model = finger.by_pressure
+            solve = Newton(model, finger.config.solver).linear()
+            return {
+                each.column: Adjoint(model, lambda: solve, each).by_coordinates(self.coordinates)
+                for each in counted
+            }
+
+    def _partial(self, reading: Reading) -> ShapeDerivative:
+        """Derivatives by coordinates at fixed unknowns."""
+        own = ShapeGradient(self.coordinates)
+        reading.add_shape_gradient(own)
+        return ShapeDerivative(self.coordinates, own.owned)
+
+    # -- by parameters ---------------------------------------------------------------------------
+
+    def by_parameters(
+        self, config: Config, parameters: Sequence[Parameter]
+    ) -> dict[str, dict[str, float]]:
+        """Derivatives by parameters, by column and by key.
+
+        Parameters of the mesh follow from the derivatives by coordinates by the chain rule. Others,
+        and all where there are none of these, are differences of the residual.
+
+        Args:
+            config: that the finger was built from.
+            parameters: any but choices of the model.
+        """
+        points = self._finger.model.domain.mesh.geometry.x
+        shaped = [each for each in parameters if each.entry is Entry.SHAPE]
+        try:
+            by_points = self.by_coordinates if shaped else {}
+        except NoShapeGradient:
+            shaped, by_points = [], {}
+        moving = {each.key: velocity(each, config, points) for each in shaped}
+        others = [each for each in parameters if each.key not in moving]
+        by_others = self._by_differences(config, others)
+        return {
+            name: {
+                each.key: by_points[name].along(moving[each.key])
+                if each.key in moving
+                else by_others[name][each.key]
+                for each in parameters
+            }
+            for name in self._adjoints
+        }
+
+    def _by_differences(
+        self, config: Config, parameters: Sequence[Parameter]
+    ) -> dict[str, dict[str, float]]:
+        """Derivatives by the perturbations of parameters, by column and by key."""
+        finger = self._finger
+        each = perturbations(parameters, config, finger)
+        counted = self._counted()
+        zeros: list[dict[str, float]] = [{} for _ in each]
+        if each and counted:
+            model = finger.by_pressure
+            with at_rest(finger):  # from where readings and the plate's gap count
+                linear = Newton(model, finger.config.solver).linear
+                rest = ForwardSensitivity(model, linear, each)
+                zeros = rest.readings(lambda: {one.column: one.value() for one in counted})
+            for one, change in zip(each, rest.changes, strict=True):
+                moved = change.unknowns[: len(model.u.x.array)]
+                one.at_rest = moved if moved.any() else None
+        found: dict[str, dict[str, float]] = {}
+        for name, adjoint in self._adjoints.items():
+            counts = isinstance(self._readings[name], FromRest)
+            found[name] = {
+                one.parameter.key: adjoint.derivative(one) - (zero[name] if counts else 0.0)
+                for one, zero in zip(each, zeros, strict=True)
+            }
+        return found
+
+
+def _raw(reading: Reading) -> Reading:
+    """A reading without its zero."""
+    return reading.raw if isinstance(reading, FromRest) else reading
