@@ -62,19 +62,6 @@ class Coordinates:
         shape = (count.size_local + count.num_ghosts, self.local)
         return sp.csr_matrix((values[kept], (rows[kept], columns[kept])), shape=shape)
 
-    def at_nodes(self, velocity: np.ndarray) -> np.ndarray:
-        """(n, 3) velocity of the displacement's local nodes, from (m, 3) of the mesh's points."""
-        field = np.zeros((self.local, 3))
-        field[self._number] = velocity
-        return np.asarray(self.of_nodes @ field)
-
-    def to_points(self, owned: np.ndarray) -> np.ndarray:
-        """(m, 3) values at the mesh's local points, from those that the ranks own."""
-        vector = la.vector(self.space.dofmap.index_map, 3)
-        vector.array[: 3 * self._owned] = owned.ravel()
-        vector.scatter_forward()
-        return np.asarray(vector.array.reshape(-1, 3)[self._number])
-
     def owned_part(self, velocity: np.ndarray) -> np.ndarray:
         """(k, 3) rows of the points that this rank owns, from (m, 3) of all its local points."""
         field = np.zeros((self.local, 3))

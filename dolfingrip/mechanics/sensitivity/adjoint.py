@@ -37,10 +37,6 @@ class ShapeDerivative:
         own = float(np.vdot(self.owned, self.coordinates.owned_part(velocity)))
         return float(self.coordinates.comm.allreduce(own, MPI.SUM))
 
-    def at_points(self) -> np.ndarray:
-        """(m, 3) at all points that this rank knows."""
-        return self.coordinates.to_points(self.owned)
-
     def plus(self, other: ShapeDerivative, factor: float = 1.0) -> ShapeDerivative:
         """The sum with ``factor`` times another number's derivatives."""
         return ShapeDerivative(self.coordinates, self.owned + factor * other.owned)
