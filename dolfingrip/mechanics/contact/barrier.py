@@ -47,6 +47,7 @@ class BarrierContact(Term):
         self.surface = surface
         self.width_mm = width_mm
         self._stiffness_MPa = stiffness_MPa
+        self._size_mm = float(np.linalg.norm(np.ptp(surface.rest, axis=0)))
         self._jitter = _jitter(surface)
         self._mesh = _collision_mesh(surface, self._jitter)
         self._unmoved: tuple[Surface, ipctk.CollisionMesh, Any] | None = None
@@ -245,10 +246,18 @@ class BarrierContact(Term):
     # -- bounds --------------------------------------------------------------------------------
 
     def max_step(self, dofs: np.ndarray, step: np.ndarray) -> float:
-        """Largest fraction of ``step`` in [0, 1] without a collision."""
+        """Largest fraction of ``step`` in [0, 1] without a collision.
+
+        No vertex moves farther than the surface is large: a diverging iteration asks for steps of
+        ten times that, along which nearly all pairs might collide. To check them takes minutes and
+        several GB.
+        """
         start = self.positions(dofs)
-        end = np.asfortranarray(start + self.surface.displacement(step[: len(dofs)]))
-        return float(
+        moved = self.surface.displacement(step[: len(dofs)])
+        longest_mm = float(np.linalg.norm(moved, axis=1).max(initial=0.0))
+        part = min(self._size_mm / longest_mm, 1.0) if longest_mm > 0 else 1.0
+        end = np.asfortranarray(start + part * moved)
+        return part * float(
             ipctk.compute_collision_free_stepsize(
                 self._mesh, start, end, narrow_phase_ccd=self._ccd
             )

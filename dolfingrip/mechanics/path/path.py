@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
 from mpi4py import MPI
 
 from dolfingrip.mechanics.model.state import State
@@ -86,6 +87,7 @@ class LoadPath:
         self._damped = damped
         self._policy = policy = policy or PathPolicy()
         self._length = 1.0  # of the longest step
+        self._by_error = False  # whether the prediction's error tells the next one
         self._stiffest = 0.0
         self._shortest = settings.shortest_step
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
@@ -114,9 +116,7 @@ class LoadPath:
             if self._late():
                 failure = Failure(FailureKind.TIME_LIMIT, at(done))
                 return Arrival(iterations, steps, failure)
-            length = min(self._length, 1.0) / whole
-            # no tiny last step is left
-            reach = 1.0 if done + (1 + self._policy.sliver) * length >= 1.0 else done + length
+            reach = self._next(done, whole)
             self.model.prescribe(at(reach))
             ahead = self._place + (reach - done) * whole
             guess = self._predictor.guess(ahead)
@@ -125,8 +125,9 @@ class LoadPath:
             iterations = self.newton.counts.iterations - before
             rejected = self._accept() if solve.converged else ""
             if solve.converged and not rejected:
-                stiffness = self._stiffness((reach - done) * whole, good)
-                self._stiffest = max(self._stiffest, stiffness)
+                taken = (reach - done) * whole
+                self._stiffest = max(self._stiffest, self._stiffness(taken, good))
+                self._adapt(taken, guess, solve.iterations, good)
                 done, steps = reach, steps + 1
                 for observer in self.observers:
                     observer.converged(good)
@@ -134,8 +135,6 @@ class LoadPath:
                 self._place, self._end = ahead, at(reach)
                 self._predictor.keep(ahead)
                 good = self.model.state()
-                if solve.iterations <= self._policy.comfortable:
-                    self._length = min(2 * self._length, 1.0)
                 if self._over():
                     break
                 continue
@@ -153,6 +152,31 @@ class LoadPath:
                 failure = Failure(_classify(solve, rejected, soft), at(done))
                 return Arrival(iterations, steps, failure)
         return Arrival(iterations, steps)
+
+    def _next(self, done: float, whole: float) -> float:
+        """The part of a way of ``whole`` longest steps at which the next step ends."""
+        length, left = min(self._length, 1.0) / whole, 1.0 - done
+        if self._by_error:  # equal steps: a short last one would cost as much as a long one
+            length = left / math.ceil(left / length - self._policy.sliver)
+        # no tiny last step is left
+        return 1.0 if (1 + self._policy.sliver) * length >= left else done + length
+
+    def _adapt(self, taken: float, guess: Guess | None, iterations: int, before: State) -> None:
+        """Choose the next step's length after a step of length ``taken`` has converged.
+
+        Where the path's series did not hold over the longest step, the error of each prediction
+        tells how far the next one holds (den Heijer & Rheinboldt, SIAM J. Numer. Anal. 18, 1981).
+        """
+        policy = self._policy.length
+        if self._by_error and guess is not None:
+            now = self.model.u.x.array
+            off = self._norm(self.model.unknowns.parts(guess.unknowns)[0] - now)
+            aim = policy.error * self._norm(now - before.displacement)
+            factor = (aim / off) ** (1 / policy.order) if off > 0 else policy.most
+            wanted = taken * min(max(factor, policy.least), policy.most)
+            self._length = min(wanted if factor < 1 else max(wanted, self._length), 1.0)
+        elif iterations <= self._policy.comfortable:
+            self._length = min(2 * self._length, 1.0)
 
     def _longest_steps(self, start: Mapping[str, float], target: Mapping[str, float]) -> float:
         """Number of longest steps from ``start`` to ``target``; 1 if no control limits them."""
@@ -194,7 +218,9 @@ class LoadPath:
         )
         if not straight:
             with self.newton.profile.phase("prediction"):
-                self._predictor.turn(self._place, direction)
+                easy = self._predictor.turn(self._place, direction)
+            self._by_error = easy < 1.0
+            self._length = min(self._length, easy)
         self._direction = direction
 
     def _late(self) -> bool:
@@ -205,9 +231,12 @@ class LoadPath:
 
     def _stiffness(self, length: float, before: State) -> float:
         """Parts of a longest step for a change of the displacement by 1 mm from ``before``."""
-        moved = self.model.u.x.array - before.displacement
-        square = self.model.comm.allreduce(float(moved @ moved), MPI.SUM)
-        return length / math.sqrt(square) if square > 0 else 0.0
+        moved = self._norm(self.model.u.x.array - before.displacement)
+        return length / moved if moved > 0 else 0.0
+
+    def _norm(self, dofs: np.ndarray) -> float:
+        """Norm of a local array of the displacement (mm), ghosts included."""
+        return math.sqrt(self.model.comm.allreduce(float(dofs @ dofs), MPI.SUM))
 
     def _runs_away(self, length: float, good: State) -> bool:
         """Whether a failed solve of a small step has gone far from ``good``.

@@ -36,13 +36,18 @@ class SeriesPolicy:
         near: distance of the states in differences that give derivatives, in the path's unit.
             Membranes are so stiff that at a hundredth the third term is 1.7 times too large;
             rounding stays below 1e-5 of the first term.
-        falling: largest ratio of the last and the first term: a series with a larger one is not
-            used.
+        falling: largest ratio of the last and the first term over the longest step; where it is
+            larger, the path starts with a shorter step.
+        easy: that ratio over the shorter step.
+        nearest: shortest such step, in the path's unit; where the series holds no farther, as in
+            contact, it is not used, and the path starts with the longest step.
     """
 
     order: int = 3
     near: float = 1e-3
     falling: float = 0.3
+    easy: float = 0.03
+    nearest: float = 1 / 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +73,23 @@ LIMIT_POINT = LimitPointPolicy()
 
 
 @dataclass(frozen=True, slots=True)
+class LengthPolicy:
+    """Lengths of steps by the error of predictions; see :class:`~.path.LoadPath`.
+
+    Attributes:
+        error: error of a prediction, relative to the step's displacement, that the next step aims
+            at. Thin walls need 3 iterations there, 6 at three times as much, 13 at five times.
+        order: power of the length with which the error grows, for a cubic.
+        least, most: smallest and largest ratio of a step's length and that before.
+    """
+
+    error: float = 0.04
+    order: int = 3
+    least: float = 0.5
+    most: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
 class PathPolicy:
     """How a path is divided into steps; see :class:`~.path.LoadPath`.
 
@@ -88,5 +110,6 @@ class PathPolicy:
     sliver: float = 0.01
     from_equilibrium: bool = False
     halves_first: bool = False
+    length: LengthPolicy = field(default_factory=LengthPolicy)
     predictor: PredictorPolicy = field(default_factory=PredictorPolicy)
     series: SeriesPolicy = field(default_factory=SeriesPolicy)

@@ -42,27 +42,36 @@ class Predictor:
         self._model.carried.reset()
         self.keep(place)
 
-    def turn(self, place: float, rates: Mapping[str, float]) -> None:
+    def turn(self, place: float, rates: Mapping[str, float]) -> float:
         """Start a new straight path at the present, converged state.
 
         Args:
             place: place of the state on the path.
             rates: rates of the controls, for each unit of place.
+
+        Returns:
+            The length of a first step that is easy, at most 1.
         """
         self.restart(place)
         state = self._model.state()
         if not self._model.carried or state.history:
-            return  # if internal variables evolve, half a step ends in another state
+            return 1.0  # if internal variables evolve, half a step ends in another state
         terms = series.terms(self._model, self._tangent, state.controls, rates, self._series)
+        if not terms:
+            return 1.0
+        reach = series.reach(self._model, terms, self._series.falling)
+        if reach < 1.0:
+            reach = series.reach(self._model, terms, self._series.easy)
         here = self._model.unknowns.local()
-        farthest = series.along(here, terms, self._policy.ahead[0])
-        if not terms or self._model.admissible_step(farthest - here)[0] < 1.0:
-            return
+        farthest = series.along(here, terms, self._policy.ahead[0] * reach)
+        if reach < self._series.nearest or self._model.admissible_step(farthest - here)[0] < 1.0:
+            return 1.0
         self._kept.clear()
         for ahead in (*self._policy.ahead, 0.0):
-            self._model.unknowns.set_local(series.along(here, terms, ahead))
+            self._model.unknowns.set_local(series.along(here, terms, ahead * reach))
             self._model.carried.reset()
-            self.keep(place + ahead)
+            self.keep(place + ahead * reach)
+        return reach
 
     def keep(self, place: float) -> None:
         """Store the state that Newton's method has found at ``place``."""

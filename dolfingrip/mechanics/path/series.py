@@ -37,7 +37,7 @@ def terms(
 
     Returns:
         The factors of s, s², … of the unknowns, local arrays. The list is empty if the path does
-        not move, or if the series does not converge, as in contact, which is not smooth.
+        not move.
     """
     start = model.unknowns.local()
     found: list[np.ndarray] = []
@@ -68,8 +68,18 @@ def terms(
         model.unknowns.set_local(start)
         model.prescribe(controls)
         equations.destroy()
-    first, last = (_length(model, term) for term in (found[0], found[-1]))
-    return found if last < policy.falling * first else []
+    return found
+
+
+def reach(model: Model, terms: Sequence[np.ndarray], falling: float) -> float:
+    """The largest s, up to 1, at which the last term is no more than ``falling`` of the first.
+
+    Beyond it the series does not hold: in contact, which is not smooth, from nearly 0 on.
+    """
+    first, last = (_length(model, term) for term in (terms[0], terms[-1]))
+    if last < falling * first:
+        return 1.0
+    return float((falling * first / last) ** (1 / (len(terms) - 1)))
 
 
 def along(start: np.ndarray, terms: Sequence[np.ndarray], s: float) -> np.ndarray:
