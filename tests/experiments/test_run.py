@@ -86,6 +86,7 @@ def test_record_tells_all_and_repeats_the_run(bending: Result, folder: Path) -> 
     assert record["complete"] is True
     assert record["failure"] is None
     assert (record["experiment"], record["ranks"]) == ("bending", 1)
+    assert 50 < record["peak_memory_MB"] < 10_000
     assert record["mesh"]["elements"] > 100
     assert record["mesh"]["dofs"] > record["mesh"]["elements"]
     assert record["newton"]["iterations"] == bending.column("iterations").sum() > 0

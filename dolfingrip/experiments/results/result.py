@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import resource
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
+from mpi4py import MPI
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.results.outcome import Outcome
@@ -81,6 +83,11 @@ class Result:
         return {name: [row.get(name) for row in self.rows] for name in names}
 
 
+def peak_memory_MB() -> float:
+    """Largest memory of this process so far (10⁶ bytes)."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e6  # Linux tells KiB
+
+
 def facts(
     result: Result, newton: Newton, profile: Profile, wall_s: float, notes: Sequence[str]
 ) -> dict[str, Any]:
@@ -114,5 +121,6 @@ def facts(
         "outcome": None if result.outcome is None else asdict(result.outcome),
         "ranks": model.comm.size,
         "wall_s": round(wall_s, 3),
+        "peak_memory_MB": round(model.comm.allreduce(peak_memory_MB(), MPI.SUM)),
         "profile": profile.as_dict(),
     }
