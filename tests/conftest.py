@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
+from functools import cache
 
 import pytest
 
 # in a fourth of level 3's time; subprocesses inherit it, and it stands before any import of the
 # package, which reads it then
 os.environ.setdefault("DOLFINGRIP_OPTIMISATION", "1")
+
+# setuptools, by which CFFI calls the compiler, reads the entry points of all packages six times for
+# each form: as long as the analysis of a small one takes
+importlib.metadata.entry_points = cache(importlib.metadata.entry_points)
 
 MOST = 4
 """Workers on machines of many cores: each takes 1 GB, and some tests start more processes."""
