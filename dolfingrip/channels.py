@@ -18,10 +18,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-Part = Literal["finger", "plate", "bar"]
-"""The objects that are read: a finger, the plate that it presses on, a coupon."""
+Part = Literal["finger", "plate", "bar", "gripper"]
+"""The objects that are read: a finger, the plate that it presses on, a coupon, a gripper."""
 
-WHO: Final = ("experiment", "specimen", "cycle", "branch")
+WORDS: Final[Mapping[str, str]] = {
+    "experiment": "name of the experiment",
+    "specimen": "name of the specimen; of a simulation `simulated`",
+    "cycle": "number of the cycle, from 1 on",
+    "branch": "`loading`, `unloading`, `hold` (the load waits) or `lift` (of a grasp)",
+}
+"""What the columns mean that name the experiment, specimen, cycle and branch of a row."""
+
+WHO: Final = tuple(WORDS)
 """Columns that name the experiment, specimen, cycle and branch of a row."""
 
 SYMBOLS: Final[Mapping[str, str]] = {"deg": "°", "mm3": "mm³", "N_per_mm": "N/mm", "": "–"}
@@ -36,6 +44,7 @@ class Channel:
         name: name of the column, with its unit at the end.
         unit: unit in the form at the name's end; "" for a ratio.
         title: name in words, for an axis.
+        about: what it is, for the table of columns.
         short: title above a column of a table; "" if it is ``title``.
         form: format of a printed number, such as ``.2f``.
         of: parts that it is read of; empty for time and controls.
@@ -58,6 +67,7 @@ class Channel:
     name: str
     unit: str
     title: str
+    about: str = ""
     short: str = ""
     form: str = "g"
     of: tuple[Part, ...] = ()
@@ -91,11 +101,19 @@ class Channel:
         return replace(self, title=title, short="")
 
 
-TIME = Channel(name="time_s", unit="s", title="Time", form=".1f", plausible=(0.0, 1e9))
+TIME = Channel(
+    name="time_s",
+    unit="s",
+    title="Time",
+    about="time since the first reading",
+    form=".1f",
+    plausible=(0.0, 1e9),
+)
 PRESSURE = Channel(
     name="pressure_kPa",
     unit="kPa",
     title="Pressure",
+    about="pressure of the supply above that of the air around",
     plausible=(-10.0, 1e4),  # a gauge's zero is off by 3 standard deviations at most
     noise=0.5,
 )
@@ -103,6 +121,7 @@ ANGLE = Channel(
     name="angle_deg",
     unit="deg",
     title="Tip angle",
+    about="turn of the tip face in the plane of bending, since rest",
     short="Angle",
     form=".1f",
     of=("finger",),
@@ -116,6 +135,7 @@ FORCE = Channel(
     name="force_N",
     unit="N",
     title="Force",
+    about="of a finger: its force on the plate, normal to it; of a coupon: its tension",
     form=".3f",
     of=("plate", "bar"),
     plausible=(-1e5, 1e5),
@@ -128,6 +148,7 @@ DISPLACEMENT = Channel(
     name="displacement_mm",
     unit="mm",
     title="Travel",
+    about="travel of the crosshead that pulls a coupon",
     form=".2f",
     plausible=(-1e3, 1e4),
     noise=0.005,  # of the crosshead that pulled the NinjaFlex coupons
@@ -136,6 +157,7 @@ TIP_X = Channel(
     name="tip_x_mm",
     unit="mm",
     title="Tip's displacement along x",
+    about="mean displacement of the tip face along x, towards which the finger bends",
     short="Tip x",
     form=".2f",
     of=("finger",),
@@ -144,28 +166,63 @@ TIP_X = Channel(
     tolerance=0.01,
     from_rest=True,
 )
-TIP_Z = replace(TIP_X, name="tip_z_mm", title="Tip's displacement along z", short="Tip z")
-CHORD_ANGLE = replace(ANGLE, name="chord_angle_deg", title="Chord angle", short="", synthetic=False)
+TIP_Z = replace(
+    TIP_X, name="tip_z_mm", title="Tip's displacement along z", short="Tip z",
+    about="mean displacement of the tip face along z, from the clamp to the tip at rest",
+)  # fmt: skip
+CHORD_ANGLE = replace(
+    ANGLE, name="chord_angle_deg", title="Chord angle", short="", synthetic=False,
+    about="turn of the line from the clamp to the tip, since rest",
+)  # fmt: skip
 CAVITY_PRESSURE = Channel(
-    name="cavity_pressure_kPa", unit="kPa", title="Pressure in the cavity", of=("finger",)
+    name="cavity_pressure_kPa",
+    unit="kPa",
+    title="Pressure in the cavity",
+    about="pressure in the cavity; it lags behind that of the supply where a line is modelled",
+    of=("finger",),
 )
 CAVITY_VOLUME = Channel(
-    name="cavity_volume_mm3", unit="mm3", title="Volume of the cavity", of=("finger",)
+    name="cavity_volume_mm3",
+    unit="mm3",
+    title="Volume of the cavity",
+    about="volume that the cavity encloses, of the whole finger",
+    of=("finger",),
 )
 CONTACT_GAP = Channel(
-    name="contact_gap_mm", unit="mm", title="Smallest gap between bellows", of=("finger",)
+    name="contact_gap_mm",
+    unit="mm",
+    title="Smallest gap between bellows",
+    about="smallest distance between neighbouring bellows",
+    of=("finger",),
 )
-PLATE_GAP = Channel(name="plate_gap_mm", unit="mm", title="Gap to the plate", of=("plate",))
+PLATE_GAP = Channel(
+    name="plate_gap_mm",
+    unit="mm",
+    title="Gap to the plate",
+    about="distance from the finger to the force sensor's plate",
+    of=("plate",),
+)
 NOMINAL_STRAIN = Channel(
-    name="nominal_strain", unit="", title="Nominal strain", form=".3f", of=("bar",)
+    name="nominal_strain",
+    unit="",
+    title="Nominal strain",
+    about="travel by the gauge length",
+    form=".3f",
+    of=("bar",),
 )
 NOMINAL_STRESS = Channel(
-    name="nominal_stress_MPa", unit="MPa", title="Nominal stress", form=".3f", of=("bar",)
+    name="nominal_stress_MPa",
+    unit="MPa",
+    title="Nominal stress",
+    about="force by the cross-section at rest",
+    form=".3f",
+    of=("bar",),
 )
 TRANSVERSE_STRAIN = Channel(
     name="transverse_strain",
     unit="",
     title="Transverse strain",
+    about="change of the width by the width at rest",
     form=".4f",
     of=("bar",),
     plausible=(-1.0, 1.0),
@@ -177,8 +234,47 @@ TRANSVERSE_STRAIN = Channel(
     added=1,
 )
 
+FINGERS: Final[Mapping[str, str]] = {"A": "thumb A", "B": "finger B", "C": "finger C"}
+"""Names of a gripper's fingers by their letters."""
+
+
+def _gripper(name: str, unit: str, title: str, about: str, form: str = ".3f") -> Channel:
+    return Channel(name=name, unit=unit, title=title, about=about, form=form, of=("gripper",))
+
+
+GRIPPER: Final = (
+    _gripper("table_z_mm", "mm", "Table", "height of the table, seen from the gripper: the gripper "
+             "stands still and the table sinks in the lift"),
+    *(_gripper(f"object_{axis}_mm", "mm", f"Food {axis}", "place of the food's centre of gravity, "
+               f"seen from the gripper, along {axis}", ".2f") for axis in "xyz"),
+    _gripper("object_height_mm", "mm", "Food above table", "height of the food above where it "
+             "stood on the table: 0 until it is lifted", ".2f"),
+    _gripper("object_turn_deg", "deg", "Food's turn", "angle by which the food has turned", ".1f"),
+    *(_gripper(f"object_turn_{axis}_deg", "deg", f"Food's turn about {axis}", "part of the food's "
+               f"rotation vector along {axis}", ".1f") for axis in "xyz"),
+    *(_gripper(f"angle_{letter}_deg", "deg", f"Angle of {who}", f"turn of the tip face of {who} "
+               "towards the food, since rest", ".1f") for letter, who in FINGERS.items()),
+    *(_gripper(f"normal_{letter}_N", "N", f"Normal force of {who}", f"sum of the normal forces of "
+               f"{who} on the food") for letter, who in FINGERS.items()),
+    *(_gripper(f"lift_{letter}_N", "N", f"Lift of {who}", f"vertical part of all forces of {who} "
+               "on the food, friction included") for letter, who in FINGERS.items()),
+    _gripper("table_N", "N", "Table force", "normal force of the table on the food"),
+    _gripper("slip_mm", "mm", "Slip", "way that the finger with the largest one has slid over the "
+             "food so far: mean over its points, weighted by their normal forces", ".2f"),
+    _gripper("contact_pressure_kPa", "kPa", "Contact pressure", "largest pressure of a finger on "
+             "the food", ".1f"),
+    _gripper("force_closure", "", "Force closure", "largest load, in the worst direction, that "
+             "the contacts can bear for each newton of normal force (–); 0: none"),
+    _gripper("pressure_mJ", "mJ", "Work of the pressure", "work of the pressure so far"),
+    _gripper("friction_mJ", "mJ", "Dissipated", "energy that sliding has dissipated so far"),
+    _gripper("energy_error_mJ", "mJ", "Energy's error", "error of the energy balance so far"),
+    _gripper("momentum_error_N", "N", "Momentum's error", "largest error of the food's balance of "
+             "momentum in any step so far, |m Δv/Δt − ΣF|"),
+)  # fmt: skip
+"""The readings of a gripper with its food, in the laboratory's frame: z points upwards."""
+
 CHANNELS: Final[Mapping[str, Channel]] = {
-    each.name: each for each in list(globals().values()) if isinstance(each, Channel)
+    each.name: each for each in (*list(globals().values()), *GRIPPER) if isinstance(each, Channel)
 }
 """All of the above by name, in their order, which is that of columns in files."""
 

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.cli import (
+    columns_command,
     diagnose_command,
     doe_commands,
     experiment_commands,
@@ -38,7 +39,7 @@ from dolfingrip.jobs.interrupts import interrupt_behind
 ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
-    *("pickup", "friction", "mesh", "morph", "config", "extensions"),
+    *("pickup", "friction", "mesh", "morph", "config", "columns", "extensions"),
     *("synthetic", "diagnose", "plan-experiment", "predict"),
     *("doe", "train", "optimise", "study", "reproduce"),
 )
@@ -71,6 +72,7 @@ app.command("plan-experiment")(plan_command.plan_experiment)
 app.command("predict")(predict_command.predict)
 app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
+app.command("columns")(columns_command.columns)
 app.command("extensions")(extensions_command.extensions)
 app.add_typer(doe_commands.app, name="doe")
 app.command("train")(train_command.train)

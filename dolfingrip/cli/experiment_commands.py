@@ -23,7 +23,7 @@ from dolfingrip.cli.options import (
     gradient_keys,
 )
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.experiments.description import Option
+from dolfingrip.experiments.description import PRESSURE_OPTION, Option
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.sections import protocol_file
@@ -136,6 +136,12 @@ def _command(experiment: Experiment) -> Callable[..., None]:
             return
         from dolfingrip.cli.commands import run_experiment
 
+        pressure = given.get(PRESSURE_OPTION.name)
+        if protocol is not None and pressure is not None:
+            raise ConfigError(
+                f"{PRESSURE_OPTION.flag} {pressure:g}: allowed: without --protocol, which has its "
+                "own pressures"
+            )
         assignments = [*(overrides or ()), *_assignments(experiment, given)]
         poses = _poses(experiment, config, assignments, out, protocol, specimen)
         asked = experiment.with_options(given)
@@ -216,7 +222,8 @@ def _measured(text: str) -> list[str]:
         ConfigError: one line with the names that are allowed.
     """
     allowed = [name for name, experiment in EXPERIMENTS.items() if experiment.measured]
-    names = text.split(",")
+    by_command = {EXPERIMENTS[name].command: name for name in allowed}
+    names = [by_command.get(name, name) for name in text.split(",")]
     for name in names:
         if name not in allowed:
             raise ConfigError(

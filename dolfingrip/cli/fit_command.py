@@ -42,6 +42,7 @@ def fit_laws(
     """
     from dolfingrip.cli import progress
     from dolfingrip.experiments.material_fit import coupons, fit, material_file
+    from dolfingrip.experiments.material_fit.choice import choose
     from dolfingrip.experiments.material_fit.law import LAWS
     from dolfingrip.report import material
 
@@ -62,12 +63,13 @@ def fit_laws(
         for i, law in enumerate(laws):
             fits.append(fit.fit(law, data))
             show(i + 1, len(laws), law.title)
-    best = _best(fits, data)
+    choice = choose(fits, data)
+    best = choice.best
     screen.print(_told(data, readings), soft_wrap=True)
     screen.print(_quality(fits, best))
     screen.print()
     screen.print(_values(fits, best))
-    for line in _remarks(fits, best, data):
+    for line in (*choice.reasons, *_remarks(fits, best, data)):
         screen.print(f"- {line}", soft_wrap=True)
     if not material_file.allowed(best):
         raise ConfigError(
@@ -81,20 +83,6 @@ def fit_laws(
         f"{best.law.title}: {out / 'material.toml'}, for --config; picture: {out / 'fit.png'}",
         soft_wrap=True,
     )
-
-
-def _best(fits: Sequence[Fit], data: Sequence[Series]) -> Fit:
-    """The fit with the smallest criterion among laws that are stable where they were measured."""
-    from dolfingrip.experiments.material_fit import material_file
-    from dolfingrip.experiments.material_fit.homogeneous import stable_to
-
-    def sound(fit: Fit) -> bool:
-        return material_file.allowed(fit) and all(
-            stable_to(fit.law, series.mode, fit.values)[1] >= float(series.stretch.max())
-            for series in data
-        )
-
-    return min([fit for fit in fits if sound(fit)] or fits, key=lambda fit: fit.criterion)
 
 
 def _told(data: Sequence[Series], readings: int) -> str:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from dolfingrip.config import Config
 from dolfingrip.experiments.bending import Bending
 from dolfingrip.experiments.blocked_force import BlockedForce
-from dolfingrip.experiments.description import Option
+from dolfingrip.experiments.description import PRESSURE_OPTION, Option
 from dolfingrip.experiments.experiment import Experiment
 
 
@@ -21,9 +21,7 @@ class Cycle(Bending):
     command: ClassVar = "cycle"
     options: ClassVar = (
         Option("--cycles", int, 2, "Number of times up and down.", "experiment.cycles"),
-        Option(
-            "--pressure-kPa", float, None, "Highest pressure (kPa).", "experiment.max_pressure_kPa"
-        ),
+        PRESSURE_OPTION,
         Option(
             "--rate-kPa-per-s",
             float,

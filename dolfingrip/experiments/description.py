@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from dolfingrip.channels import PRESSURE, Channel
 
@@ -58,3 +58,9 @@ class Option:
     def name(self) -> str:
         """The flag as a Python name."""
         return self.flag.lstrip("-").replace("-", "_")
+
+
+PRESSURE_OPTION: Final = Option(
+    "--pressure", float, None, "Highest pressure in kPa.", "experiment.max_pressure_kPa"
+)
+"""The option of all experiments that pressurise."""

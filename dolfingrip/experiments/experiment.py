@@ -32,7 +32,7 @@ class Experiment(ABC):
         title: heading of its table.
         control: the prescribed quantity.
         parts: parts of its rig whose channels it reads.
-        columns: columns of the result that only this experiment has.
+        columns: channels of the result that only this experiment has.
         table: channels of the result that are printed; results are joined by the first one.
         plot: what is drawn of the result.
         options: options of its command in addition to the common options.
@@ -49,7 +49,7 @@ class Experiment(ABC):
     title: ClassVar[str]
     control: ClassVar[Channel] = PRESSURE
     parts: ClassVar[tuple[Part, ...]] = ()
-    columns: ClassVar[tuple[str, ...]] = ()
+    columns: ClassVar[tuple[Channel, ...]] = ()
     table: ClassVar[tuple[Channel, ...]]
     plot: ClassVar[Plot]
     options: ClassVar[tuple[Option, ...]] = ()
@@ -61,8 +61,10 @@ class Experiment(ABC):
 
     @classmethod
     def summary(cls) -> str:
-        """The first line of its docstring."""
-        return (cls.__doc__ or "").splitlines()[0]
+        """The first line of its docstring, and its name where that is not its command's."""
+        line = (cls.__doc__ or "").splitlines()[0]
+        named = cls.__dict__.get("name", cls.command)  # a cycle is named like what it repeats
+        return line if named == cls.command else f"{line} In files and Python: {named}."
 
     # -- before the run --------------------------------------------------------------------------
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from dolfingrip.config import Config
+from dolfingrip.experiments.description import PRESSURE_OPTION
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.protocol import pressurisation
@@ -14,6 +15,8 @@ from dolfingrip.experiments.protocol.schedule import Stop
 
 class FingerExperiment(Experiment):
     """An experiment whose control is the pressure or the volume of the finger's cavity."""
+
+    options: ClassVar = (PRESSURE_OPTION,)
 
     def schedule(self, config: Config) -> Sequence[Stop]:
         return pressurisation.stops(config)

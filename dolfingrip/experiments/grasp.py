@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from dolfingrip.channels import PRESSURE, TIME, Channel
+from dolfingrip.channels import CHANNELS, PRESSURE, TIME
 from dolfingrip.config import Config
-from dolfingrip.experiments.description import Curve, Option, Plot
+from dolfingrip.experiments.description import PRESSURE_OPTION, Curve, Option, Plot
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.protocol import grasping
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.results.outcome import COLUMNS
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -64,17 +63,17 @@ class Grasp(Experiment):
     name: ClassVar = "grasp"
     command: ClassVar = "grasp"
     title: ClassVar = "Grasp"
-    columns: ClassVar = COLUMNS
+    parts: ClassVar = ("gripper",)
     table: ClassVar = (
         PRESSURE,
         replace(TIME, form=".2f"),
-        Channel(name="angle_A_deg", unit="deg", title="Thumb angle", form=".1f"),
-        Channel(name="angle_B_deg", unit="deg", title="Finger angle", form=".1f"),
-        Channel(name="normal_A_N", unit="N", title="Thumb force", form=".3f"),
-        Channel(name="normal_B_N", unit="N", title="Finger force", form=".3f"),
-        Channel(name="table_N", unit="N", title="Table force", form=".3f"),
-        Channel(name="object_z_mm", unit="mm", title="Food z", form=".2f"),
-        Channel(name="slip_mm", unit="mm", title="Slip", form=".2f"),
+        CHANNELS["angle_A_deg"].called("Thumb angle"),
+        CHANNELS["angle_B_deg"].called("Finger angle"),
+        CHANNELS["normal_A_N"].called("Thumb force"),
+        CHANNELS["normal_B_N"].called("Finger force"),
+        CHANNELS["table_N"],
+        CHANNELS["object_height_mm"],
+        CHANNELS["slip_mm"],
     )
     plot: ClassVar = Plot(
         "Normal force (N)",
@@ -89,7 +88,7 @@ class Grasp(Experiment):
     options: ClassVar = (
         Option("--food", str, None, "What is grasped, e.g. potato-large.", "food.kind"),
         Option("--pose", str, None, "scoop, pinch or claw.", "gripper.pose"),
-        Option("--pressure", float, None, "Pressure in kPa.", "experiment.max_pressure_kPa"),
+        PRESSURE_OPTION,
         Option("--friction", float, None, "Of fingers on food.", "food.friction"),
         Option("--preset", str, None, "Mesh: coarse or default.", "gripper.preset"),
     )

@@ -30,11 +30,16 @@ EXPERIMENTS: Mapping[str, Experiment] = {name: experiment(name) for name in NAME
 
 
 def find(name: str) -> Experiment:
-    """The experiment of this name.
+    """The experiment of this name; its command's name is allowed, too.
 
     Raises:
         ConfigError: one line that lists the allowed names.
     """
-    if name not in EXPERIMENTS:
-        raise ConfigError(f"experiment {name}: allowed: {', '.join(EXPERIMENTS)}")
-    return EXPERIMENTS[name]
+    by_command = {each.command: each for each in EXPERIMENTS.values()}
+    if name not in {*EXPERIMENTS, *by_command}:
+        told = [
+            known if known == each.command else f"{known} (or {each.command})"
+            for known, each in EXPERIMENTS.items()
+        ]
+        raise ConfigError(f"experiment {name}: allowed: {', '.join(told)}")
+    return EXPERIMENTS.get(name) or by_command[name]

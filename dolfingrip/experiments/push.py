@@ -26,7 +26,11 @@ AXES = "xy"
 
 STIFFNESSES = tuple(
     Channel(
-        name=f"stiffness_{axis}_N_per_mm", unit="N_per_mm", title=f"Stiffness {axis}", form=".4f"
+        name=f"stiffness_{axis}_N_per_mm",
+        unit="N_per_mm",
+        title=f"Stiffness {axis}",
+        about=f"force along {axis} on the tip face by the displacement that it causes",
+        form=".4f",
     )
     for axis in AXES
 )
@@ -50,7 +54,7 @@ class Push(FingerExperiment):
     command: ClassVar = "push"
     title: ClassVar = "Stiffness at the tip"
     parts: ClassVar = ("finger",)
-    columns: ClassVar = tuple(each.name for each in STIFFNESSES)
+    columns: ClassVar = STIFFNESSES
     table: ClassVar = (PRESSURE, ANGLE, *STIFFNESSES)
     plot: ClassVar = Plot(
         "Stiffness at the tip (N/mm)",
@@ -100,7 +104,7 @@ def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:
     def found() -> Mapping[str, float]:
         solve = newton.linear()
         along = zip(Push.columns, tips, strict=True)
-        return {column: 1 / compliance_mm_per_N(solve, tip) for column, tip in along}
+        return {each.name: 1 / compliance_mm_per_N(solve, tip) for each, tip in along}
 
     return found
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import tomlkit
 
-from dolfingrip.channels import CHANNELS, TIME, WHO, measured, read_of
+from dolfingrip.channels import CHANNELS, PRESSURE, TIME, WHO, WORDS, measured, read_of
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.results import record
@@ -21,8 +21,11 @@ from dolfingrip.mechanics.model.domain import on_root
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.profile import Profile
 
-EFFORT = ("iterations", "load_steps")
-"""Columns that tell the solver's effort."""
+EFFORT = {
+    "iterations": "Newton iterations since the reading before",
+    "load_steps": "steps of the load since the reading before",
+}
+"""Columns that tell the solver's effort, and what they mean."""
 
 
 def columns(experiment: Experiment) -> tuple[str, ...]:
@@ -33,7 +36,18 @@ def columns(experiment: Experiment) -> tuple[str, ...]:
     """
     own = {each.name for each in (*measured(), *read_of(*experiment.parts))}
     shared = [name for name in CHANNELS if name in own]
-    return (*WHO, *shared, *experiment.columns, *EFFORT)
+    return (*WHO, *shared, *(each.name for each in experiment.columns), *EFFORT)
+
+
+def described(experiment: Experiment) -> list[tuple[str, str]]:
+    """The columns of an experiment's ``result.csv`` that can have entries, with their meaning."""
+    filled = {
+        each.name: each.about
+        for each in (experiment.control, TIME, PRESSURE, *read_of(*experiment.parts))
+    }
+    own = {each.name: each.about for each in experiment.columns}
+    known = {**WORDS, **filled, **own, **EFFORT}
+    return [(name, known[name]) for name in columns(experiment) if name in known]
 
 
 def write_outcome(
@@ -52,7 +66,7 @@ def write_outcome(
             table = csv.DictWriter(file, list(sensitivities[0]), lineterminator="\n")
             table.writeheader()
             for row in sensitivities:
-                table.writerow({name: _digits(value) for name, value in row.items()})
+                table.writerow({name: digits(value) for name, value in row.items()})
     record.write(out / "run.json", config, facts)
 
 
@@ -111,7 +125,7 @@ class Recorder:
         with self._profile.phase("output"):
             self._fields.write(row["time_s"])
             if self._file is not None:
-                self._table.writerow({k: _digits(v) for k, v in row.items() if not _empty(v)})
+                self._table.writerow({k: digits(v) for k, v in row.items() if not _empty(v)})
                 self._file.flush()
 
     def finish(self, facts: dict[str, Any], sensitivities: Sequence[Row] = ()) -> None:
@@ -160,6 +174,6 @@ def _empty(value: Any) -> bool:
     return isinstance(value, float) and math.isnan(value)
 
 
-def _digits(value: Any) -> Any:
-    """A float with ten significant digits; further digits are below the solver's tolerance."""
-    return f"{value:.10g}" if isinstance(value, float) else value
+def digits(value: Any) -> Any:
+    """A float with ten significant digits, more than the solver's tolerance; zero has no sign."""
+    return f"{value:z.10g}" if isinstance(value, float) else value

@@ -12,9 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from dolfingrip.channels import TIME
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.report.columns import Columns, branches, numbers, required, select_rows
-from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure_theme
+from dolfingrip.report.theme import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, figure_theme
 
 SIZE_IN = (6.0, 4.0)
 
@@ -72,6 +73,8 @@ def plot(
         for i, (curve, (colour, marker)) in enumerate(zip(plot_of.curves, _LINES, strict=False)):
             if i == 0 or numbers(result, curve.column) is not None:
                 _draw(axes, result, curve.column, curve.label, colour, marker, plot_of.over.name)
+        if plot_of.over == TIME:
+            _mark_lift(axes, required(result, TIME.name), branches(result))
         if measured is not None:
             _draw_measured(axes, measured, experiment)
         if turning_point is not None:
@@ -111,7 +114,8 @@ def _draw(
 ) -> None:
     """Draw one column, a line for each branch; the lines join where the load turns."""
     along, values = required(result, over), required(result, name)
-    branch = branches(result)
+    # over time branches follow one another, so that a curve needs no mark of them
+    branch = branches(result) if over != TIME.name else np.full(len(along), "loading")
     present = list(dict.fromkeys(branch))
     for kind in present:
         style = {"marker": marker, "color": colour, **_STYLES.get(kind, {})}
@@ -128,6 +132,13 @@ def _draw(
                 zorder=3,
                 **style,
             )
+
+
+def _mark_lift(axes: Axes, time_s: Any, branch: Any) -> None:
+    """Shade the time of a grasp's lift."""
+    for rows in _runs(branch == "lift"):
+        start = time_s[max(rows.start - 1, 0)]
+        axes.axvspan(start, time_s[rows.stop - 1], color=PALE, alpha=0.5, lw=0, label="lift")
 
 
 def _runs(mask: Any) -> list[slice]:

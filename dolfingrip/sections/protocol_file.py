@@ -30,6 +30,7 @@ from pydantic import Field, model_validator
 from dolfingrip.sections.errors import ConfigError, checked
 from dolfingrip.sections.procedure import Branch
 from dolfingrip.sections.section import Section, outside
+from dolfingrip.sections.separator import check_separator
 from dolfingrip.sections.units import unit
 
 SPARSER = 3.0
@@ -104,6 +105,7 @@ def read(
         kind = "text" if measured else "TOML"
         raise ConfigError(f"--protocol {file}: not {kind}: {error}") from None
     if measured:
+        check_separator(f"--protocol {file}", text.partition("\n")[0])
         return _measured(file, text.splitlines(), experiment, control, specimen), ()
     asked = checked(ProtocolFile, data)
     if not asked.segment:

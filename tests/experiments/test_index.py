@@ -61,5 +61,5 @@ def test_an_experiment_is_a_file_and_a_line() -> None:
 
 
 def test_an_unknown_name_is_said_with_those_there_are() -> None:
-    with pytest.raises(ConfigError, match=r"^experiment bend: allowed: bending, blocked_force, "):
-        run("bend")
+    with pytest.raises(ConfigError, match=r"^experiment bent: allowed: bending \(or bend\), "):
+        run("bent")

@@ -10,7 +10,7 @@ import ufl
 
 from dolfingrip import config
 from dolfingrip.config import ConfigError
-from dolfingrip.experiments.material_fit import coupons, doubts, homogeneous, material_file
+from dolfingrip.experiments.material_fit import choice, coupons, doubts, homogeneous, material_file
 from dolfingrip.experiments.material_fit.fit import fit
 from dolfingrip.experiments.material_fit.homogeneous import EXPONENTS, Mode, stress
 from dolfingrip.experiments.material_fit.law import LAWS
@@ -150,6 +150,23 @@ def test_ecoflex() -> None:
     assert high is not None
     assert low <= 0.1
     assert high >= 0.6
+
+
+def test_the_stable_law_with_fewer_constants_is_chosen() -> None:
+    """Biderman's fits the printed coupons as Mooney and Rivlin's does, with C10 < 0: it is unstable
+    in equibiaxial tension within the measured stretches."""
+    data = coupons.read(COUPONS / "ninjaflex_uniaxial.csv")
+    fits = {name: fit(LAWS[name], data) for name in ("polynomial", "mooney-rivlin", "ogden-2")}
+    assert fits["polynomial"].criterion < fits["mooney-rivlin"].criterion
+    found = choice.choose(list(fits.values()), data)
+    assert found.best is fits["mooney-rivlin"]
+    why, left = found.reasons
+    assert "stable (Drucker) in all modes of tension up to a stretch of 1.61" in why
+    assert "2 constants, no more than laws that fit as well: Ogden, 2 terms" in why
+    assert "polynomial (Biderman) is not chosen: not stable (Drucker) in equibiaxial" in left
+    alone = choice.choose([fits["polynomial"]], data)
+    assert alone.best is fits["polynomial"]
+    assert "which no law is in all modes of tension" in alone.reasons[0]
 
 
 def test_ninjaflex() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from dolfingrip import config as configuration
+from dolfingrip.channels import FINGERS
 from dolfingrip.design.campaign.evaluate import Outcome
 from dolfingrip.jobs.job import JobFailure
 
@@ -91,6 +92,4 @@ def outputs_of(result: Result) -> dict[str, float]:
 
 def _normal_N(row: dict[str, Any]) -> float:
     """Sum of the fingers' normal forces on the food."""
-    from dolfingrip.experiments.results.outcome import LETTERS
-
-    return sum(float(row[f"normal_{letter}_N"]) for letter in LETTERS)
+    return sum(float(row[f"normal_{letter}_N"]) for letter in FINGERS)

@@ -24,6 +24,7 @@ from dolfingrip.diagnosis.data.columns import (
     READINGS,
     near,
 )
+from dolfingrip.sections.separator import check_separator
 
 BRANCHES = get_args(Branch)
 
@@ -68,6 +69,8 @@ def _cells(file: Path) -> list[tuple[_Line, dict[str, str]]]:
     """The entries that are not empty, by column, with their lines in the file."""
     try:
         with file.open(encoding="utf-8-sig", newline="") as stream:
+            check_separator(str(file), stream.readline())
+            stream.seek(0)
             reader = csv.reader(stream)
             lines = [(reader.line_num, cells) for cells in reader if any(map(str.strip, cells))]
     except OSError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ import pandas as pd
 from dolfingrip.channels import DISPLACEMENT, FORCE
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments.material_fit.homogeneous import Mode
+from dolfingrip.sections.separator import check_separator
 
 MODES: tuple[Mode, ...] = get_args(Mode)
 
@@ -84,9 +86,14 @@ def read(file: Path, max_stretch: float | None = None) -> list[Series]:
 
 def _table(file: Path) -> pd.DataFrame:
     try:
-        table = pd.read_csv(file, comment="#")
+        text = file.read_text(encoding="utf-8-sig")
+        lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+        check_separator(f"--fit {file}", "".join(lines[:1]))
+        table = pd.read_csv(io.StringIO(text), comment="#")
     except OSError as error:
         raise ConfigError(f"--fit {file}: {error.strerror}") from None
+    except ConfigError:
+        raise
     except ValueError as error:
         raise ConfigError(f"--fit {file}: no table: {str(error).splitlines()[0]}") from None
     for column in (DISPLACEMENT.name, FORCE.name):

@@ -15,6 +15,8 @@ class FitPolicy:
         tolerance: accuracy that is asked of a law, as a part of a reading's stress; it is added to
             the noise, so that small stresses weigh as much as large ones.
         loose: a prediction is not determined if its half width is a larger part of it than this.
+        equal: fits whose relative rms is larger than the smallest by no more than this part of it
+            are as good.
         free: a value is called free if the half width of its interval is larger by this factor.
         middle_stretch: stretch at which other modes are predicted, if the coupons go so far.
         widest_log_stretch: largest logarithm of a lateral stretch in the search.
@@ -24,6 +26,7 @@ class FitPolicy:
     within: float = 1.645
     tolerance: float = 0.02
     loose: float = 0.2
+    equal: float = 0.1
     free: float = 100.0
     middle_stretch: float = 1.5
     widest_log_stretch: float = 3.0

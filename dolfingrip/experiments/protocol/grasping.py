@@ -33,5 +33,10 @@ def stops(config: Config) -> Sequence[Stop]:
     start = lift_starts_s(gripper)
     end = start + gripper.lift_mm / gripper.lift_mm_per_s
     times = [start + part * (end - start) / LIFTED for part in range(LIFTED + 1)]
-    found += [Stop(largest, time_s, "hold") for time_s in (*times, end + gripper.settle_s)]
-    return found
+    lift = [Stop(largest, time_s, "lift") for time_s in times[1:]]
+    return [
+        *found,
+        Stop(largest, start, "hold"),
+        *lift,
+        Stop(largest, end + gripper.settle_s, "hold"),
+    ]

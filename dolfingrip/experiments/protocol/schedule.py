@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from dolfingrip.config import Branch, Experiment, Protocol
 from dolfingrip.sections.protocol_file import waits
@@ -16,13 +17,13 @@ class Stop:
     Attributes:
         value: value of the control, in its unit.
         time_s: time since the first stop.
-        branch: ``loading``, ``unloading`` or ``hold``.
+        branch: ``loading``, ``unloading``, ``hold``, or ``lift`` of a grasp.
         cycle: number of the cycle, from 1 on.
     """
 
     value: float
     time_s: float
-    branch: Branch
+    branch: Branch | Literal["lift"]
     cycle: int = 1
 
 

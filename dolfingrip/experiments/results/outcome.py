@@ -9,20 +9,6 @@ from typing import Final
 
 import numpy as np
 
-LETTERS = "ABC"
-"""Names of the thumb, A, and of the fingers, B and C."""
-
-COLUMNS = (
-    *("table_z_mm", "object_x_mm", "object_y_mm", "object_z_mm", "object_turn_deg"),
-    *(f"object_turn_{axis}_deg" for axis in "xyz"),
-    *(f"angle_{letter}_deg" for letter in LETTERS),
-    *(f"normal_{letter}_N" for letter in LETTERS),
-    *(f"lift_{letter}_N" for letter in LETTERS),
-    *("table_N", "slip_mm", "contact_pressure_kPa", "force_closure"),
-    *("pressure_mJ", "friction_mJ", "energy_error_mJ", "momentum_error_N"),
-)
-"""Columns that only a grasp has; ``GraspReadings.read`` in ``rigs/grasp_readings.py`` tells all."""
-
 
 @dataclass(frozen=True, slots=True)
 class OutcomePolicy:

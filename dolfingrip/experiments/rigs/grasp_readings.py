@@ -6,7 +6,8 @@ import numpy as np
 from mpi4py import MPI
 from scipy.spatial.transform import Rotation
 
-from dolfingrip.experiments.results.outcome import COLUMNS, Moment
+from dolfingrip.channels import GRIPPER
+from dolfingrip.experiments.results.outcome import Moment
 from dolfingrip.experiments.rigs.grasp_energy import EnergyBook
 from dolfingrip.experiments.rigs.gripper import GripperModel
 from dolfingrip.experiments.rigs.symmetry import MIRROR
@@ -187,7 +188,7 @@ class GraspReadings:
     # -- a row -------------------------------------------------------------------------------------
 
     def read(self) -> dict[str, float]:
-        """Values by column.
+        """Values by column, the channels of :data:`~dolfingrip.channels.GRIPPER`.
 
         ``normal_A_N`` is the sum of the normal forces of finger A. ``lift_A_N`` is the vertical
         part of all its forces on the object. ``slip_mm`` is the way that the finger with the
@@ -204,9 +205,10 @@ class GraspReadings:
         near = gripper.contact.near(gripper.model.u.x.array)
         least = self._comm.allreduce(float(near.barrier.slope.min(initial=0.0)), MPI.MIN)
         pressure = -least * PRESSING_kPa
+        table_z = gripper.model.controls["table_z_mm"].value
         values = (
-            *(gripper.model.controls["table_z_mm"].value, *q[:3], float(np.linalg.norm(turn))),
-            *turn,
+            *(table_z, *q[:3], float(q[2]) - table_z - self._height),
+            *(float(np.linalg.norm(turn)), *turn),
             *self.angles_deg(),
             *self.normal_N(),
             *self.on_object_N()[:, 2],
@@ -219,7 +221,7 @@ class GraspReadings:
             *(self._energy.pressure_mJ, self._energy.friction_mJ),
             *(self._energy.error_mJ, self._momentum_error_N),
         )
-        return {column: float(value) for column, value in zip(COLUMNS, values, strict=True)}
+        return {each.name: float(value) for each, value in zip(GRIPPER, values, strict=True)}
 
 
 def _areas(triangles: np.ndarray) -> np.ndarray:

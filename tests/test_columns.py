@@ -1,0 +1,52 @@
+"""What the columns of results mean: each has a text, and the page in ``docs`` has them all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from dolfingrip import config
+from dolfingrip.channels import CHANNELS, GRIPPER
+from dolfingrip.cli.columns_command import page
+from dolfingrip.experiments import recorder
+from dolfingrip.experiments.experiment import Experiment
+from dolfingrip.experiments.index import EXPERIMENTS
+from dolfingrip.experiments.protocol.grasping import stops
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "columns.md"
+
+
+def test_each_channel_says_what_it_is() -> None:
+    assert [each.name for each in CHANNELS.values() if not each.about] == []
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS.values(), ids=lambda each: each.command)
+def test_each_column_of_a_table_and_of_a_plot_is_described(experiment: Experiment) -> None:
+    told = dict(recorder.described(experiment))
+    assert all(told.values())
+    assert {each.name for each in experiment.table} <= set(told)
+    assert {each.column for each in experiment.plot.curves} <= set(told)
+
+
+def test_a_grasps_columns_are_those_of_its_readings() -> None:
+    names = [name for name, _ in recorder.described(EXPERIMENTS["grasp"])]
+    assert set(names) >= {each.name for each in GRIPPER}
+    assert "object_height_mm" in names
+
+
+def test_the_page_in_docs_is_up_to_date() -> None:
+    """If not: scripts/run dolfingrip columns --markdown > docs/columns.md."""
+    assert PAGE.read_text(encoding="utf-8") == page(list(EXPERIMENTS.values()))
+
+
+def test_the_lift_of_a_grasp_is_called_so() -> None:
+    grasp = EXPERIMENTS["grasp"]
+    asked = config.load(None, ["experiment.max_pressure_kPa=100", "experiment.step_kPa=25"])
+    found = [stop.branch for stop in stops(grasp.settings(asked))]
+    assert found == [*5 * ["loading"], "hold", *6 * ["lift"], "hold"]
+
+
+def test_zero_has_no_sign_in_a_file() -> None:
+    assert recorder.digits(-0.0) == "0"
+    assert recorder.digits(-0.125) == "-0.125"
