@@ -1,4 +1,4 @@
-"""Pictures and an animation of a gripper with its food, in the laboratory's frame."""
+"""Pictures, an animation and fields of a gripper with its food, in the laboratory's frame."""
 
 from __future__ import annotations
 
@@ -10,10 +10,14 @@ from typing import Any, Final
 
 import numpy as np
 import pyvista as pv
+from matplotlib.font_manager import findfont
 from PIL import Image as Pillow
+from PIL import ImageDraw, ImageFont
 from scipy.spatial.transform import Rotation
 
+from dolfingrip.channels import PRESSURE, TIME
 from dolfingrip.config import Config
+from dolfingrip.experiments.results.fields import COLLECTION
 from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
 from dolfingrip.experiments.rigs.gripper import placed, stands_of
 from dolfingrip.experiments.rigs.symmetry import MIRROR, halved
@@ -40,6 +44,7 @@ class GripperView:
         elevation_deg: rise of the camera above the horizontal.
         azimuth_deg: turn of the camera from the side view.
         frame_ms: time for which the animation shows each picture.
+        label_px: height of the letters that say time and pressure.
         margin: width and height of the picture, by those of what it shows.
         in_plane_mm: distance from the plane of symmetry within which a node lies in it.
     """
@@ -48,6 +53,7 @@ class GripperView:
     elevation_deg: float = 14.0
     azimuth_deg: float = 35.0
     frame_ms: int = 250
+    label_px: int = 26
     margin: float = 1.04
     in_plane_mm: float = 1e-6
 
@@ -63,15 +69,25 @@ class Moment:
         skin: (n, 3) positions of the fingers' skin, seen from the gripper.
         food: (m, 3) positions of the food's surface, seen from the gripper.
         table_mm: height of the table, seen from the gripper.
+        displacement: (n, 3) displacements (mm) of the skin, in the laboratory's directions.
+        stretch: (n,) largest principal stretches of the skin (–).
+        time_s: time of the row.
+        label: time, pressure and stage in words.
     """
 
     skin: Floats
     food: Floats
     table_mm: float
+    displacement: Floats
+    stretch: Floats
+    time_s: float
+    label: str
 
 
 def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     """Write ``grasp.png`` with the stages side by side; ``grasp.gif`` and ``.mp4`` with all rows.
+
+    ``grasp.pvd`` has the fingers where they stand, the food and the table, for ParaView.
 
     Args:
         out: folder of a run, with its ``fields.pvd``.
@@ -80,7 +96,9 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     """
     body = grasped(config.food)
     skin, moments = _moments(out / "fields.pvd", config, result, body)
-    images = _images(skin, body, moments)
+    write_scene(out / "grasp.pvd", skin, body, moments)
+    pictures = zip(_images(skin, body, moments), moments, strict=True)
+    images = [labelled(picture, moment.label) for picture, moment in pictures]
     strip = np.concatenate([images[i] for i in stages(list(result["branch"]))], axis=1)
     still, moving, film = (out / f"grasp.{suffix}" for suffix in ("png", "gif", "mp4"))
     Pillow.fromarray(strip).save(still)
@@ -95,6 +113,66 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
     )
     write_film(film, images)
     return [still, moving, film]
+
+
+def label(time_s: float, pressure_kPa: float, branch: str) -> str:
+    """Time, pressure and stage of a grasp in words."""
+    stage = {"loading": "pressurising", "hold": "holding", "lift": "lifting"}.get(branch, branch)
+    if not time_s:
+        stage = "at rest"
+    return f"{time_s:z.2f} s, {pressure_kPa:z.4g} kPa, {stage}"
+
+
+def labelled(image: Image, text: str) -> Image:
+    """A picture with a text above it, in letters that are as small as the picture requires."""
+    size, width = VIEW.label_px, image.shape[1]
+    while size > 8 and _font(size).getlength(text) > 0.96 * width:
+        size -= 1
+    strip = Pillow.new("RGB", (width, 2 * VIEW.label_px), "white")
+    place = (width / 2, VIEW.label_px)
+    ImageDraw.Draw(strip).text(place, text, fill=INK, font=_font(size), anchor="mm")
+    return np.concatenate([np.asarray(strip), image])
+
+
+def _font(size_px: int) -> ImageFont.FreeTypeFont:
+    """The font of all pictures; matplotlib ships it."""
+    return ImageFont.truetype(findfont("DejaVu Sans"), size_px)
+
+
+def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Moment]) -> None:
+    """Write fingers, food and table at each moment as one ParaView collection.
+
+    The table stands still at z = 0. The fingers have their displacement and largest principal
+    stretch; ``finger`` is 0 for the thumb, 1 and 2 for the fingers.
+
+    Args:
+        file: the collection; its parts stand in a folder of its stem beside it.
+        skin: the fingers' skin.
+        body: the food.
+        moments: rows of the result.
+    """
+    folder = file.with_name(f"{file.stem}_fields")
+    folder.mkdir(parents=True, exist_ok=True)
+    table, lines = _table(moments), []
+    table.save(folder / "table.vtp")
+    food: Any = body.surface.polydata()
+    for i, moment in enumerate(moments):
+        up = np.array([0.0, 0.0, -moment.table_mm])
+        points = (moment.skin + up).astype(np.float32)
+        fingers = pv.PolyData(points, faces=np.insert(skin.triangles, 0, 3, 1).ravel())
+        fingers["displacement_mm"] = moment.displacement.astype(np.float32)
+        fingers["principal_stretch"] = moment.stretch.astype(np.float32)
+        fingers["finger"] = skin.side.astype(np.int8)
+        fingers.save(folder / f"fingers{i:04d}.vtp")
+        food.points = moment.food + up
+        food.save(folder / f"food{i:04d}.vtp")
+        parts = (f"fingers{i:04d}.vtp", f"food{i:04d}.vtp", "table.vtp")
+        lines += [
+            f'    <DataSet timestep="{moment.time_s:.10g}" part="{part}" '
+            f'file="{folder.name}/{name}" />'
+            for part, name in enumerate(parts)
+        ]
+    file.write_text(COLLECTION.format("\n".join(lines)), encoding="utf-8")
 
 
 def stages(branches: Sequence[str]) -> list[int]:
@@ -140,10 +218,15 @@ def _moments(
         turned = Rotation.from_rotvec(turn, degrees=True)
         food = turned.apply(body.surface.points) + place
         table = float(result["table_z_mm"][row])
-        fingers = rest + to_world(frames, displacement)
+        stretch = read_point_data(grid, "principal_stretch", mesh.source)[skin.node]
+        moved = to_world(frames, displacement)
+        fingers = rest + moved
         if half:
-            fingers = np.concatenate([fingers, fingers * MIRROR])
-        moments.append(Moment(fingers, food, table))
+            fingers, moved = (np.concatenate([v, v * MIRROR]) for v in (fingers, moved))
+            stretch = np.concatenate([stretch, stretch])
+        time_s, pressure = (float(result[name][row]) for name in (TIME.name, PRESSURE.name))
+        said = label(time_s, pressure, str(result["branch"][row]))
+        moments.append(Moment(fingers, food, table, moved, stretch, time_s, said))
     coloured = _coloured(skin, placement)
     return (_completed(coloured) if half else coloured), moments
 
