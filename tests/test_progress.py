@@ -8,7 +8,9 @@ from collections.abc import Iterator
 import pytest
 from rich.console import Console
 
+from dolfingrip import config
 from dolfingrip.cli import progress
+from dolfingrip.experiments.index import EXPERIMENTS
 from dolfingrip.jobs.run import Standing
 
 
@@ -113,3 +115,30 @@ def test_bar_on_a_terminal() -> None:
     assert "designs" in last
     assert "15/60" in last
     assert "3 failed, 5.0 a minute, 0:09:00 left" in last
+
+
+LOADING_S, WAIT_S, LIFT_S = (6.3, 7.8, 8.4, 11.8), 1.3, (14.2, 8.4, 7.3, 7.7, 8.2, 16.4)
+"""Times of the readings of a grasp (cube, 100 kPa, coarse preset) on a machine with other work."""
+
+
+@pytest.mark.parametrize("compiled_s", [0.0, 40.0])
+def test_a_grasp_foretells_its_time(compiled_s: float) -> None:
+    """Forms are compiled on the way to the second reading, which once made 96 s nine minutes."""
+    asked = config.load(None, ["experiment.max_pressure_kPa=100", "experiment.step_kPa=25"])
+    grasp = EXPERIMENTS["grasp"]
+    efforts = grasp.efforts(grasp.settings(asked))
+    took = [LOADING_S[0] + compiled_s, *LOADING_S[1:], WAIT_S, *LIFT_S, 3.0]
+    assert len(efforts) == 1 + len(took)
+    now = [0.0]
+    forecast = progress.Forecast(efforts, lambda: now[0])
+    assert forecast.text(1, len(efforts)) == ""
+    for done, each in enumerate(took, 2):
+        now[0] += each
+        said = forecast.text(done, len(efforts))
+        if done == 2 or done == len(efforts):
+            assert said == ""
+            continue
+        hours, minutes, seconds = map(int, said.removesuffix(" left").split(":"))
+        foretold = 3600 * hours + 60 * minutes + seconds
+        truth = sum(took[done - 1 :])
+        assert foretold == pytest.approx(truth, rel=0.45, abs=12)

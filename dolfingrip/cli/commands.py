@@ -197,10 +197,12 @@ def _bar(
 ) -> Iterator[Callable[[Row], None]]:
     """Yield the function to call with each row of the experiments."""
     controls = {each.name: each.control for each in experiments}
-    total = sum(len(each.schedule(each.settings(config))) for each in experiments)
+    efforts = [effort for each in experiments for effort in each.efforts(each.settings(config))]
+    total = len(efforts)
     rows = 0
     what = f"{title.lower()} readings"
-    with progress.shown(console, what, total=total, note="mesh and forms") as show:
+    forecast = progress.Forecast(efforts)
+    with progress.shown(console, what, total=total, note="mesh and forms", pace=forecast) as show:
 
         def advance(row: Row) -> None:
             nonlocal rows

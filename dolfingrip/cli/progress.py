@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from statistics import median_low
 from typing import TYPE_CHECKING, Protocol
 
 from rich.console import Console
@@ -65,6 +66,43 @@ class Pace:
         return text if done == total else f"{text}, {_duration((total - done) / rate_per_s)} left"
 
 
+class Forecast:
+    """Time left of an experiment, from what its readings are expected to cost.
+
+    A reading's cost is its time by its effort. The lower median of all costs so far is taken: forms that
+    are compiled on the way, or another load of the machine, make a few readings much slower.
+    Nothing is said before ``LEAST`` readings have been timed. The first reading is not timed, since
+    it comes after the mesh is made and the forms are compiled.
+
+    Args:
+        efforts: expected effort of each reading, in any unit.
+        clock: in seconds.
+    """
+
+    LEAST = 2
+
+    def __init__(
+        self, efforts: Sequence[float], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._efforts = list(efforts)
+        self._clock = clock
+        self._last: tuple[int, float] | None = None
+        self._costs: list[float] = []
+
+    def text(self, done: int, total: int, computed: int | None = None) -> str:
+        """E.g. ``0:01:10 left``; nothing at first."""
+        now = self._clock()
+        if self._last is not None and done > self._last[0]:
+            effort = sum(self._efforts[self._last[0] : done])
+            if effort > 0:
+                self._costs.append((now - self._last[1]) / effort)
+        self._last = (done, now)
+        left = sum(self._efforts[done:])
+        if len(self._costs) < self.LEAST or left <= 0:
+            return ""
+        return f"{_duration(median_low(self._costs) * left)} left"
+
+
 @contextmanager
 def shown(
     console: Console,
@@ -75,6 +113,7 @@ def shown(
     at_once: bool = False,
     few: int = 0,
     clock: Callable[[], float] = time.monotonic,
+    pace: Pace | Forecast | None = None,
 ) -> Iterator[Show]:
     """Yield the function to call as a command goes on.
 
@@ -86,8 +125,9 @@ def shown(
         at_once: the first call makes a line where there is no terminal.
         few: each call makes a line there where the number of all is no larger than this.
         clock: in seconds.
+        pace: tells rate and time left; default: those since the first call.
     """
-    pace = Pace(clock)
+    pace = pace or Pace(clock)
     if not console.is_terminal:
         last = clock() - (EVERY_S if at_once else 0)
 

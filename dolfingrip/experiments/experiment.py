@@ -88,6 +88,10 @@ class Experiment(ABC):
             ConfigError: one line, if the protocol is not one for this experiment.
         """
 
+    def efforts(self, config: Config) -> list[float]:
+        """What each reading of the schedule costs, in any unit; for the time left."""
+        return [1.0 for _ in self.schedule(config)]
+
     @abstractmethod
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
         """Build its rig: the model, its control and its readings.

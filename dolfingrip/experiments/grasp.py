@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -39,6 +41,9 @@ class GraspPolicy:
             way before.
         time_limit_s: time limit of a grasp if none is configured; a grasp that takes longer ends as
             a failure.
+        wait_effort: cost of a step in a wait, by that of a step while fingers are pressurised. With
+            ``lift_effort`` it serves the time left alone; both are of a cube on the coarse preset.
+        lift_effort: cost of a step in the lift, by the same.
         rtol: relative tolerance of the residual: 1e-5 of the force that a step's change of pressure
             exerts is a thousandth of the food's weight.
     """
@@ -47,6 +52,8 @@ class GraspPolicy:
     least_step: float = 0.004
     most_iterations: int = 20
     time_limit_s: float = 7200.0
+    wait_effort: float = 0.25
+    lift_effort: float = 2.5
     rtol: float = 1e-5
 
 
@@ -117,6 +124,19 @@ class Grasp(Experiment):
 
     def schedule(self, config: Config) -> Sequence[Stop]:
         return grasping.stops(config)
+
+    def efforts(self, config: Config) -> list[float]:
+        """The steps to each reading, those of the lift and of waits by their cost."""
+        each = {"hold": POLICY.wait_effort, "lift": POLICY.lift_effort}
+        stops = self.schedule(config)
+        ways = [after.time_s - before.time_s for before, after in itertools.pairwise(stops)]
+        return [
+            1.0,
+            *(
+                math.ceil(way_s / config.gripper.step_s) * each.get(stop.branch, 1.0)
+                for way_s, stop in zip(ways, stops[1:], strict=True)
+            ),
+        ]
 
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
         from dolfingrip.experiments.rigs.grasp_rig import GraspRig
