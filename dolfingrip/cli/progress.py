@@ -71,7 +71,7 @@ class Forecast:
 
     A reading's cost is its time by its effort. The lower median of all costs so far is taken: forms that
     are compiled on the way, or another load of the machine, make a few readings much slower.
-    Nothing is said before ``LEAST`` readings have been timed. The first reading is not timed, since
+    Nothing is said before ``LEAST`` readings are timed. The first reading is not timed, since
     it comes after the mesh is made and the forms are compiled.
 
     Args:
