@@ -69,10 +69,10 @@ class Pace:
 class Forecast:
     """Time left of an experiment, from what its readings are expected to cost.
 
-    A reading's cost is its time by its effort. The lower median of all costs so far is taken: forms that
-    are compiled on the way, or another load of the machine, make a few readings much slower.
-    Nothing is said before ``LEAST`` readings are timed. The first reading is not timed, since
-    it comes after the mesh is made and the forms are compiled.
+    A reading's cost is its time by its effort. The lower median of all costs so far is taken, as
+    forms that are compiled on the way or another load of the machine make a few readings slower.
+    Nothing is said before ``LEAST`` readings are timed. The first reading is not timed, since it
+    comes after the mesh is made and the forms are compiled.
 
     Args:
         efforts: expected effort of each reading, in any unit.
