@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from dolfingrip.config import Config
-from dolfingrip.experiments.description import PRESSURE_OPTION
+from dolfingrip.experiments.description import PRESSURE_OPTION, Option
 from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.protocol import pressurisation
@@ -16,7 +16,7 @@ from dolfingrip.experiments.protocol.schedule import Stop
 class FingerExperiment(Experiment):
     """An experiment whose control is the pressure or the volume of the finger's cavity."""
 
-    options: ClassVar = (PRESSURE_OPTION,)
+    options: ClassVar[tuple[Option, ...]] = (PRESSURE_OPTION,)
 
     def schedule(self, config: Config) -> Sequence[Stop]:
         return pressurisation.stops(config)
