@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import pytest
 import typer
+from rich.console import Console
 from typer.testing import CliRunner
 
+from dolfingrip.cli import plan_command
 from dolfingrip.cli.app import app
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table
+from dolfingrip.diagnosis.plan.outcome import Addition, Effect, Plan
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.sections import protocol_file
@@ -53,3 +57,27 @@ def test_a_csv_with_another_separator_is_told_so(separator: str, tmp_path: Path)
         protocol_file.read(file, "coupon", "displacement_mm")
     with pytest.raises(ConfigError, match=said):
         table.read(file, ["coupon"])
+
+
+def test_a_plan_is_printed_as_tables_of_80_columns() -> None:
+    effect = Effect(
+        effect="temperature_drift", ordinary="", strength_sigma=12.3, named_from=None,
+        named_from_sigma=None, class_from=None, share=0.5, class_share=0.75,
+        confused_with=("mooney_rivlin", "base_layer_offset", "plate_compliance", "prony"),
+    )  # fmt: skip
+    addition = Addition(
+        name="a coupon, loading and unloading", kind="coupon", minutes=12.0, share=0.625,
+        gain_per_minute=-1e-9, lifts=("mooney_rivlin", "print_anisotropy"),
+    )  # fmt: skip
+    found = Plan(
+        version="1", experiments=("bending",), readings=9, minutes=3.0, share=0.5,
+        class_share=0.6, effects=(effect,), additions=(addition,),
+    )  # fmt: skip
+    console = Console(width=80, record=True, file=io.StringIO())
+    for each in plan_command.tables(found):
+        console.print(each)
+    said = console.export_text()
+    assert max(map(len, said.splitlines())) <= 80
+    assert "…" not in said
+    assert "|" not in said
+    assert {"temperature_drift", "base_layer_offset,", "12.3", "+0.00", "0.62"} <= set(said.split())

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +17,43 @@ from dolfingrip.cli.simulations import (
     effect_names,
     resumable,
 )
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from dolfingrip.diagnosis.plan.outcome import Plan
+
+NAMES = 26
+"""Width, in characters, to which lists of names are wrapped."""
+
+
+def tables(found: Plan) -> list[Table]:
+    """The effects and the additions of a plan, for a terminal of 80 columns."""
+    from dolfingrip.report.table import of_columns
+
+    def wrapped(text: str) -> str:
+        return "\n".join(textwrap.wrap(text, NAMES)) or "–"
+
+    effects = {
+        "Effect": [each.effect for each in found.effects],
+        "Strength (σ)": [f"{each.strength_sigma:z.1f}" for each in found.effects],
+        "Named from × ordinary": [
+            "–" if each.named_from is None else f"{each.named_from:.2g}" for each in found.effects
+        ],
+        "Named": [f"{each.share:z.2f}" for each in found.effects],
+        "Its class": [f"{each.class_share:z.2f}" for each in found.effects],
+        "Not told from": [wrapped(", ".join(each.confused_with[:4])) for each in found.effects],
+    }
+    additions = {
+        "Addition": [wrapped(each.name) for each in found.additions],
+        "Minutes": [f"{each.minutes:.0f}" for each in found.additions],
+        "Named": [f"{each.share:z.2f}" for each in found.additions],
+        "Gain (% a minute)": [f"{100 * each.gain_per_minute:+z.2f}" for each in found.additions],
+        "Newly named": [wrapped(", ".join(each.lifts[:4])) for each in found.additions],
+    }
+    left = ("Effect", "Not told from", "Addition", "Newly named")
+    shown = [of_columns(effects, "Effects", left)]
+    return [*shown, of_columns(additions, "Additions", left)] if found.additions else shown
 
 
 def plan_experiment(
@@ -70,5 +108,10 @@ def plan_experiment(
     from dolfingrip.report import plan as pictures
 
     pictures.draw(found.model_dump(), out / "plan.png")
-    screen.print(text, soft_wrap=True, markup=False)
+    screen.print(text.partition("\n|")[0].lstrip("# "), soft_wrap=True, markup=False)
+    for table in tables(found):
+        screen.print(table)
+        screen.print()
+    for warning in found.warnings:
+        screen.print(f"- {warning}", soft_wrap=True, markup=False)
     screen.print(f"plan: {out}", soft_wrap=True)
