@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,7 @@ from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.material_fit import coupons
 from dolfingrip.sections import protocol_file
 
+ROOT = Path(__file__).resolve().parents[1]
 COMMAND = typer.main.get_command(app)
 PRESSURISED = ("bend", "force", "cycle", "push", "grasp")
 
@@ -81,3 +83,11 @@ def test_a_plan_is_printed_as_tables_of_80_columns() -> None:
     assert "…" not in said
     assert "|" not in said
     assert {"temperature_drift", "base_layer_offset,", "12.3", "+0.00", "0.62"} <= set(said.split())
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))])
+def test_commands_run_as_copied(page: Path) -> None:
+    """Outside of the environment there is no ``dolfingrip``."""
+    blocks = re.findall(r"^```sh\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)
+    lines = [line for block in blocks for line in block.splitlines()]
+    assert [line for line in lines if line.startswith("dolfingrip")] == []
