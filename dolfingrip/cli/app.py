@@ -26,6 +26,7 @@ from dolfingrip.cli import (
     pickup_commands,
     plan_command,
     predict_command,
+    report_command,
     reproduce_command,
     study_command,
     train_command,
@@ -42,6 +43,7 @@ ORDER = (
     *("pickup", "friction", "mesh", "morph", "config", "columns", "extensions"),
     *("synthetic", "diagnose", "plan-experiment", "predict"),
     *("doe", "train", "optimise", "study", "reproduce"),
+    "report",
 )
 """Subcommands in the order in which a new user needs them."""
 
@@ -79,6 +81,7 @@ app.command("train")(train_command.train)
 app.command("optimise")(optimise_command.optimise)
 app.command("study")(study_command.study)
 app.command("reproduce")(reproduce_command.reproduce)
+app.command("report")(report_command.report)
 
 
 def _print_version(asked: bool) -> None:

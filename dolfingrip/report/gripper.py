@@ -95,7 +95,7 @@ def draw(out: Path, config: Config, result: Columns) -> list[Path]:
         result: columns of the run's result.
     """
     body = grasped(config.food)
-    skin, moments = _moments(out / "fields.pvd", config, result, body)
+    skin, moments = moments_of(out / "fields.pvd", config, result, body)
     write_scene(out / "grasp.pvd", skin, body, moments)
     pictures = zip(_images(skin, body, moments), moments, strict=True)
     images = [labelled(picture, moment.label) for picture, moment in pictures]
@@ -175,6 +175,20 @@ def write_scene(file: Path, skin: Skin, body: GraspedBody, moments: Sequence[Mom
     file.write_text(COLLECTION.format("\n".join(lines)), encoding="utf-8")
 
 
+def strip(out: Path, config: Config, result: Columns) -> Image:
+    """The stages of a grasp side by side."""
+    return np.concatenate(_drawn(out, config, result, stages(list(result["branch"]))), axis=1)
+
+
+def _drawn(
+    out: Path, config: Config, result: Columns, rows: Sequence[int] | None = None
+) -> list[Image]:
+    """Pictures of these rows of a result, or of all."""
+    body = grasped(config.food)
+    skin, moments = moments_of(out / "fields.pvd", config, result, body)
+    return _images(skin, body, moments if rows is None else [moments[i] for i in rows])
+
+
 def stages(branches: Sequence[str]) -> list[int]:
     """Rows that show a grasp: the start, half-way, the fingers closed, and the end."""
     closed = max((i for i, branch in enumerate(branches) if branch == "loading"), default=0)
@@ -199,7 +213,7 @@ def _halved(image: Image) -> tuple[int, int]:
     return image.shape[1] // 2, image.shape[0] // 2
 
 
-def _moments(
+def moments_of(
     fields: Path, config: Config, result: Columns, body: GraspedBody
 ) -> tuple[Skin, list[Moment]]:
     """The fingers' skin, and the positions of all bodies at each row."""

@@ -209,11 +209,20 @@ def _has_egl() -> bool:
     return True
 
 
-def _shaded(skin: Skin) -> tuple[Any, Ints]:
-    """The surface with its points doubled along creases, and the skin's point behind each.
+def split_at_creases(skin: Skin) -> tuple[Ints, Ints]:
+    """A skin's points doubled along creases: the skin's point behind each, and the triangles.
 
     The undeformed shape decides where it is split: a crease stays sharp, a smooth wall smooth.
+
+    Returns:
+        Shapes (points,) and (triangles, 3).
     """
+    surface, source = _shaded(skin)
+    return source, np.asarray(surface.regular_faces, dtype=np.int64)
+
+
+def _shaded(skin: Skin) -> tuple[Any, Ints]:
+    """The surface split as by :func:`split_at_creases`, and the skin's point behind each."""
     surface = pv.PolyData(skin.points, faces=np.insert(skin.triangles, 0, 3, axis=1).ravel())
     surface["source"] = np.arange(len(skin.points))
     split = surface.compute_normals(

@@ -1,0 +1,251 @@
+"""What a page shows, as plain data: numbers, checks, charts, scenes. Nothing here knows HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+Verdict = Literal["pass", "fail", "open", ""]
+"""Of a number or a check; "open" if it was not checked, "" if there is nothing to check."""
+
+
+@dataclass(frozen=True, slots=True)
+class KeyNumber:
+    """One of the numbers that a reader sees first.
+
+    Attributes:
+        name: what it is.
+        value: with its unit.
+        verdict: whether it passes.
+        said: the verdict in words.
+    """
+
+    name: str
+    value: str
+    verdict: Verdict = ""
+    said: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One row of "Can I trust it?".
+
+    Attributes:
+        name: what was checked, and of which result.
+        value: what was found, with its unit; "–" if it was not checked.
+        goal: what it must be.
+        verdict: whether it is so.
+        said: the verdict in words.
+    """
+
+    name: str
+    value: str
+    goal: str
+    verdict: Verdict
+    said: str
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """A curve of a chart.
+
+    Attributes:
+        name: in the key and beside the pointer.
+        x, y: shape (points,); NaN makes a gap.
+        style: "line", "dash" (a comparison), or "points" (a measurement).
+        scene: number of the scene whose steps the points are, if they are.
+        low, high: ends of a band, shape (points,).
+    """
+
+    name: str
+    x: Sequence[float] | npt.NDArray[np.float64]
+    y: Sequence[float] | npt.NDArray[np.float64]
+    style: Literal["line", "dash", "points"] = "line"
+    scene: int | None = None
+    low: npt.NDArray[np.float64] | None = None
+    high: npt.NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """An axis: its label with the unit, and the unit alone as printed."""
+
+    label: str
+    unit: str = ""
+    short: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A horizontal line that a reader compares a curve with."""
+
+    y: float
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Numbers as text: headings, rows, and a title."""
+
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """Curves over one axis, with the table of their numbers.
+
+    Attributes:
+        title: what it shows, in words.
+        alt: the same for those who cannot see it.
+        section: "curves" or "diagnosis".
+    """
+
+    title: str
+    alt: str
+    x: Axis
+    y: Axis
+    series: Sequence[Series]
+    table: Table
+    limits: Sequence[Limit] = ()
+    section: str = "curves"
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Bar:
+    """A share between 0 and 1 that is drawn as a bar."""
+
+    name: str
+    share: float
+    said: str
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosisPart:
+    """The section on a diagnosis.
+
+    Attributes:
+        lines: the first ten lines.
+        bars: causes with their probabilities.
+        charts: measured against simulated, residuals.
+        tables: what causes explain, before and after, and the like.
+        unexplained: sentences on what stays unexplained, and where.
+    """
+
+    title: str
+    lines: Sequence[str]
+    bars: Sequence[Bar] = ()
+    charts: Sequence[Chart] = ()
+    tables: Sequence[Table] = ()
+    unexplained: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class FrontPoint:
+    """A design in the plane of two objectives.
+
+    Attributes:
+        label: its name.
+        group: "design" (of experiments), "front" (of the surrogate), "chosen", "original".
+        rows: its parameters and outputs as text, uncertainties included.
+        model: number of its shape among the front's models; None: it has none.
+    """
+
+    label: str
+    x: float
+    y: float
+    group: str
+    rows: Sequence[tuple[str, str]]
+    model: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Front:
+    """Designs, the surrogate's front through them, and their shapes.
+
+    Attributes:
+        x, y: axes.
+        points: designs.
+        line: coordinates of the front, shape (points,) each; None: there is none.
+        models: packed scenes of one step.
+        start: number of the point that is shown first.
+        said: sentences on what is drawn.
+    """
+
+    title: str
+    x: Axis
+    y: Axis
+    points: Sequence[FrontPoint]
+    line: tuple[Sequence[float], Sequence[float]] | None
+    models: Sequence[dict[str, Any]]
+    start: int
+    said: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Where something of the page comes from, for the section on provenance.
+
+    Attributes:
+        title: of the result.
+        folder: where it was read.
+        again: command that computes it again.
+        facts: names and values, such as versions.
+        files: titles and contents that are shown when asked for, such as the configuration.
+    """
+
+    title: str
+    folder: str
+    again: str
+    facts: Sequence[tuple[str, str]] = ()
+    files: Sequence[tuple[str, str]] = ()
+
+
+@dataclass(slots=True)
+class Page:
+    """Everything on a page, in the order of reading."""
+
+    title: str
+    conditions: str = ""
+    numbers: list[KeyNumber] = field(default_factory=list)
+    scenes: list[dict[str, Any]] = field(default_factory=list)
+    stills: list[tuple[str, Path | bytes]] = field(default_factory=list)
+    charts: list[Chart] = field(default_factory=list)
+    front: Front | None = None
+    tables: list[Table] = field(default_factory=list)
+    diagnoses: list[DiagnosisPart] = field(default_factory=list)
+    checks: list[Check] = field(default_factory=list)
+    sources: list[Source] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+    def all_charts(self) -> list[Chart]:
+        """Charts in the order of the page."""
+        return [*self.charts, *(chart for part in self.diagnoses for chart in part.charts)]
+
+
+def plain(value: Any) -> Any:
+    """Data as JSON has it: no arrays, no NaN, floats of six digits."""
+    if isinstance(value, np.ndarray):
+        return [plain(each) for each in value.tolist()]
+    if isinstance(value, float | np.floating):
+        return float(f"{value:.6g}") if np.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, dict):
+        return {key: plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return value
+
+
+def as_data(item: Any) -> dict[str, Any]:
+    """A dataclass of this file as JSON has it."""
+    found: dict[str, Any] = plain(asdict(item))
+    return found

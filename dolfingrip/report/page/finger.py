@@ -1,0 +1,173 @@
+"""The scene of one finger, or of a coupon, from the fields of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from dolfingrip.report.fields import FieldMesh, list_steps, read_grid, read_mesh, read_point_data
+from dolfingrip.report.page.scene import UPRIGHT, Floats, Part
+from dolfingrip.report.skin import Ints, Skin, extract_skin
+from dolfingrip.report.theme import PALE
+
+CELL_CORNERS: Final = {4: 4, 10: 4, 8: 8, 20: 8, 27: 8}
+"""Corners of an element, by its nodes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Detail:
+    """How much of a run's fields a page shows.
+
+    Attributes:
+        most_steps: steps; others are left out evenly, and the page says so.
+        most_places: points times frames; a finer mesh is drawn by the corners of its elements.
+        clamp_mm: height of the block drawn as the clamp.
+        around_mm: how far it stands out.
+    """
+
+    most_steps: int = 41
+    most_places: int = 700_000
+    clamp_mm: float = 8.0
+    around_mm: float = 3.0
+
+
+DETAIL: Final = Detail()
+
+
+@dataclass(frozen=True, slots=True)
+class Fields:
+    """The fields of a run at the steps that are shown.
+
+    Attributes:
+        mesh: at rest.
+        displacements: shape (nodes, 3) in mm, for each step.
+        stretches: shape (nodes,), for each step; empty if the files have none.
+        rows: row of the result of each step.
+    """
+
+    mesh: FieldMesh
+    displacements: Sequence[Floats]
+    stretches: Sequence[Floats]
+    rows: npt.NDArray[np.int64]
+
+
+def read(collection: Path, detail: Detail = DETAIL) -> Fields:
+    """Read the fields of a run.
+
+    Raises:
+        ValueError: one line, if files are missing or hold something else.
+    """
+    files = list_steps(collection)
+    count = min(len(files), detail.most_steps)
+    rows = np.unique(np.round(np.linspace(0, len(files) - 1, count)).astype(np.int64))
+    mesh: FieldMesh | None = None
+    displacements, stretches = [], []
+    for row in rows:
+        grid = read_grid(files[row])
+        mesh = mesh or read_mesh(grid)
+        displacements.append(read_point_data(grid, "displacement_mm", mesh.source))
+        if "principal_stretch" in grid.point_data:
+            stretches.append(read_point_data(grid, "principal_stretch", mesh.source))
+    assert mesh is not None  # a collection has at least one step
+    return Fields(mesh, displacements, stretches, rows)
+
+
+def shown_mesh(fields: Fields, detail: Detail = DETAIL) -> FieldMesh:
+    """The mesh whose skin is drawn: that of the corners alone if the whole one is too fine."""
+    mesh = fields.mesh
+    places = len(extract_skin(mesh, mirror=False).points) * (1 + len(fields.rows))
+    if places <= detail.most_places:
+        return mesh
+    corners = CELL_CORNERS[mesh.cells.shape[1]]
+    return replace(mesh, cells=mesh.cells[:, :corners])
+
+
+def parts(fields: Fields, name: str, detail: Detail = DETAIL, *, clamped: bool) -> list[Part]:
+    """The specimen's skin, its section if it is half of one, and its clamp.
+
+    Args:
+        fields: of the run.
+        name: of the specimen.
+        detail: how much is shown.
+        clamped: whether a block is drawn where it is held.
+    """
+    mesh = shown_mesh(fields, detail)
+    whole = extract_skin(mesh, mirror=True)
+    found = []
+    if (whole.side < 0).any():
+        half = one_side(whole)
+        found.append(_part(fields, half, name, mirrored=True))
+        found.append(_part(fields, extract_skin(mesh, cut=True), name, section=True))
+    else:
+        found.append(_part(fields, whole, name, cut=True))
+    if clamped:
+        found.append(_clamp(whole, detail))
+    return found
+
+
+def one_side(skin: Skin) -> Skin:
+    """The half y ≥ 0 of a skin that was completed by its mirror image."""
+    mine = skin.side > 0
+
+    def kept(items: Ints) -> Ints:
+        return items[mine[items].all(axis=1)]
+
+    count = int(mine.sum())  # they come first
+    return Skin(
+        skin.points[:count], skin.node[:count], skin.side[:count],
+        kept(skin.triangles), kept(skin.edges), kept(skin.creases),
+    )  # fmt: skip
+
+
+def unloaded(mesh: FieldMesh, name: str) -> list[Part]:
+    """A finger that is not loaded, with its section; its skin is that of the corners."""
+    still = Fields(mesh, [np.zeros_like(mesh.points)], [], np.zeros(1, dtype=np.int64))
+    return parts(still, name, replace(DETAIL, most_places=0), clamped=False)
+
+
+def _part(fields: Fields, skin: Skin, name: str, **kind: bool) -> Part:
+    frames = [skin.points, *(skin.move(each) for each in fields.displacements)]
+    stretch = np.array([each[skin.node] for each in fields.stretches]) if fields.stretches else None
+    return Part(name, skin, np.array(frames) * UPRIGHT, stretch=stretch, **kind)
+
+
+def _clamp(skin: Skin, detail: Detail) -> Part:
+    """A block at the clamped face z = 0, a little larger than it."""
+    z = skin.points[:, 2]
+    held = skin.points[z < z.min() + 1e-6 * np.ptp(z)]
+    low, high = held.min(axis=0) - detail.around_mm, held.max(axis=0) + detail.around_mm
+    low[2], high[2] = z.min() - detail.clamp_mm, z.min()
+    return block("clamp", low, high, np.eye(3), np.zeros(3))
+
+
+def block(name: str, low: Floats, high: Floats, axes: Floats, centre: Floats) -> Part:
+    """A box that never moves, between corners in axes of its own.
+
+    Args:
+        name: of the part.
+        low, high: corners, shape (3,), mm.
+        axes: unit vectors, shape (3, 3), a row for each axis.
+        centre: origin of the axes.
+    """
+    skin = box_skin(low, high)
+    places = (centre + skin.points @ axes) * UPRIGHT
+    return Part(name, replace(skin, points=places), places[None], colour=PALE)
+
+
+def box_skin(low: Floats, high: Floats) -> Skin:
+    """The skin of a box, its edges as creases."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
+    points = np.where(corners == 1, high, low).astype(float)
+    quads = np.array(
+        [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    )
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    ends = [(a, b) for a in range(8) for b in range(a + 1, 8) if (a ^ b).bit_count() == 1]
+    edges = np.array(ends, dtype=np.int64)
+    none = np.zeros((0, 2), dtype=np.int64)
+    return Skin(points, np.arange(8), np.ones(8), triangles.astype(np.int64), none, edges)

@@ -1,0 +1,99 @@
+"""The scene of a grasp: three fingers, their food and the table, in the table's frame."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.grasped import GraspedBody, grasped
+from dolfingrip.report.columns import Columns
+from dolfingrip.report.fields import list_steps, read_grid, read_mesh, read_point_data
+from dolfingrip.report.gripper import FOOD, moments_of
+from dolfingrip.report.page.finger import DETAIL, Detail, box_skin
+from dolfingrip.report.page.scene import Floats, Part
+from dolfingrip.report.skin import Ints, Skin
+from dolfingrip.report.theme import PALE
+
+NAMES: Final = ("thumb A", "finger B", "finger C")
+
+TABLE_MM: Final = 4.0
+"""Thickness of the table as drawn."""
+
+AROUND_MM: Final = 8.0
+"""How far the table stands out beyond the fingers."""
+
+
+def parts(
+    folder: Path, config: Config, result: Columns, detail: Detail = DETAIL
+) -> tuple[list[Part], Ints]:
+    """Fingers, food and table at the steps that are shown, and the row of each step.
+
+    Raises:
+        ValueError: one line, if the fields are missing or hold something else.
+    """
+    fields = folder / "fields.pvd"
+    body = grasped(config.food)
+    skin, moments = moments_of(fields, config, result, body)
+    count = min(len(moments), detail.most_steps)
+    rows = np.unique(np.round(np.linspace(0, len(moments) - 1, count)).astype(np.int64))
+    files = list_steps(fields)
+    mesh = read_mesh(read_grid(files[0]))
+    displacements, stretches = [], []
+    for row in rows:
+        grid = read_grid(files[row])
+        moved = read_point_data(grid, "displacement_mm", mesh.source)[skin.node]
+        displacements.append(np.linalg.norm(moved, axis=1))
+        stretches.append(read_point_data(grid, "principal_stretch", mesh.source)[skin.node])
+    up = np.array([0.0, 0.0, 1.0])
+    places = np.array([moments[row].skin - up * moments[row].table_mm for row in rows])
+    frames = np.concatenate([places[:1], places])
+    found = [
+        _finger(skin, number, name, frames, np.array(displacements), np.array(stretches))
+        for number, name in enumerate(NAMES)
+    ]
+    food = np.array([moments[row].food - up * moments[row].table_mm for row in rows])
+    found.append(_food(body, food))
+    found.append(_table(np.concatenate([frames[0], food[0]])))
+    return [part for part in found if len(part.skin.triangles)], rows
+
+
+def _finger(
+    skin: Skin, number: int, name: str, frames: Floats, displacement: Floats, stretch: Floats
+) -> Part:
+    """One finger of the skin."""
+    mine = np.flatnonzero(skin.side == number)
+    own = np.full(len(skin.points), -1, dtype=np.int64)
+    own[mine] = np.arange(len(mine))
+
+    def kept(items: Ints) -> Ints:
+        numbered = own[items]
+        return numbered[(numbered >= 0).all(axis=1)]
+
+    alone = Skin(
+        frames[0, mine], skin.node[mine], skin.side[mine],
+        kept(skin.triangles), kept(skin.edges), kept(skin.creases),
+    )  # fmt: skip
+    return Part(
+        name, alone, frames[:, mine],
+        displacement=displacement[:, mine], stretch=stretch[:, mine], cut=True,
+    )  # fmt: skip
+
+
+def _food(body: GraspedBody, places: Floats) -> Part:
+    surface = body.surface.polydata()
+    triangles = np.asarray(surface.regular_faces, dtype=np.int64)
+    none = np.zeros((0, 2), dtype=np.int64)
+    count = len(body.surface.points)
+    skin = Skin(places[0], np.arange(count), np.ones(count), triangles, none, none)
+    return Part("food", skin, np.concatenate([places[:1], places]), colour=FOOD)
+
+
+def _table(around: Floats) -> Part:
+    low, high = around.min(axis=0) - AROUND_MM, around.max(axis=0) + AROUND_MM
+    low[2], high[2] = -TABLE_MM, 0.0
+    skin = box_skin(low, high)
+    return replace(Part("table", skin, skin.points[None]), colour=PALE)

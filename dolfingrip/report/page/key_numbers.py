@@ -1,0 +1,141 @@
+"""The five numbers at the head of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.channels import ANGLE, CHORD_ANGLE, FORCE
+from dolfingrip.report.page.content import Check, Front, KeyNumber
+from dolfingrip.report.page.finger import Fields
+from dolfingrip.report.page.numbers import said
+from dolfingrip.report.page.runs import Run, over
+
+MOST: Final = 5
+
+PRINTED: Final = "neo-hooke"
+"""Law of printed NinjaFlex, the default material."""
+
+STRETCH_LIMIT: Final = 2.5
+"""Largest stretch up to which printed NinjaFlex follows this law; it stiffens beyond."""
+
+
+def numbers_of(
+    runs: Sequence[Run], fields: dict[int, Fields], checks: Sequence[Check], front: Front | None
+) -> list[KeyNumber]:
+    """At most five: how all checks ended, then the main reading of each kind of result."""
+    found: list[KeyNumber] = []
+    seen: set[str] = set()
+    for place, run in enumerate(runs):
+        if run.experiment.name in seen:
+            continue
+        seen.add(run.experiment.name)
+        found += OWN.get(run.experiment.name, _main)(run)
+        if run.experiment.name in ("bending", "blocked_force", "cycle", "push", "coupon"):
+            found += _stretch(run, fields.get(place), {each.name for each in found})
+    if front is not None:
+        chosen = [point for point in front.points if point.group == "chosen"]
+        for point in chosen[:1]:
+            value = said(point.y, front.y.unit)
+            at = f"at {said(point.x, front.x.unit)} {front.x.short.lower()}"
+            found.append(KeyNumber(f"{front.y.short} of the chosen design", value, "", at))
+    summary = _summary(checks)
+    return found[: MOST - len(summary)] + summary
+
+
+def _summary(checks: Sequence[Check]) -> list[KeyNumber]:
+    """How many checks pass."""
+    done = [check for check in checks if check.verdict in ("pass", "fail")]
+    if not checks:
+        return []
+    failed = [check for check in done if check.verdict == "fail"]
+    open_ = len(checks) - len(done)
+    value = f"{len(done) - len(failed)} of {len(done)}"
+    if failed:
+        words = f"fail: {failed[0].name}"
+    elif open_:
+        words = f"pass; {open_} not made"
+    else:
+        words = "pass"
+    return [KeyNumber("Checks passed", value, "fail" if failed else "pass", words)]
+
+
+def _at(run: Run, row: int) -> str:
+    control = run.experiment.plot.over
+    values = run.column(over(run))
+    return "" if values is None else f"at {said(float(values[row]), control.symbol)}"
+
+
+def _verdict(run: Run) -> tuple[str, str]:
+    """Whether the path reached its end, for the number that is read there."""
+    if run.facts.get("complete"):
+        return "pass", "reached"
+    return "fail", "the path ended early"
+
+
+def _main(run: Run) -> list[KeyNumber]:
+    """The first curve of the experiment's plot, where it is largest."""
+    curve = run.experiment.plot.curves[0]
+    y = run.column(curve.column)
+    if y is None:
+        return []
+    row = int(np.nanargmax(np.abs(y)))
+    channel = next((c for c in run.experiment.table if c.name == curve.column), None)
+    name = channel.title if channel else curve.label
+    value = said(float(y[row]), channel.symbol if channel else "")
+    verdict, words = _verdict(run)
+    where = _at(run, row)
+    return [KeyNumber(name, value, "pass" if verdict == "pass" else "fail", f"{where}, {words}")]
+
+
+def _bending(run: Run) -> list[KeyNumber]:
+    found = _main(run)
+    chord = run.column(CHORD_ANGLE.name)
+    if chord is not None and run.column(ANGLE.name) is not None and not found:
+        found = [KeyNumber(CHORD_ANGLE.title, said(float(chord[-1]), "°"), "", _at(run, -1))]
+    return found
+
+
+def _blocked(run: Run) -> list[KeyNumber]:
+    found = _main(run)
+    found = [KeyNumber(f"Blocked {FORCE.title.lower()}", e.value, e.verdict, e.said) for e in found]
+    turn = run.facts.get("turning_point")
+    if turn:
+        value = said(turn.get("pressure_kPa"), "kPa")
+        found.append(KeyNumber("Bellows touch, force rises faster", value, "", "turning point"))
+    return found
+
+
+def _grasp(run: Run) -> list[KeyNumber]:
+    outcome = run.facts.get("outcome") or {}
+    kind = str(outcome.get("kind", "unknown"))
+    good = kind == "picked up"
+    found = [KeyNumber("Grasp", kind, "pass" if good else "fail", str(outcome.get("sentence", "")))]
+    for name, title in (("normal_A_N", "Thumb's normal force"), ("slip_mm", "Slip")):
+        y = run.column(name)
+        if y is not None:
+            unit = name.rpartition("_")[2]
+            found.append(KeyNumber(title, said(float(y[-1]), unit), "", "at the end"))
+    return found
+
+
+def _stretch(run: Run, fields: Fields | None, there: set[str]) -> list[KeyNumber]:
+    name = "Largest stretch"
+    if fields is None or not fields.stretches or name in there:
+        return []
+    most = max(float(each.max()) for each in fields.stretches)
+    if run.config.material.law != PRINTED:
+        return [KeyNumber(name, said(most), "", "at a node, over all steps")]
+    good = most <= STRETCH_LIMIT
+    words = f"{'below' if good else 'above'} {STRETCH_LIMIT:g}, where the print stiffens"
+    return [KeyNumber(name, said(most), "pass" if good else "fail", words)]
+
+
+OWN: Final[dict[str, Callable[[Run], list[KeyNumber]]]] = {
+    "bending": _bending,
+    "blocked_force": _blocked,
+    "grasp": _grasp,
+}
+"""Experiments whose numbers are more than the largest value of their plot."""

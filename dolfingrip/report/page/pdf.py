@@ -1,0 +1,67 @@
+"""A page as PDF, printed by a Chromium that the machine has."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+from dolfingrip.sections.errors import ConfigError
+
+NAMES: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+
+WAIT_MS: Final = 15_000
+"""Time of the page's own clock for its pictures; it ends earlier where all is still."""
+
+LIMIT_S: Final = 180.0
+"""Time after which Chromium is given up."""
+
+
+def chromium() -> str | None:
+    """Path of a Chromium; None if the machine has none."""
+    return next((path for name in NAMES if (path := shutil.which(name))), None)
+
+
+def print_page(page: Path, out: Path) -> Path:
+    """Print a page.
+
+    Args:
+        page: HTML file.
+        out: PDF to write.
+
+    Raises:
+        ConfigError: one line, if there is no Chromium or it fails.
+    """
+    browser = chromium()
+    if browser is None:
+        raise ConfigError(f"--pdf {out}: allowed: on a machine with {NAMES[0]}, which prints it")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.unlink(missing_ok=True)
+    with TemporaryDirectory() as profile:
+        command = [
+            browser, "--headless", "--disable-gpu-sandbox", "--enable-unsafe-swiftshader",
+            "--no-first-run", f"--user-data-dir={profile}", "--no-pdf-header-footer",
+            f"--virtual-time-budget={WAIT_MS}", f"--print-to-pdf={out.resolve()}",
+            *(["--no-sandbox"] if os.geteuid() == 0 else []), page.resolve().as_uri(),
+        ]  # fmt: skip
+        environment = {**os.environ, "HOME": profile, "XDG_CONFIG_HOME": profile}
+        try:
+            ended = subprocess.run(
+                command,
+                capture_output=True,
+                text=True,
+                timeout=LIMIT_S,
+                env=environment,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            raise ConfigError(
+                f"--pdf {out}: {browser} did not end within {LIMIT_S:.0f} s"
+            ) from None
+    if not out.is_file():
+        last = (ended.stderr.strip().splitlines() or ["no message"])[-1]
+        raise ConfigError(f"--pdf {out}: {browser} wrote nothing: {last}")
+    return out

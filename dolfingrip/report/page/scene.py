@@ -1,0 +1,174 @@
+"""A 3D scene of a page: parts with their places at each step, packed for the viewer.
+
+Places are in mm, z points upwards. A finger hangs from its clamp and bends to the right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.colors import to_rgb
+
+from dolfingrip.report.page.content import plain
+from dolfingrip.report.page.packing import pack_indices, pack_numbers, quantised
+from dolfingrip.report.scene import View, split_at_creases
+from dolfingrip.report.skin import Skin
+from dolfingrip.report.theme import colour_map
+
+Floats = npt.NDArray[np.float64]
+
+UPRIGHT: Final = np.array([-1.0, 1.0, -1.0])
+"""Turns a finger, whose clamp is at the lowest z, by half a turn about y."""
+
+FINGER_VIEW: Final = View()
+GRIPPER_VIEW: Final = View(azimuth_deg=35.0, elevation_deg=14.0, up=1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A surface of a scene.
+
+    Attributes:
+        name: said beside the pointer.
+        skin: its triangles and lines, on the points of the frames.
+        frames: places in mm, shape (1 + steps, points, 3): unloaded, then each step; shape
+            (1, points, 3) if it never moves.
+        colour: of a part without field, as Matplotlib knows it; "" if it has the field's colours.
+        stretch: largest principal stretch at each step, shape (steps, points); None: not known.
+        displacement: shape (steps, points), mm; None: the distance from the unloaded place.
+        mirrored: whether its mirror image in y = 0 is drawn, too.
+        section: whether it is the section y = 0, drawn in place of the mirror image.
+        cut: whether it can be cut open at y = 0, without its half y < 0.
+    """
+
+    name: str
+    skin: Skin
+    frames: Floats
+    colour: str = ""
+    stretch: Floats | None = None
+    displacement: Floats | None = None
+    mirrored: bool = False
+    section: bool = False
+    cut: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What the slider of a scene goes through.
+
+    Attributes:
+        label: with its unit.
+        unit: as printed.
+        values: shape (steps,).
+        branches: name of the branch of each step, if there are several; "" else.
+        rows: row of the result that each step is, shape (steps,).
+    """
+
+    label: str
+    unit: str
+    values: Floats
+    branches: Sequence[str]
+    rows: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Parts at the steps of a load.
+
+    Attributes:
+        title: of the result.
+        alt: what is seen, in words.
+        kind: the experiment's name; scenes of one kind are shown side by side at first.
+        towards: direction from the model to the eye.
+    """
+
+    title: str
+    alt: str
+    kind: str
+    parts: Sequence[Part]
+    load: Load
+    towards: Floats
+
+    def packed(self) -> dict[str, Any]:
+        """The scene as ``web/src/packed.js`` reads it."""
+        known = [part.stretch for part in self.parts if part.stretch is not None]
+        ends = None
+        if known:
+            ends = [min(float(s.min()) for s in known), max(float(s.max()) for s in known)]
+        steps = len(self.load.values)
+        values = self.load.values
+        found: dict[str, Any] = plain(
+            {
+                "title": self.title,
+                "alt": self.alt,
+                "kind": self.kind,
+                "steps": steps,
+                "view": self.towards,
+                "stretch": ends,
+                "control": {
+                    "label": self.load.label,
+                    "unit": self.load.unit,
+                    "values": values,
+                    "branches": list(self.load.branches),
+                    "rows": self.load.rows,
+                    "monotone": bool((np.diff(values) > 0).all()),
+                },
+            }
+        )
+        return {**found, "parts": [_packed(part, ends) for part in self.parts]}
+
+
+def towards(view: View) -> Floats:
+    """Direction to the eye of a view of the pictures, in the coordinates of a scene."""
+    direction: Floats = view.axes[2]
+    return direction * UPRIGHT if view.up < 0 else direction
+
+
+def palettes() -> dict[str, list[int]]:
+    """Colours of each field, from low to high: 256 times red, green, blue."""
+    ramp = np.linspace(0, 1, 256)
+    return {
+        name: np.round(255 * colour_map(name)(ramp)[:, :3]).astype(int).ravel().tolist()
+        for name in ("displacement", "stretch")
+    }
+
+
+def _packed(part: Part, ends: list[float] | None) -> dict[str, Any]:
+    skin = part.skin
+    source, triangles = split_at_creases(skin)
+    first = np.full(len(skin.points), 0, dtype=np.int64)
+    first[source[::-1]] = np.arange(len(source))[::-1]  # lines need one of the points at a crease
+    frames = part.frames[:, source]
+    low, high = frames.min(axis=(0, 1)), frames.max(axis=(0, 1))
+    steps = quantised(frames, low, high)
+    count = len(source)
+    found: dict[str, Any] = plain(
+        {
+            "name": part.name,
+            "colour": list(to_rgb(part.colour)) if part.colour else None,
+            "mirrored": part.mirrored,
+            "section": part.section,
+            "cut": part.cut,
+            "vertices": count,
+            "frames": len(frames),
+        }
+    )
+    found["low"], found["high"] = low.tolist(), high.tolist()
+    found["triangles"] = pack_indices(triangles, count)
+    found["lines"] = pack_indices(first[skin.edges], count)
+    found["creases"] = pack_indices(first[skin.creases], count)
+    found["positions"] = pack_numbers(steps.reshape(len(frames), -1), 3)
+    found["stretch"] = found["displacement"] = None
+    if part.stretch is not None and ends is not None:
+        found["stretch"] = pack_numbers(quantised(part.stretch[:, source], *ends))
+    if part.displacement is not None:
+        most = float(part.displacement.max()) or 1.0
+        found["displacement"] = {
+            "most": most,
+            **pack_numbers(quantised(part.displacement[:, source], 0.0, most)),
+        }
+    return found

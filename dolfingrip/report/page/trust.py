@@ -1,0 +1,194 @@
+"""Whether a result can be trusted: mesh, energy, elements turned inside out, measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.channels import CHANNELS
+from dolfingrip.report.columns import Columns, numbers, select_rows
+from dolfingrip.report.page import elements
+from dolfingrip.report.page.content import Check, Verdict
+from dolfingrip.report.page.finger import Fields
+from dolfingrip.report.page.numbers import said
+from dolfingrip.report.page.runs import Run, over
+
+
+@dataclass(frozen=True, slots=True)
+class TrustPolicy:
+    """What passes.
+
+    Attributes:
+        mesh: largest difference to the finest mesh, by the finest's largest reading.
+        energy: largest difference of work and energy, by the work.
+        least_det_F: smallest ratio of volumes; an element that is turned inside out has none > 0.
+        noise_std: root mean square difference to a measurement, in standard deviations of its
+            noise.
+    """
+
+    mesh: float = 0.02
+    energy: float = 0.03
+    least_det_F: float = 0.0
+    noise_std: float = 2.0
+
+
+POLICY: Final = TrustPolicy()
+
+OPEN: Final = "not checked"
+
+
+def checks(
+    runs: Sequence[Run],
+    fields: dict[int, Fields],
+    finer: dict[int, int],
+    measured: Columns | None,
+) -> list[Check]:
+    """The rows of "Can I trust it?".
+
+    Args:
+        runs: with different titles.
+        fields: of the runs that have them, by the run's place.
+        finer: for a run on a coarse mesh, the place of the one on the finest mesh.
+        measured: readings of an instrument.
+    """
+    found = []
+    for place, run in enumerate(runs):
+        found.append(_ended(run))
+        if place not in finer.values():
+            found.append(_mesh(run, runs[finer[place]] if place in finer else None))
+        own = fields.get(place)
+        if run.column("energy_error_mJ") is not None:
+            found.append(_balance_of_grasp(run))
+        elif own is not None:
+            found.append(_balance(run, own))
+        if own is not None:
+            found.append(_inverted(run, own))
+        if measured is not None:
+            found += _measured(run, measured)
+    return found
+
+
+def _passes(good: bool) -> Verdict:
+    return "pass" if good else "fail"
+
+
+def _ended(run: Run) -> Check:
+    failure = run.facts.get("failure")
+    complete = bool(run.facts.get("complete"))
+    sentence = failure["sentence"] if failure else "all steps converged"
+    if not complete and not failure:
+        sentence = "it has not come to its end"
+    value = f"{run.rows} readings"
+    return Check(f"{run.title}: load path", value, "to its end", _passes(complete), sentence)
+
+
+def _mesh(run: Run, finest: Run | None) -> Check:
+    """The main reading against that on the finest mesh at the same load."""
+    name = f"{run.title}: mesh"
+    goal = f"≤ {100 * POLICY.mesh:g} %"
+    if finest is None:
+        again = "give a run with a smaller mesh.size_mm beside it"
+        return Check(name, "–", goal, "open", f"{OPEN}: {again}")
+    column = run.experiment.plot.curves[0].column
+    x, y = run.column(over(run)), run.column(column)
+    fine_x, fine_y = finest.column(over(run)), finest.column(column)
+    if x is None or y is None or fine_x is None or fine_y is None:
+        return Check(name, "–", goal, "open", f"{OPEN}: one has no {column}")
+    rising = np.argsort(fine_x, kind="stable")
+    common = (x >= fine_x.min()) & (x <= fine_x.max())
+    expected = np.interp(x[common], fine_x[rising], fine_y[rising])
+    size = float(np.nanmax(np.abs(expected))) or 1.0
+    error = float(np.nanmax(np.abs(y[common] - expected))) / size
+    counts = f"{run.elements} against {finest.elements} elements"
+    return Check(name, f"{100 * error:.2g} %", goal, _passes(error <= POLICY.mesh), counts)
+
+
+def _balance_of_grasp(run: Run) -> Check:
+    work, error = run.column("pressure_mJ"), run.column("energy_error_mJ")
+    assert error is not None
+    most = float(np.nanmax(np.abs(work))) if work is not None else 0.0
+    share = float(np.nanmax(np.abs(error))) / most if most else float("nan")
+    return _energy_check(run, share, "work of pressure against energy, friction and motion")
+
+
+def _balance(run: Run, fields: Fields) -> Check:
+    found = elements.balance(run, fields)
+    if isinstance(found, str):
+        return Check(
+            f"{run.title}: energy balance", "–", f"≤ {100 * POLICY.energy:g} %", "open",
+            f"{OPEN}: {found}",
+        )  # fmt: skip
+    return _energy_check(run, found, "work of pressure against strain energy, at the last step")
+
+
+def _energy_check(run: Run, share: float, what: str) -> Check:
+    return Check(
+        f"{run.title}: energy balance", f"{100 * share:.2g} %", f"≤ {100 * POLICY.energy:g} %",
+        _passes(share <= POLICY.energy), what,
+    )  # fmt: skip
+
+
+def _inverted(run: Run, fields: Fields) -> Check:
+    least = min(float(elements.volume_ratios(fields.mesh, u).min()) for u in fields.displacements)
+    return Check(
+        f"{run.title}: smallest det F", said(least), "> 0", _passes(least > POLICY.least_det_F),
+        f"at the elements' integration points, over {len(fields.rows)} steps",
+    )  # fmt: skip
+
+
+def _measured(run: Run, table: Columns) -> list[Check]:
+    """The root mean square difference of each measured channel, by its noise."""
+    own = select_rows(table, "experiment", run.experiment.name)
+    along = over(run)
+    x, simulated_x = numbers(own, along), run.column(along)
+    found = []
+    for curve in run.experiment.plot.curves:
+        y, simulated = numbers(own, curve.column), run.column(curve.column)
+        channel = CHANNELS.get(curve.column)
+        if x is None or y is None or simulated is None or simulated_x is None or not channel:
+            continue
+        rising = np.argsort(simulated_x, kind="stable")
+        inside = (x >= np.nanmin(simulated_x)) & (x <= np.nanmax(simulated_x)) & np.isfinite(y)
+        if not inside.any():
+            continue
+        expected = np.interp(x[inside], simulated_x[rising], simulated[rising])
+        rms = float(np.sqrt(np.mean((y[inside] - expected) ** 2)))
+        many = rms / channel.noise if channel.noise else float("inf")
+        found.append(
+            Check(
+                f"{run.title}: measured {channel.title.lower()}",
+                f"{said(rms, channel.symbol)} rms",
+                f"≤ {said(POLICY.noise_std * channel.noise, channel.symbol)}",
+                _passes(many <= POLICY.noise_std),
+                f"{said(many)} times an ordinary instrument's noise, "
+                f"{int(inside.sum())} of {len(y)} readings",
+            )
+        )
+    return found
+
+
+def finest(runs: Sequence[Run]) -> dict[int, int]:
+    """For each run, the place of one with the same configuration on the finest mesh, if any."""
+    found = {}
+    for place, run in enumerate(runs):
+        alike = [i for i, other in enumerate(runs) if _same_but_mesh(run, other)]
+        best = max(alike, key=lambda i: runs[i].elements or 0)
+        if (runs[best].elements or 0) > (run.elements or 0):
+            found[place] = best
+    return found
+
+
+def _same_but_mesh(one: Run, other: Run) -> bool:
+    if one.experiment.name != other.experiment.name:
+        return False
+    first, second = (dict(run.facts.get("config", {})) for run in (one, other))
+    for config in (first, second):
+        config.pop("mesh", None)
+        config.pop("solver", None)
+        experiment = dict(config.get("experiment", {}))
+        experiment.pop("step_kPa", None)
+        config["experiment"] = experiment
+    return first == second

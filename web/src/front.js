@@ -1,0 +1,48 @@
+// The front of designs, and the shape and the numbers of the design that is pointed at.
+
+import { scatterChart } from './chart.js';
+import { element } from './format.js';
+import { unpack } from './packed.js';
+import { Viewer } from './viewer.js';
+
+const $ = (id) => document.getElementById(id);
+
+export class Front {
+  constructor(spec, palettes, there) {
+    this.spec = spec;
+    this.models = [];
+    if (there && spec.models.length) {
+      this.viewer = new Viewer($('design-view'), { palettes, label: 'Shape of the design' });
+      this.viewer.setLayers({ ghost: false });
+    } else {
+      $('design-view').hidden = true;
+    }
+    const chart = scatterChart($('front-chart'), spec, { choose: (i) => this.#choose(i) });
+    chart.select(spec.start);
+  }
+
+  setTheme(dark) {
+    this.viewer?.setTheme(dark);
+  }
+
+  async #choose(index) {
+    this.wanted = index;
+    const { label, rows, model } = this.spec.points[index];
+    $('design-name').textContent = label;
+    const table = $('design-rows');
+    table.replaceChildren();
+    for (const [name, value] of rows) {
+      const row = table.insertRow();
+      row.append(element('th', { scope: 'row' }, name));
+      row.append(element('td', { class: 'number' }, value));
+    }
+    const none = model === null || !this.viewer;
+    $('design-view').classList.toggle('empty', none);
+    if (none) return;
+    const first = !this.models.some(Boolean);
+    this.models[model] ??= await unpack(this.spec.models[model]);
+    if (this.wanted !== index) return;
+    this.viewer.show([this.models[model]], { keepCamera: !first });
+    document.documentElement.dataset.design = label;
+  }
+}
