@@ -10,6 +10,9 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+Style = Literal["line", "dash", "points"]
+"""How a curve is drawn."""
+
 Verdict = Literal["pass", "fail", "open", ""]
 """Of a number or a check; "open" if it was not checked, "" if there is nothing to check."""
 
@@ -65,7 +68,7 @@ class Series:
     name: str
     x: Sequence[float] | npt.NDArray[np.float64]
     y: Sequence[float] | npt.NDArray[np.float64]
-    style: Literal["line", "dash", "points"] = "line"
+    style: Style = "line"
     scene: int | None = None
     low: npt.NDArray[np.float64] | None = None
     high: npt.NDArray[np.float64] | None = None

@@ -9,7 +9,7 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS, Channel
 from dolfingrip.report.columns import Columns, numbers, select_rows
-from dolfingrip.report.page.content import Axis, Chart, Series, Table
+from dolfingrip.report.page.content import Axis, Chart, Series, Style, Table
 from dolfingrip.report.page.numbers import said
 from dolfingrip.report.page.runs import Run, over
 
@@ -94,7 +94,7 @@ def _chart(
             whose = f"{run.title.partition(', ')[2]}: {name}" if len(group) > 1 else name
             if place in finer.values():
                 whose += " (finest mesh)"
-            style = "dash" if place in finer.values() else "line"
+            style: Style = "dash" if place in finer.values() else "line"
             series.append(Series(whose, x, y, style, scenes.get(place)))
             columns.append((whose, x, y))
     if not series:

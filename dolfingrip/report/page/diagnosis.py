@@ -26,6 +26,7 @@ from dolfingrip.report.page.content import (
     Limit,
     Series,
     Source,
+    Style,
     Table,
     Verdict,
 )
@@ -286,7 +287,7 @@ def _overlays(readings: pd.DataFrame) -> list[Chart]:
             )
             known = [(key, words) for key, words in WAYS if key in own]
             for key, words in known:
-                style = "dash" if key != "after" else "line"
+                style: Style = "dash" if key != "after" else "line"
                 name = f"{words}, {branch}" if branch else words
                 series.append(Series(name, x, own[key].to_numpy(float), style))
             for _, row in own.iterrows():
