@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -130,7 +130,7 @@ def unloaded(mesh: FieldMesh, name: str) -> list[Part]:
     return parts(still, name, replace(DETAIL, most_places=0), clamped=False)
 
 
-def _part(fields: Fields, skin: Skin, name: str, **kind: bool) -> Part:
+def _part(fields: Fields, skin: Skin, name: str, **kind: Any) -> Part:
     frames = [skin.points, *(skin.move(each) for each in fields.displacements)]
     stretch = np.array([each[skin.node] for each in fields.stretches]) if fields.stretches else None
     return Part(name, skin, np.array(frames) * UPRIGHT, stretch=stretch, **kind)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -84,7 +84,7 @@ def _finger(
 
 
 def _food(body: GraspedBody, places: Floats) -> Part:
-    surface = body.surface.polydata()
+    surface: Any = body.surface.polydata()
     triangles = np.asarray(surface.regular_faces, dtype=np.int64)
     none = np.zeros((0, 2), dtype=np.int64)
     count = len(body.surface.points)

@@ -83,7 +83,7 @@ def read(folder: Path) -> Run:
         ConfigError: one line, if its files are missing or of something else.
     """
     facts = read_json(folder / "run.json")
-    name = facts.get("experiment")
+    name = str(facts.get("experiment"))
     if name not in EXPERIMENTS:
         allowed = ", ".join(EXPERIMENTS)
         raise ConfigError(f"{folder / 'run.json'}: experiment {name}; allowed: {allowed}")
@@ -120,7 +120,7 @@ def conditions(run: Run) -> str:
     config, control = run.config, run.experiment.control
     parts = []
     if "finger" in run.experiment.parts or run.experiment.name == "grasp":
-        parts.append(f"{config.geometry.kind} finger")
+        parts.append(f"{config.finger.kind} finger")
     material = config.material
     name = material.law
     parts.append(f"{name}, μ = {said(material.shear_MPa, 'MPa')}")
