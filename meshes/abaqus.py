@@ -42,7 +42,7 @@ _SURFACES: Final = {
 }  # fmt: skip
 _IGNORED: Final = ("T3D", "T2D", "B3", "MASS", "SPRING")
 _REFUSED: Final = ("INCLUDE", "SYSTEM", "NGEN", "ELGEN", "NCOPY", "ELCOPY", "NFILL")
-_CLAIM: Final = (groups.CLAMP, groups.TIP, groups.SYMMETRY, groups.CAVITY, groups.SKIN)
+_CLAIM: Final = (groups.CLAMP, groups.TIP, groups.SYMMETRY, *groups.CAVITIES, groups.SKIN)
 """Order in which node sets claim faces; a node set has a face if it has all corners."""
 
 

@@ -22,7 +22,13 @@ SOLID_TAG: Final = 1
 VOLUME_TAGS: Final[dict[str, int]] = {"body": 2, "film": 3, "base": 4, "paper": 5}
 """Tag of each region of the kinds of geometry, by name; those of other names come after them."""
 
-SURFACE_TAGS: Final[dict[str, int]] = {CAVITY: 11, CLAMP: 12, SKIN: 13, TIP: 14, SYMMETRY: 15}
+CAVITIES: Final = (CAVITY, *(f"{CAVITY}_{i}" for i in range(2, 9)))
+"""Surface groups of cavities; a mesh has the first, or the first few, of them."""
+
+SURFACE_TAGS: Final[dict[str, int]] = {
+    **{CAVITY: 11, CLAMP: 12, SKIN: 13, TIP: 14, SYMMETRY: 15},
+    **{name: 16 + i for i, name in enumerate(CAVITIES[1:])},
+}
 """Tag of each surface group, by name."""
 
 NEEDED: Final = (CAVITY, CLAMP, SKIN, TIP)

@@ -75,11 +75,20 @@ def check(mesh: SolidMesh) -> Quality:
             f"of {(least <= 0).sum()} in all not positive; allowed: above 0"
         )
     _check_groups(mesh)
-    _check_closed(mesh)
+    for name in groups.CAVITIES:
+        if name in mesh.facets:
+            _check_closed(mesh, name)
     _check_symmetry(mesh)
-    cavity = -enclosed_volume(mesh.points, mesh.facets[groups.CAVITY])
-    if cavity <= 0:
-        raise MeshError("group cavity: its facets enclose no hollow; allowed: the inner surface")
+    cavities = {
+        name: -enclosed_volume(mesh.points, mesh.facets[name])
+        for name in groups.CAVITIES
+        if name in mesh.facets
+    }
+    for name, volume in cavities.items():
+        if volume <= 0:
+            raise MeshError(
+                f"group {name}: its facets enclose no hollow; allowed: the inner surface"
+            )
     scaled = scaled_jacobians(mesh)
     return Quality(
         shape=mesh.shape.plural,
@@ -87,7 +96,7 @@ def check(mesh: SolidMesh) -> Quality:
         points=len(mesh.points),
         cells=len(mesh.cells),
         volume_mm3=sum(enclosed_volume(mesh.points, f) for f in mesh.facets.values()),
-        cavity_mm3=cavity,
+        cavity_mm3=sum(cavities.values()),
         scaled_jacobian_min=float(scaled.min()),
         scaled_jacobian_median=float(np.median(scaled)),
         dihedral_min_deg=float(np.degrees(dihedral_angles(mesh).min())),
@@ -120,16 +129,16 @@ def _check_groups(mesh: SolidMesh) -> None:
         )
 
 
-def _check_closed(mesh: SolidMesh) -> None:
-    """Check that each edge of the cavity borders on two facets or lies on a plane that closes it.
+def _check_closed(mesh: SolidMesh, name: str) -> None:
+    """Check that each edge of a cavity borders on two facets or lies on a plane that closes it.
 
     Two planes close it: the symmetry plane, and the clamped plane z = 0 where a tube enters. The
     opening there does not move, and the volume's integrand x · n is 0.
     """
     corners = mesh.shape.facet_corners
     cavity, plane, clamp = (
-        mesh.facets.get(name, np.empty((0, corners), dtype=np.int64))[:, :corners]
-        for name in (groups.CAVITY, groups.SYMMETRY, groups.CLAMP)
+        mesh.facets.get(group, np.empty((0, corners), dtype=np.int64))[:, :corners]
+        for group in (name, groups.SYMMETRY, groups.CLAMP)
     )
     extent = float(np.ptp(mesh.points, axis=0).max())
     clamp = clamp[(np.abs(mesh.points[clamp, 2]) <= ON_PLANE * extent).all(axis=1)]
@@ -139,7 +148,7 @@ def _check_closed(mesh: SolidMesh) -> None:
     open_edges = len(edges) - _common_rows(edges, back)
     if open_edges:
         raise MeshError(
-            f"group cavity: not closed, {open_edges} edges with one facet; "
+            f"group {name}: not closed, {open_edges} edges with one facet; "
             "allowed: two, or one on the symmetry plane or the clamped plane z = 0"
         )
 

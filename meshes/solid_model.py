@@ -54,7 +54,7 @@ def _add_groups(volume: int, finger: Geometry, half: bool) -> None:
     named[groups.SKIN] = sorted(outside - set(named[groups.CLAMP]) - set(named[groups.TIP]))
     gmsh.model.addPhysicalGroup(3, [volume], groups.SOLID_TAG, groups.SOLID)
     for name, tag in groups.SURFACE_TAGS.items():
-        if named[name]:
+        if named.get(name):
             gmsh.model.addPhysicalGroup(2, named[name], tag, name)
 
 

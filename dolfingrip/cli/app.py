@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.cli import (
+    adopt_command,
     columns_command,
     diagnose_command,
     doe_commands,
@@ -40,7 +41,7 @@ from dolfingrip.jobs.interrupts import interrupt_behind
 ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
-    *("pickup", "friction", "mesh", "morph", "config", "columns", "extensions"),
+    *("pickup", "friction", "adopt", "mesh", "morph", "config", "columns", "extensions"),
     *("synthetic", "diagnose", "plan-experiment", "predict"),
     *("doe", "train", "optimise", "study", "reproduce"),
     "report",
@@ -72,6 +73,7 @@ app.command("synthetic")(experiment_commands.synthetic_measurement)
 app.command("diagnose")(diagnose_command.diagnose)
 app.command("plan-experiment")(plan_command.plan_experiment)
 app.command("predict")(predict_command.predict)
+app.command("adopt")(adopt_command.adopt)
 app.command("mesh")(mesh_command.mesh)
 app.command("morph")(morph_command.morph)
 app.command("columns")(columns_command.columns)

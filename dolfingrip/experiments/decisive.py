@@ -15,6 +15,9 @@ LATER_SWITCHES = ("both_sides",)
 """Keys of the section ``mesh`` that are newer than stored results. They count only if they are
 switched on, so that older results are still found."""
 
+LATER_SECTIONS = ("adopted", "cavity")
+"""Sections that are newer than stored results. They count only if they are not empty."""
+
 
 def decisive(config: dict[str, Any], digest: str | None) -> dict[str, Any]:
     """The part of a configuration that a result depends on; its mesh file has this digest."""
@@ -25,7 +28,10 @@ def decisive(config: dict[str, Any], digest: str | None) -> dict[str, Any]:
         for name, value in config["mesh"].items()
         if name not in LATER_SWITCHES or value is not False
     }
-    return {**config, "mesh": {**mesh, "file": digest}, "solver": solver}
+    older = {
+        name: section for name, section in config.items() if section or name not in LATER_SECTIONS
+    }
+    return {**older, "mesh": {**mesh, "file": digest}, "solver": solver}
 
 
 def digest_of(file: Path | None) -> str | None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 from pydantic import create_model, model_validator
 
 from dolfingrip.sections.camera import Camera
+from dolfingrip.sections.cavities import Cavities
 from dolfingrip.sections.errors import checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
@@ -41,6 +42,7 @@ class Sections(Section):
     coupon: Coupon = Coupon()
     gripper: Gripper = Gripper()
     film: Films = Films()
+    cavity: Cavities = Cavities()
     camera: Camera = Camera()
 
     @model_validator(mode="before")
@@ -66,6 +68,10 @@ class Sections(Section):
                     f"finger.{key}",
                     value,
                     f'of bellows; allowed: keys of [{kind}] with kind = "{kind}"',
+                )
+            if KINDS[kind].of_file and self.mesh.file is None:
+                raise outside(
+                    "finger.kind", kind, "a mesh file; allowed: with mesh.file, as adopt writes it"
                 )
             tetrahedra = KINDS[kind].tetrahedra
             if self.mesh.file is None and not self.hexahedra and not tetrahedra:
@@ -118,6 +124,20 @@ class Sections(Section):
         found = film.thickness_mm or self._thickness_mm(film.region)
         assert found is not None  # the validator sees to it
         return found
+
+    @model_validator(mode="after")
+    def _known_cavities(self) -> Self:
+        for name in self.cavity.all:
+            if self.mesh.file is None and name != "cavity":
+                raise outside(f"cavity.{name}", "a table", "allowed: cavity, or with mesh.file")
+        ratios = {self.cavity.ratio(name) for name in self.cavity.all} | {1.0}
+        if len(ratios) > 1 and self.experiment.control != "pressure":
+            raise outside(
+                "experiment.control",
+                self.experiment.control,
+                'allowed: "pressure" where a cavity has a pressure_ratio other than 1',
+            )
+        return self
 
     @model_validator(mode="after")
     def _facing(self) -> Self:

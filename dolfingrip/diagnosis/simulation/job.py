@@ -28,7 +28,7 @@ FUNCTION: Final = "dolfingrip.diagnosis.simulation.job:simulate"
 
 _OF_COUPON: Final = ("material", "solver", "coupon", "protocol", "extensions")
 _OF_FINGER: Final = (
-    *TABLES, "material", "film", "mesh", "morph", "solver", "contact", "plate",
+    *TABLES, "material", "film", "cavity", "mesh", "morph", "solver", "contact", "plate",
     "gravity", "camera", "protocol", "extensions",
 )  # fmt: skip
 
@@ -67,7 +67,7 @@ class Job:
             "format": FORMAT + max(CHANNELS[name].added for name in READINGS[self.experiment]),
             "experiment": self.experiment,
             "gradients": sorted(self.gradients),
-            "config": {name: felt[name] for name in sections},
+            "config": {name: felt[name] for name in sections if name in felt},
         }
 
     def call(self) -> jobs.Job:

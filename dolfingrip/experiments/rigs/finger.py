@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 
 import numpy as np
 import ufl
@@ -81,10 +83,10 @@ class FingerModel:
 
     @property
     def enclosed(self) -> ufl.Form:
-        """Volume of the meshed cavity (mm³), integrated exactly."""
+        """Volume of all meshed cavities (mm³), integrated exactly."""
         site = self.site
         degree = 3 * site.u.function_space.ufl_element().degree
-        exactly = site.domain.surface("cavity", quadrature_degree=degree)
+        exactly = site.domain.surface(*site.domain.cavities, quadrature_degree=degree)
         return cavity_pressure.volume_density(site.u, site.domain.mesh) * exactly
 
     def take_over(self, config: Config, rest: np.ndarray) -> None:
@@ -99,6 +101,29 @@ class FingerModel:
         regulator = self.by_pressure.controls["pressure_kPa"]
         if isinstance(regulator, Supply):
             regulator.stages = config.extensions.active("outlet_kPa")
+
+
+def pressures(config: Config, site: Site) -> ufl.Form:
+    """Potential of the pressure in each cavity, which is a part of the regulator's (mJ).
+
+    Raises:
+        ConfigError: one line, if the configuration names a cavity that the mesh has not.
+    """
+    domain, degree = site.domain, 2 * site.u.function_space.ufl_element().degree
+    for name in config.cavity.all:
+        if name not in domain.cavities:
+            raise ConfigError(
+                f"cavity.{name}: not in the mesh; allowed: {', '.join(domain.cavities)}"
+            )
+    energy = cavity_pressure.energy(site.u, domain.mesh, site.pressure)
+    by_ratio: dict[float, list[str]] = {}
+    for name in domain.cavities:
+        by_ratio.setdefault(config.cavity.ratio(name), []).append(name)
+    parts = []
+    for ratio, names in by_ratio.items():
+        inside = domain.surface(*names, quadrature_degree=degree)
+        parts.append(energy * inside if ratio == 1 else site.fixed(ratio) * energy * inside)
+    return reduce(add, parts)
 
 
 def total_potential(
@@ -120,8 +145,7 @@ def total_potential(
     """
     u, mesh, space = site.u, site.domain.mesh, site.u.function_space
     solid = strain_energies(config, site, base)
-    cavity = site.domain.surface("cavity", quadrature_degree=2 * space.ufl_element().degree)
-    pressing = cavity_pressure.energy(u, mesh, site.pressure) * cavity
+    pressing = pressures(config, site)
     effects = config.extensions.terms(site)
     written = Potential(
         u,

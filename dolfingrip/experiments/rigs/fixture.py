@@ -110,6 +110,10 @@ def _opens_at_clamp(site: Site) -> bool:
     The opening's area along z is the part that is missing in a closed surface of the cavity.
     """
     normal = ufl.FacetNormal(site.domain.mesh)
-    lacking = site.fixed(1.0) * normal[2] * site.domain.surface("cavity", quadrature_degree=1)
+    lacking = (
+        site.fixed(1.0)
+        * normal[2]
+        * site.domain.surface(*site.domain.cavities, quadrature_degree=1)
+    )
     area = site.domain.mesh.comm.allreduce(fem.assemble_scalar(fem.form(lacking)))
     return abs(area) > 1e-6 * site.area_mm2("clamp")

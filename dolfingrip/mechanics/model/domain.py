@@ -14,7 +14,7 @@ from mpi4py import MPI
 from dolfingrip.mechanics.model.placement import Placement
 from dolfingrip.mechanics.model.sheet import local_facets
 from dolfingrip.meshes.cells import BY_NODES, CellShape
-from dolfingrip.meshes.groups import SYMMETRY
+from dolfingrip.meshes.groups import CAVITIES, SYMMETRY
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble
 from dolfingrip.sections.errors import ConfigError
 
@@ -58,6 +58,11 @@ class Domain:
     def copies(self) -> int:
         """Symmetry multiplicity: copies of the meshed part in the whole solid, 2 for a half."""
         return 2 if self.half else 1
+
+    @property
+    def cavities(self) -> tuple[str, ...]:
+        """Names of the regions that are cavities; one of most fingers."""
+        return tuple(name for name in CAVITIES if name in self.regions)
 
     def facets(self, *names: str) -> np.ndarray:
         """Local indices of the facets in the named regions."""

@@ -41,6 +41,7 @@ class Geometry(Section):
             alone does.
         integration: of hexahedra, where the configuration names none.
         tetrahedra: whether it can be meshed in tetrahedra, too, which know no regions.
+        of_file: whether its solid is a mesh file, which it must then have.
         thin: whether one element across a wall bears the pressure, so that no mesh is too coarse.
         length_mm: clamp to tip, along z.
         width_mm: outer width along y.
@@ -53,6 +54,7 @@ class Geometry(Section):
     limiting: ClassVar[str] = ""
     integration: ClassVar[Integration] = "selective"
     tetrahedra: ClassVar[bool] = False
+    of_file: ClassVar[bool] = False
     thin: ClassVar[bool] = False
 
     if TYPE_CHECKING:  # each is a key of the table or a property

@@ -12,6 +12,7 @@ NAMES: Final = (
     "bellows",
     "cast",
     "pneunet",
+    "adopted",
 )
 
 GEOMETRIES: Final[Mapping[str, type[Geometry]]] = {

@@ -1,0 +1,143 @@
+"""The picture of an adopted part: each group in its colour, from outside and cut open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pyvista as pv
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from dolfingrip.meshes import groups
+from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.report.scene import Image, View, no_display
+from dolfingrip.report.theme import BLUE, DPI, GREEN, INK, ORANGE, PURPLE, figure_theme, scene_theme
+
+COLOURS: Final = {
+    groups.CLAMP: INK,
+    groups.TIP: GREEN,
+    groups.SKIN: "#D9D6CF",
+    groups.SYMMETRY: "#F0E442",
+    **dict(
+        zip(
+            groups.CAVITIES,
+            (ORANGE, BLUE, PURPLE, "#E69F00", "#56B4E9", "#882255", "#44AA99", "#999933"),
+            strict=True,
+        )
+    ),
+}
+"""Colour of each group."""
+
+WORDS: Final = {groups.CLAMP: "clamp (held)", groups.TIP: "tip (angle)", groups.SKIN: "skin",
+                groups.SYMMETRY: "symmetry plane"}  # fmt: skip
+"""Words for groups whose name says too little."""
+
+OUTSIDE, INSIDE, BACK = View(35.0, 14.0), View(0.0, 0.0), View(-145.0, 14.0)
+"""Cameras: from the front, onto the plane y = 0 of the part cut open, and from the back."""
+
+HEIGHT_PX: Final = 1100
+
+
+def draw(mesh: SolidMesh, out: Path, title: str) -> Path:
+    """Write a PNG: from the front, cut open in y = 0, and from the back.
+
+    Args:
+        mesh: half or whole, in the finger's frame.
+        out: file.
+        title: text above.
+    """
+    surface = _surface(mesh)
+    whole = surface
+    if groups.SYMMETRY in mesh.facets:
+        image = surface.reflect((0, 1, 0), point=(0, 0, 0))
+        whole = surface.merge(image)
+        whole = whole.extract_cells(whole["symmetry"] == 0)
+    half = surface if whole is not surface else surface.clip((0, -1, 0), origin=(0, 0, 0))
+    half = half.extract_cells(half["symmetry"] == 0)
+    pictures = [_shot(whole, OUTSIDE), _shot(half, INSIDE), _shot(whole, BACK)]
+    labels = ["from the front", "cut open in y = 0", "from the back"]
+    names = [name for name in COLOURS if name in mesh.facets]
+    return _save(pictures, labels, names, out, title)
+
+
+def _surface(mesh: SolidMesh) -> Any:
+    """Triangles or quadrilaterals of all groups, each with its colour."""
+    facets, colours, plane = [], [], []
+    for name, found in mesh.facets.items():
+        corners = found[:, : mesh.shape.facet_corners]
+        facets.append(corners)
+        rgb = [int(COLOURS[name][i : i + 2], 16) for i in (1, 3, 5)]
+        colours.append(np.tile(np.array(rgb, dtype=np.uint8), (len(corners), 1)))
+        plane.append(np.full(len(corners), int(name == groups.SYMMETRY)))
+    every = np.concatenate(facets)
+    surface = pv.PolyData(mesh.points, faces=np.insert(every, 0, every.shape[1], axis=1).ravel())
+    surface["rgb"] = np.concatenate(colours)
+    surface["symmetry"] = np.concatenate(plane)
+    return surface
+
+
+def _shot(surface: Any, view: View) -> Image:
+    """A picture of the surface, trimmed to what it shows."""
+    right, up, towards = view.axes
+    points = np.asarray(surface.points)
+    low, high = points.min(axis=0), points.max(axis=0)
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    seen = np.array([corners @ right, corners @ up])
+    width, height = np.ptp(seen, axis=1) * 1.04
+    focus = (low + high) / 2
+    far = 3 * float(np.ptp(points, axis=0).max())
+    with no_display():
+        plotter = pv.Plotter(
+            off_screen=True, theme=scene_theme(), lighting="light kit",
+            window_size=[max(round(HEIGHT_PX * width / height), 60), HEIGHT_PX],
+        )  # fmt: skip
+    try:
+        plotter.add_mesh(surface, scalars="rgb", rgb=True, ambient=0.5, diffuse=0.55, specular=0.0)
+        edges = surface.extract_surface(algorithm="dataset_surface").extract_feature_edges(
+            35.0, manifold_edges=False, non_manifold_edges=False
+        )
+        if edges.n_points:
+            edges.points = np.asarray(edges.points) + 0.002 * far * towards
+            plotter.add_mesh(edges, color=INK, line_width=1.6, lighting=False)
+        plotter.camera_position = [focus + far * towards, focus, up]
+        plotter.camera.parallel_projection = True
+        plotter.camera.parallel_scale = height / 2
+        plotter.camera.clipping_range = (0.01 * far, 2 * far)
+        return np.array(plotter.screenshot(return_img=True))[..., :3]
+    finally:
+        plotter.close()
+        plotter.deep_clean()
+
+
+def _save(
+    pictures: list[Image], labels: list[str], names: list[str], out: Path, title: str
+) -> Path:
+    widths = [picture.shape[1] / DPI for picture in pictures]
+    height, gap, top, legend = HEIGHT_PX / DPI, 0.35, 0.75, 1.65
+    size = (sum(widths) + gap * (len(pictures) + 1) + legend, height + top + 0.2)
+    with figure_theme():
+        figure = Figure(figsize=size, dpi=DPI)
+        FigureCanvasAgg(figure)
+        left = gap
+        for picture, label, width in zip(pictures, labels, widths, strict=True):
+            axes = figure.add_axes(
+                (left / size[0], 0.1 / size[1], width / size[0], height / size[1])
+            )
+            axes.imshow(picture, interpolation="none", aspect="auto")
+            axes.set_axis_off()
+            middle = (left + width / 2) / size[0]
+            figure.text(middle, 1 - 0.5 / size[1], label, ha="center", va="top", fontsize=8)
+            left += width + gap
+        figure.text(gap / size[0], 1 - 0.12 / size[1], title, va="top", fontweight="bold")
+        patches = [
+            Patch(facecolor=COLOURS[name], edgecolor=INK, lw=0.5,
+                  label=WORDS.get(name, name.replace("_", " ")))
+            for name in names if name != groups.SYMMETRY
+        ]  # fmt: skip
+        figure.legend(handles=patches, loc="center right", fontsize=8)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(out, dpi=DPI)
+    return out

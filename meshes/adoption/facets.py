@@ -1,0 +1,131 @@
+"""Groups of the faces of Gmsh's current model, by the part's triangles that they lie on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import gmsh
+import numpy as np
+
+from dolfingrip.meshes import groups
+from dolfingrip.meshes.adoption.nearest import nearest
+from dolfingrip.meshes.adoption.policy import SHAPES, SIZES
+from dolfingrip.meshes.adoption.roles import Roles
+from dolfingrip.meshes.adoption.sizes import Measured, Wanted
+from dolfingrip.meshes.adoption.surface import Faces, consistent
+from dolfingrip.meshes.gmsh_model import current_mesh
+from dolfingrip.meshes.solid import SolidMesh
+
+OPTIONS = {
+    "Mesh.MeshSizeExtendFromBoundary": 1.0,
+    "Mesh.MeshSizeFromPoints": 0.0,
+    "Mesh.Algorithm": 6.0,
+    "Mesh.Algorithm3D": 1.0,
+    "Mesh.Optimize": 1.0,
+    "Mesh.OptimizeThreshold": 0.5,
+    "Mesh.ElementOrder": 1.0,
+    "Mesh.SecondOrderLinear": 0.0,
+}
+"""Gmsh's numbers for parts."""
+
+
+def triangulated(surfaces: list[int]) -> Faces:
+    """The triangles of some faces of the current model, each face with its place in the list."""
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    index = np.full(int(tags.max(initial=0)) + 1, -1, dtype=np.int64)
+    index[tags.astype(np.int64)] = np.arange(len(tags))
+    found, face = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
+    for number, surface in enumerate(surfaces):
+        nodes = gmsh.model.mesh.getElementsByType(2, surface)[1].astype(np.int64)
+        found.append(index[nodes].reshape(-1, 3))
+        face.append(np.full(len(found[-1]), number))
+    triangles, of = np.concatenate(found), np.concatenate(face)
+    used, local = np.unique(triangles, return_inverse=True)
+    points = coordinates.reshape(-1, 3)[used]
+    return Faces(points, local.reshape(-1, 3).astype(np.int64), of)
+
+
+def outward(surface: Faces) -> Faces:
+    """The surface with its triangles seen from outside."""
+    return replace(surface, triangles=consistent(surface.points, surface.triangles))
+
+
+def meshed(roles: Roles, found: Measured, wanted: Wanted, *, curved: bool) -> SolidMesh:
+    """Mesh the current model, which is in the finger's frame, with its groups.
+
+    Args:
+        roles: what the part's faces are taken for.
+        found: size of the elements.
+        wanted: order of the elements.
+        curved: whether faces can be curved.
+    """
+    gmsh.option.setNumber("Mesh.MeshSizeMax", found.size_mm)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", found.size_mm / 3)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", SIZES.curved if curved else 0.0)
+    gmsh.model.mesh.generate(3)
+    order = wanted.order or (2 if curved and not roles.surface.plane.all() else 1)
+    _add_groups(roles)
+    if order == 2:
+        gmsh.model.mesh.setOrder(2)
+        if curved:
+            gmsh.model.mesh.optimize("HighOrder")
+    return in_frame(current_mesh(), roles)
+
+
+def in_frame(mesh: SolidMesh, roles: Roles) -> SolidMesh:
+    """The mesh with the clamp and the symmetry plane exactly in their planes, and with its tip."""
+    points = mesh.points.copy()
+    near = 1e-5 * roles.surface.extent
+    for axis, name in ((2, groups.CLAMP), (1, groups.SYMMETRY)):
+        if name in mesh.facets:
+            nodes = np.unique(mesh.facets[name])
+            flat = nodes[np.abs(points[nodes, axis]) < near]
+            points[flat, axis] = 0.0
+    facets = dict(mesh.facets)
+    if roles.tip_from_mm is not None:
+        skin = facets[groups.SKIN]
+        late = points[skin[:, :3], 2].mean(axis=1) > roles.tip_from_mm
+        facets[groups.SKIN], facets[groups.TIP] = skin[~late], skin[late]
+    return replace(mesh, points=points, facets=facets)
+
+
+def _add_groups(roles: Roles) -> None:
+    """Make physical groups of the volumes and faces of the current, meshed model."""
+    volumes = [tag for _, tag in gmsh.model.getEntities(3)]
+    gmsh.model.addPhysicalGroup(3, volumes, groups.SOLID_TAG, groups.SOLID)
+    outer = [tag for _, tag in gmsh.model.getBoundary([(3, v) for v in volumes], oriented=False)]
+    names: dict[str, list[int]] = {name: [] for name in groups.SURFACE_TAGS}
+    near = SHAPES.near * roles.surface.extent
+    for tag in outer:
+        part = triangulated([tag])
+        on_plane = np.abs(part.points[:, 1]).max(initial=0.0) < 1e-2 * near
+        if roles.half and on_plane:
+            names[groups.SYMMETRY].append(tag)
+            continue
+        rows, away = nearest(roles.surface.points, roles.surface.triangles, part.middles)
+        if away.mean() > 5 * near:  # of a cap: its outer side belongs to the face it closes
+            names[_of_cap(part, roles)].append(tag)
+            continue
+        of = roles.groups[rows]
+        votes = {name: float(part.areas[of == name].sum()) for name in np.unique(of)}
+        name = max(votes, key=lambda each: votes[each])
+        if roles.tip_from_mm is not None and name == groups.TIP:
+            name = groups.SKIN
+        names[name].append(tag)
+    for name, tags in names.items():
+        if tags:
+            gmsh.model.addPhysicalGroup(2, tags, groups.SURFACE_TAGS[name], name)
+
+
+def _of_cap(part: Faces, roles: Roles) -> str:
+    """Group of a cap's side: that of the face with the opening outside, the cavity's inside."""
+    near = SHAPES.near * roles.surface.extent
+    middle = part.middles.mean(axis=0)
+    found: list[tuple[float, str]] = []
+    for hollow, name in zip(roles.cavities, groups.CAVITIES, strict=False):
+        for opening in hollow.openings:
+            centre = roles.rotation @ (opening.centre_mm - roles.origin_mm)
+            level = (middle - centre) @ (roles.rotation @ opening.normal)
+            own = roles.groups[roles.surface.face == opening.face][0]
+            found.append((float(np.linalg.norm(middle - centre)), own if level > -near else name))
+    return min(found)[1]

@@ -1,0 +1,89 @@
+"""The numbers that decide what a part's faces are taken for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class Shapes:
+    """How faces and openings are recognised.
+
+    Attributes:
+        flat_deg: angle between neighbouring triangles, and from a face's mean, up to which a face
+            is plane.
+        crease_deg: angle between neighbouring triangles from which they are two faces.
+        near: distance, relative to a part's extent, up to which points lie in one plane.
+        rim: length of an opening's rim on a curved face, by that of the face's longest edge.
+        convex: share of a rim's length that must be a convex edge.
+        directions: ways in which the outermost points are sought, which tell out from in.
+    """
+
+    flat_deg: float = 0.5
+    crease_deg: float = 30.0
+    near: float = 1e-3
+    rim: float = 0.5
+    convex: float = 0.9
+    directions: int = 500
+
+
+@dataclass(frozen=True, slots=True)
+class Roles:
+    """How faces are taken for clamp, tip and sides.
+
+    Attributes:
+        end_deg: angle between an end's face and the long axis's normal plane.
+        supplied: weight of an end's face into which air can be led.
+        tip_share: part of the length at the free end that is the tip where no face ends it.
+        same_side: distance of the cavity's centre from the solid's, by the width across, from which
+            it tells the side that bends outwards.
+        snap_deg: angle within which that side is taken along an axis of the file or of inertia.
+        even: distance of a mirror image, relative to the extent, up to which a part is symmetric.
+        small: volume of a hollow, by the largest's, below which it is not taken for a cavity.
+        alike: the same of hollows with openings.
+    """
+
+    end_deg: float = 25.0
+    supplied: float = 1.5
+    tip_share: float = 0.05
+    same_side: float = 0.01
+    snap_deg: float = 10.0
+    even: float = 1e-3
+    small: float = 0.02
+    alike: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """How the size of elements follows from a part's walls.
+
+    Attributes:
+        samples: places at which walls and gaps are measured.
+        opposite_deg: angle within which two sides of a wall face away from one another.
+        thin: share of the surface that may belong to thinner walls than the thinnest one counted.
+        by_wall: size of elements by the thinnest wall.
+        most_by_wall: largest size by the thinnest wall: one quadratic element bears the bending of
+            a wall if it is not much flatter than that.
+        across: least number of elements across the part.
+        curved: elements around a full turn of a curved face.
+        most: largest number of elements that is made unasked.
+        filled: volume of a tetrahedron by the cube of its size.
+        cap_walls: thickness of a cap by the thinnest wall.
+    """
+
+    samples: int = 3000
+    opposite_deg: float = 45.0
+    thin: float = 0.01
+    by_wall: float = 1.5
+    most_by_wall: float = 2.5
+    across: float = 4.0
+    curved: float = 12.0
+    most: int = 300_000
+    filled: float = 0.118
+    cap_walls: float = 1.5
+
+
+SHAPES: Final = Shapes()
+ROLES: Final = Roles()
+SIZES: Final = Sizes()

@@ -1,0 +1,386 @@
+"""What the faces of a part are taken for: cavities, clamp, tip, sides, symmetry.
+
+The finger's frame: the clamp is the plane z = 0, the tip lies towards +z, the side that limits
+strain is the lowest x, and what is symmetric is so in y = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from dolfingrip.meshes.adoption.hollows import Hollow, Opening, closed_hollow, hollows
+from dolfingrip.meshes.adoption.nearest import nearest
+from dolfingrip.meshes.adoption.policy import ROLES, SHAPES
+from dolfingrip.meshes.adoption.sound import place
+from dolfingrip.meshes.adoption.surface import Faces
+from dolfingrip.meshes.groups import CAVITIES, CLAMP, SKIN, TIP
+from dolfingrip.meshes.solid import Floats, Ints, MeshError
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """Corrections by the user, in the file's coordinates (mm).
+
+    Attributes:
+        cavities: points in or on the cavities, in their order; the largest hollow where empty, or
+            all closed ones.
+        clamp, tip: points on these faces.
+        back: direction that the side that limits strain faces.
+        whole: keep both halves of a symmetric part.
+    """
+
+    cavities: Sequence[Point] = ()
+    clamp: Point | None = None
+    tip: Point | None = None
+    back: Point | None = None
+    whole: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Roles:
+    """What a part's faces are taken for.
+
+    Attributes:
+        asked: corrections by the user.
+        surface: the part in the finger's frame.
+        groups: (m,) name of each triangle's group.
+        rotation: (3, 3) R, and
+        origin_mm: (3,) o: a point X of the file lies at R (X − o).
+        cavities: one or several.
+        caps: openings that must be closed, in the file's coordinates.
+        even: whether it is its own mirror image in y = 0.
+        tip_from_mm: z from which the outer side is the tip, where no face ends it.
+        said: what was taken for what, in sentences, by name.
+    """
+
+    asked: Asked
+    surface: Faces
+    groups: np.ndarray
+    rotation: Floats
+    origin_mm: Floats
+    cavities: list[Hollow]
+    caps: list[Opening]
+    even: bool
+    tip_from_mm: float | None = None
+    said: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def half(self) -> bool:
+        """Whether the half y ≥ 0 is meshed."""
+        return self.even and not self.asked.whole
+
+    def as_whole(self, why: str) -> Roles:
+        """The same, with both halves meshed."""
+        said = {**self.said, "symmetry": why}
+        return replace(self, asked=replace(self.asked, whole=True), said=said)
+
+
+def assign(
+    surface: Faces,
+    asked: Asked,
+    known: Mapping[str, np.ndarray] | None = None,
+    centre: Floats | None = None,
+) -> Roles:
+    """Take the faces of a part for cavities, clamp and tip, and find its frame.
+
+    Args:
+        surface: the part, closed, in the file's coordinates.
+        asked: corrections.
+        known: (m,) triangles of the groups that the file itself has.
+        centre: (3,) centre of gravity, if it is known better than from the triangles.
+
+    Raises:
+        MeshError: one line, if there is no cavity or no face to clamp.
+    """
+    said: dict[str, str] = {}
+    known = known or {}
+    found, shell = hollows(surface)
+    cavities = _known_cavities(surface, known, said) or _cavities(surface, found, asked, said)
+    outer = shell == _outer_shell(surface, shell)
+    inside = np.zeros(len(outer), dtype=bool)
+    for hollow in cavities:
+        inside[hollow.triangles] = True
+    clamp = known.get(CLAMP)
+    if clamp is None:
+        clamp = _clamp(surface, outer & ~inside, cavities, asked, said)
+    z = -_mean_normal(surface, clamp)
+    x = _front(surface, cavities, z, asked, said)
+    rotation = np.stack([x, np.cross(z, x), z])
+    centre = _centroid(surface) if centre is None else centre
+    base = surface.middles[clamp].mean(axis=0)
+    turned = surface.points[np.unique(surface.triangles[outer])] @ rotation.T
+    level = np.array([turned[:, 0].min(), (rotation @ centre)[1], (rotation @ base)[2]])
+    # a plane that misses a part's own seam by rounding errors would cut off slivers
+    origin = rotation.T @ np.round(level, 6)
+    framed = surface.moved(rotation, origin)
+    groups = np.full(len(outer), SKIN, dtype="<U10")
+    groups[clamp] = CLAMP
+    for name, hollow in zip(CAVITIES, cavities, strict=False):
+        groups[hollow.triangles] = name
+    start = None
+    if TIP in known:
+        groups[known[TIP]] = TIP
+    else:
+        tip, start = _tip(framed, groups == SKIN, asked, rotation, origin, said)
+        groups[tip] = TIP
+    said |= {name: "group of the file" for name in (CLAMP, TIP) if name in known}
+    caps = [
+        opening
+        for hollow in cavities
+        for opening in hollow.openings
+        if abs((opening.centre_mm - base) @ z) > SHAPES.near * surface.extent
+    ]
+    for opening in caps:
+        across = 2 * np.sqrt(opening.area_mm2 / np.pi)
+        said["cap"] = (
+            f"closes {len(caps)} opening{'s' if len(caps) > 1 else ''} away from the clamp, one of "
+            f"{across:.3g} mm at {place(opening.centre_mm)}"
+        )
+    even = _even(framed, groups)
+    said["symmetry"] = _of_symmetry(even, asked)
+    return Roles(asked, framed, groups, rotation, origin, cavities, caps, even, start, said)
+
+
+def _of_symmetry(even: bool, asked: Asked) -> str:
+    if even and asked.whole:
+        return "is there, but the whole is asked for (--whole)"
+    return "the half y ≥ 0 is computed (--whole: both)" if even else "none; the whole is computed"
+
+
+def _outer_shell(surface: Faces, shell: Ints) -> int:
+    return int(np.bincount(shell, surface.volumes).argmax())
+
+
+def _centroid(surface: Faces) -> Floats:
+    return np.asarray(0.75 * surface.middles.T @ surface.volumes / surface.volumes.sum())
+
+
+def _mean_normal(surface: Faces, rows: np.ndarray) -> Floats:
+    vector = surface.vectors[rows].sum(axis=0)
+    return np.asarray(vector / np.linalg.norm(vector))
+
+
+def _cavities(
+    surface: Faces, found: list[Hollow], asked: Asked, said: dict[str, str]
+) -> list[Hollow]:
+    """The hollows that are asked for; else all closed ones, or the largest with an opening."""
+    if not found:
+        raise MeshError(
+            "no cavity: no closed shell inside, and no opening with a sharp rim; allowed: a solid "
+            "with a hollow"
+        )
+    if asked.cavities:
+        chosen = [_nearest(surface, found, np.asarray(point)) for point in asked.cavities]
+        if len({id(hollow) for hollow in chosen}) < len(chosen):
+            raise MeshError("--cavity: two points at one hollow; allowed: one point for each")
+    else:
+        large = [h for h in found if h.volume_mm3 > ROLES.small * found[0].volume_mm3]
+        closed = [h for h in large if not h.openings]
+        alike = [h for h in large if h.volume_mm3 > ROLES.alike * large[0].volume_mm3]
+        chosen = closed or alike
+    if len(chosen) > len(CAVITIES):
+        raise MeshError(f"{len(chosen)} cavities; allowed: up to {len(CAVITIES)}")
+    for name, hollow in zip(CAVITIES, chosen, strict=False):
+        kind = "closed"
+        if hollow.openings:
+            ways = " and ".join(place(o.centre_mm) for o in hollow.openings)
+            kind = f"with an opening at {ways}"
+        said[name] = f"{hollow.volume_mm3:.4g} mm³ around {place(hollow.centre_mm)}, {kind}"
+    rest = [h for h in found if all(h is not c for c in chosen)]
+    if rest:
+        said["other hollows"] = (
+            f"{len(rest)}, the largest of {rest[0].volume_mm3:.3g} mm³ around "
+            f"{place(rest[0].centre_mm)}: skin (--cavity: a cavity)"
+        )
+    return chosen
+
+
+def _known_cavities(
+    surface: Faces, known: Mapping[str, np.ndarray], said: dict[str, str]
+) -> list[Hollow]:
+    """The cavities that the file has groups of."""
+    found = []
+    for name in CAVITIES:
+        if name in known:
+            found.append(closed_hollow(surface, np.flatnonzero(known[name])))
+            said[name] = "group of the file"
+    return found
+
+
+def _nearest(surface: Faces, found: list[Hollow], point: Floats) -> Hollow:
+    """The hollow that a point is in or on."""
+    distance = [
+        float(np.linalg.norm(surface.middles[hollow.triangles] - point, axis=1).min())
+        for hollow in found
+    ]
+    return found[int(np.argmin(distance))]
+
+
+def _clamp(
+    surface: Faces, free: np.ndarray, cavities: list[Hollow], asked: Asked, said: dict[str, str]
+) -> np.ndarray:
+    """(m,) whether a triangle is clamped: all plane faces in one plane."""
+    near = SHAPES.near * surface.extent
+    if asked.clamp is not None:
+        row = _nearest_triangle(surface, free, np.asarray(asked.clamp))
+        if not surface.plane[surface.face[row]]:
+            raise MeshError(
+                f"--clamp {place(np.asarray(asked.clamp))}: a curved face; allowed: a plane one"
+            )
+        chosen = surface.face[row]
+    else:
+        chosen = _largest_end(surface, free, cavities)
+    normal = surface.face_vectors[chosen] / np.linalg.norm(surface.face_vectors[chosen])
+    level = surface.middles[surface.face == chosen].mean(axis=0) @ normal
+    flat = surface.plane[surface.face] & (surface.normals @ normal > np.cos(np.radians(1.0)))
+    found = np.asarray(free & flat & (np.abs(surface.middles @ normal - level) <= near))
+    area = surface.areas[found].sum()
+    at = np.average(surface.middles[found], axis=0, weights=surface.areas[found])
+    said["clamp"] = f"plane face of {area:.4g} mm² at {place(at)}"
+    if (surface.points[surface.triangles[free]] @ normal).max() > level + near:
+        said["clamp"] += ", not at an end"
+    return found
+
+
+def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> int:
+    """The plane face with all of the part on one side, across the long axis, and largest."""
+    near = SHAPES.near * surface.extent
+    length = np.linalg.norm(surface.face_vectors, axis=1)
+    faces = [f for f in np.unique(surface.face[free]) if surface.plane[f]]
+    points = surface.points[np.unique(surface.triangles)]
+    middle = np.average(surface.middles, axis=0, weights=surface.areas)
+    spread = (surface.middles - middle) * np.sqrt(surface.areas)[:, None]
+    along = np.linalg.svd(spread, full_matrices=False)[2][0]
+    best: dict[bool, tuple[float, int]] = {}
+    for face in faces:
+        normal = surface.face_vectors[face] / length[face]
+        level = surface.middles[surface.face == face][0] @ normal
+        if (points @ normal).max() > level + near:
+            continue
+        area = length[face]
+        ways = [o for hollow in cavities for o in hollow.openings]
+        into = [o for o in ways if abs(o.centre_mm @ normal - level) <= near]
+        if into:
+            area = ROLES.supplied * (area + sum(opening.area_mm2 for opening in into))
+        end = bool(abs(normal @ along) > np.cos(np.radians(ROLES.end_deg)))
+        if area > best.get(end, (0.0, 0))[0]:
+            best[end] = (area, int(face))
+    if not best:
+        raise MeshError(
+            "no plane face at an end to clamp; allowed: such a face, or --clamp with a point on "
+            "another"
+        )
+    return best.get(True, best.get(False, (0.0, 0)))[1]
+
+
+def _nearest_triangle(surface: Faces, among: np.ndarray, point: Floats) -> int:
+    """The triangle that is nearest to a point."""
+    rows = np.flatnonzero(among)
+    return int(rows[nearest(surface.points, surface.triangles[rows], point[None])[0][0]])
+
+
+def _front(
+    surface: Faces, cavities: list[Hollow], z: Floats, asked: Asked, said: dict[str, str]
+) -> Floats:
+    """(3,) the direction x from the side that limits strain to the other."""
+    across = np.eye(3) - np.outer(z, z)
+    centre = _centroid(surface)
+    around = across @ np.cov((surface.middles - centre).T, aweights=surface.areas) @ across
+    own = np.linalg.eigh(around)[1].T[::-1][:2]
+    axes = [a / np.linalg.norm(a) for a in np.eye(3) @ across if np.linalg.norm(a) > 0.5]
+    of_file, axes = axes, [*axes, *own]
+    if asked.back is not None:
+        given = across @ -np.asarray(asked.back, dtype=float)
+        if np.linalg.norm(given) < 1e-3 * np.linalg.norm(asked.back):
+            raise MeshError(f"--back {asked.back}: along the finger; allowed: a direction across")
+        x = given / np.linalg.norm(given)
+        said["back"] = f"faces {_direction(-x)}, as asked"
+        return np.asarray(x)
+    volume = sum(hollow.volume_mm3 for hollow in cavities)
+    hollow = sum(h.volume_mm3 * h.centre_mm for h in cavities) / volume
+    away = across @ (hollow - centre)
+    width = np.ptp(surface.points @ own.T, axis=0).min()
+    if np.linalg.norm(away) < ROLES.same_side * width:
+        # the axes of the file come first, and another one must be clearly better
+        narrow = [float(np.ptp(surface.points @ a)) for a in axes]
+        x = axes[next(i for i, mm in enumerate(narrow) if mm < 1.05 * min(narrow))]
+        said["back"] = (
+            f"faces {_direction(-x)}, by its shape: the cavity lies in the middle, so it does not "
+            "bend by itself (--back: another direction)"
+        )
+        return np.asarray(x)
+    x = away / np.linalg.norm(away)
+    for some in (of_file, own):
+        nearest = max((sign * a for a in some for sign in (1, -1)), key=lambda a: float(a @ x))
+        if nearest @ x > np.cos(np.radians(ROLES.snap_deg)):
+            x = across @ nearest
+            break
+    said["back"] = (
+        f"faces {_direction(-x)}: the cavity lies {np.linalg.norm(away):.3g} mm to the other side "
+        "(--back: another direction)"
+    )
+    return np.asarray(x / np.linalg.norm(x))
+
+
+def _direction(vector: Floats) -> str:
+    for i, letter in enumerate("xyz"):
+        if abs(vector[i]) > 1 - 1e-6:
+            return f"{'+' if vector[i] > 0 else '−'}{letter} of the file"
+    return "(" + ", ".join(f"{round(value, 3) + 0.0:g}" for value in vector) + ") of the file"
+
+
+def _tip(
+    framed: Faces, skin: np.ndarray, asked: Asked, rotation: Floats, origin: Floats,
+    said: dict[str, str],
+) -> tuple[np.ndarray, float | None]:  # fmt: skip
+    """(m,) triangles of the tip: the face at the free end, or the end's last part and its start."""
+    z = framed.points[:, 2]
+    length = float(z[framed.triangles[skin]].max())
+    if asked.tip is not None:
+        point = (np.asarray(asked.tip) - origin) @ rotation.T
+        row = _nearest_triangle(framed, skin, point)
+        found = skin & (framed.face == framed.face[row])
+        said["tip"] = f"face of {framed.areas[found].sum():.4g} mm², as asked"
+        return found, None
+    top = z[framed.triangles].min(axis=1) > length * (1 - SHAPES.near)
+    across = framed.normals[:, 2] > np.cos(np.radians(ROLES.end_deg))
+    flat = skin & top & across & framed.plane[framed.face]
+    if flat.any():
+        said["tip"] = f"plane face of {framed.areas[flat].sum():.4g} mm² at the free end"
+        return flat, None
+    faces = np.unique(framed.face[skin & (z[framed.triangles].max(axis=1) > length * 0.999)])
+    ends = [f for f in faces if framed.face_vectors[f, 2] > 0.7 * framed.face_areas[f]]
+    whole = skin & np.isin(framed.face, ends)
+    if len(ends) and z[framed.triangles[whole]].min() > 0.7 * length:
+        said["tip"] = f"curved face of {framed.areas[whole].sum():.4g} mm² at the free end"
+        return whole, None
+    share = ROLES.tip_share
+    while not (late := skin & (framed.middles[:, 2] > (1 - share) * length)).any():
+        share *= 2
+    said["tip"] = f"the last {share * length:.3g} mm of the free end (--tip: a face)"
+    return late, (1 - share) * length
+
+
+def _even(framed: Faces, groups: np.ndarray) -> bool:
+    """Whether the part and its groups are their own mirror images in y = 0."""
+    from dolfingrip.meshes.closed_surface import ClosedSurface
+
+    used = np.unique(framed.triangles)
+    rng = np.random.default_rng(0)
+    chosen = rng.choice(used, min(len(used), 3000), replace=False)
+    image = framed.points[chosen] * [1.0, -1.0, 1.0]
+    away = ClosedSurface(framed.points, framed.triangles).distances_mm(image)
+    if np.abs(away).max() > ROLES.even * framed.extent:
+        return False
+    tree = cKDTree(framed.middles)
+    image = framed.middles * [1.0, -1.0, 1.0]
+    names = np.isin(groups, CAVITIES)
+    _, other = tree.query(image[names])
+    same = groups[names] == groups[other]
+    return bool(framed.areas[names][same].sum() > 0.9 * framed.areas[names].sum())

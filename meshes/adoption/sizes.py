@@ -1,0 +1,83 @@
+"""The size of a part's elements, from its walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dolfingrip.meshes.adoption.policy import SIZES
+from dolfingrip.meshes.adoption.roles import Roles
+from dolfingrip.meshes.adoption.sound import Thinnest, place, thinnest
+from dolfingrip.meshes.groups import SKIN
+from dolfingrip.meshes.solid import MeshError
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is asked of the mesh.
+
+    Attributes:
+        size_mm: size of elements; from the walls where None.
+        order: order of the elements; 2 where None and a face is curved, else 1.
+        cap_mm: thickness of a cap; from the walls where None.
+    """
+
+    size_mm: float | None = None
+    order: int | None = None
+    cap_mm: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """Walls and gaps of a part, and what follows from them.
+
+    Attributes:
+        wall: the thinnest wall.
+        gap: the narrowest gap between outer sides.
+        size_mm: size of elements.
+        cap_mm: thickness of a cap.
+    """
+
+    wall: Thinnest
+    gap: Thinnest
+    size_mm: float
+    cap_mm: float
+
+
+def measured(roles: Roles, wanted: Wanted) -> Measured:
+    """Measure walls and gaps, and find the size of elements.
+
+    Raises:
+        MeshError: one line, if a wall is too thin for its mesh.
+    """
+    surface = roles.surface
+    wall = thinnest(surface)
+    gap = thinnest(surface, outside=True, among=roles.groups == SKIN)
+    at = place(roles.rotation.T @ wall.at_mm + roles.origin_mm)
+    volume = surface.volumes.sum() / (2 if roles.half else 1)
+
+    def number(size_mm: float) -> float:
+        return float(volume / (SIZES.filled * size_mm**3))
+
+    most = SIZES.most_by_wall * wall.mm
+    if wanted.size_mm is not None:
+        size = wanted.size_mm
+        if size > most:
+            raise MeshError(
+                f"--size-mm {size:g}: too large for a wall of {wall.mm:.3g} mm at {at}; "
+                f"allowed: above 0 and up to {most:.3g} mm"
+            )
+    else:
+        width = np.ptp(surface.points[surface.triangles].reshape(-1, 3), axis=0)[:2].min()
+        size = min(SIZES.by_wall * wall.mm, width / SIZES.across)
+        if number(size) > SIZES.most:
+            size = min(most, width / SIZES.across)
+        if number(size) > SIZES.most:
+            raise MeshError(
+                f"a wall of {wall.mm:.3g} mm at {at} is too thin for its mesh, which would have "
+                f"{number(size):.1e} elements; allowed: up to {SIZES.most:.0e}, "
+                "or --size-mm with as many as you like"
+            )
+    cap = SIZES.cap_walls * wall.mm if wanted.cap_mm is None else wanted.cap_mm
+    return Measured(wall, gap, size, cap)

@@ -1,0 +1,239 @@
+"""A part from a STEP file, in the OpenCASCADE kernel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import gmsh
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from dolfingrip.meshes import groups
+from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward, triangulated
+from dolfingrip.meshes.adoption.hollows import Opening
+from dolfingrip.meshes.adoption.policy import SHAPES
+from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
+from dolfingrip.meshes.adoption.sizes import Measured, Wanted, measured
+from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight, place
+from dolfingrip.meshes.adoption.surface import Faces, united
+from dolfingrip.meshes.gmsh_model import session
+from dolfingrip.meshes.quality import check
+from dolfingrip.meshes.solid import MeshError, SolidMesh
+
+UNNAMED = "Open CASCADE STEP translator"
+"""How OpenCASCADE names solids that have no name."""
+
+FINENESS = (1.0, 3.0)
+"""Meshes that show the faces: the second, finer one is made where the first crosses itself."""
+
+
+def adopt_step(
+    path: Path, asked: Asked, wanted: Wanted, scale: float
+) -> tuple[SolidMesh, Roles, Measured]:
+    """The mesh of the solids in a STEP or BREP file.
+
+    Raises:
+        MeshError: one line, without the file's name.
+    """
+    try:
+        return _adopted(path, asked, wanted, scale)
+    except HalfError:
+        mesh, roles, found = _adopted(path, replace(asked, whole=True), wanted, scale)
+        return mesh, roles.as_whole("its half cannot be meshed; the whole is computed"), found
+
+
+class HalfError(MeshError):
+    """One line about half a part that cannot be meshed."""
+
+
+def _adopted(
+    path: Path, asked: Asked, wanted: Wanted, scale: float
+) -> tuple[SolidMesh, Roles, Measured]:
+    with session("not meshed", OPTIONS):
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
+        gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
+        solids = _imported(path, scale)
+        drawn, tags = _faces(solids)
+        surface = united(drawn)
+        united_to = np.zeros(len(tags), dtype=np.int64)
+        united_to[drawn.face] = surface.face
+        roles = assign(surface, asked, centre=_centre(solids))
+        found = measured(roles, wanted)
+        _place(solids, roles)
+        for opening in roles.caps:
+            near = [tags[i] for i in np.flatnonzero(united_to == opening.face)]
+            solids = _capped(solids, opening, near, roles, found.cap_mm)
+        _cut(solids, roles)
+        try:
+            mesh = meshed(roles, found, wanted, curved=True)
+            check(mesh)
+        except Exception as error:
+            if roles.half and (type(error) is Exception or isinstance(error, MeshError)):
+                raise HalfError(str(error)) from None
+            raise
+    return mesh, roles, found
+
+
+def _imported(path: Path, scale: float) -> dict[int, str]:
+    """Tags of the solids and their names; those that touch share faces."""
+    try:
+        gmsh.model.occ.importShapes(str(path), highestDimOnly=True)
+    except Exception as error:
+        if type(error) is not Exception:
+            raise
+        raise MeshError(
+            f"not readable: {str(error).splitlines()[0]}; allowed: a STEP file"
+        ) from None
+    found = [tag for dimension, tag in gmsh.model.occ.getEntities(3)]
+    if not found:
+        loose = gmsh.model.occ.getEntities(2)
+        gmsh.model.occ.healShapes(loose, sewFaces=True, makeSolids=True)
+        found = [tag for dimension, tag in gmsh.model.occ.getEntities(3)]
+    if not found:
+        raise MeshError("not watertight: faces without a solid; allowed: a closed solid")
+    if scale != 1.0:
+        gmsh.model.occ.dilate([(3, tag) for tag in found], 0, 0, 0, scale, scale, scale)
+    gmsh.model.occ.synchronize()
+    names = {tag: gmsh.model.getEntityName(3, tag).rpartition("/")[2] for tag in found}
+    names = {tag: "" if name.startswith(UNNAMED) else name for tag, name in names.items()}
+    if len(found) == 1:
+        return names
+    solids = [(3, tag) for tag in found]
+    _, parts = gmsh.model.occ.fragment(solids[:1], solids[1:])
+    gmsh.model.occ.synchronize()
+    result: dict[int, str] = {}
+    for number, (old, pieces) in enumerate(zip(found, parts, strict=True), 1):
+        for _, new in pieces:
+            if new in result:
+                raise MeshError(
+                    "two solids overlap; allowed: solids that touch (cut one out of the other)"
+                )
+            result[new] = _name(names[old], number, result)
+    return result
+
+
+def _name(given: str, number: int, taken: dict[int, str]) -> str:
+    """A region's name: lower case, no other signs than letters, digits and _."""
+    plain = "".join(c if c.isalnum() else "_" for c in given.lower()).strip("_")
+    reserved = {groups.SOLID, *groups.SURFACE_TAGS, *taken.values(), "solid", ""}
+    return f"part_{number}" if plain in reserved else plain
+
+
+def _faces(solids: dict[int, str]) -> tuple[Faces, list[int]]:
+    """The solids' outside in triangles, each face with its place among the tags of faces."""
+    volumes = [(3, tag) for tag in solids]
+    tags = [tag for _, tag in gmsh.model.getBoundary(volumes, combined=True, oriented=False)]
+    box = np.array([gmsh.model.getBoundingBox(3, tag) for tag in solids])
+    extent = float((box[:, 3:].max(axis=0) - box[:, :3].min(axis=0)).max())
+    for fineness in FINENESS:
+        gmsh.model.mesh.clear()
+        gmsh.option.setNumber("Mesh.MeshSizeMax", extent / (40 * fineness))
+        gmsh.option.setNumber("Mesh.MeshSizeMin", extent / (2000 * fineness))
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 24 * fineness)
+        gmsh.model.mesh.generate(2)
+        plain = triangulated(tags)
+        check_watertight(plain.points, plain.triangles)
+        try:
+            check_crossings(plain.points, plain.triangles)
+            break
+        except MeshError:
+            if fineness == FINENESS[-1]:
+                raise
+    surface = outward(plain)
+    gmsh.model.mesh.clear()
+    return surface, tags
+
+
+def _centre(solids: dict[int, str]) -> np.ndarray:
+    """(3,) the exact centre of gravity, without rounding errors where it lies in a seam's plane."""
+    volumes = [gmsh.model.occ.getMass(3, tag) for tag in solids]
+    centres = [gmsh.model.occ.getCenterOfMass(3, tag) for tag in solids]
+    return np.asarray(np.average(centres, axis=0, weights=volumes))
+
+
+def _place(solids: dict[int, str], roles: Roles) -> None:
+    """Bring the solids into the finger's frame; tags of faces stay."""
+    every = [(3, tag) for tag in solids]
+    gmsh.model.occ.translate(every, *(-roles.origin_mm))
+    turn = Rotation.from_matrix(roles.rotation).as_rotvec()
+    angle = float(np.linalg.norm(turn))
+    if angle > 1e-12:
+        gmsh.model.occ.rotate(every, 0, 0, 0, *(turn / angle), angle)
+    gmsh.model.occ.synchronize()
+
+
+def _capped(
+    solids: dict[int, str], opening: Opening, faces: list[int], roles: Roles, cap_mm: float
+) -> dict[int, str]:
+    """The solids with an opening in some faces closed by a plug of the wall's material.
+
+    Raises:
+        MeshError: one line, if the opening is not plane.
+    """
+    at = place(opening.centre_mm)
+    if not opening.flat:
+        raise MeshError(
+            f"the opening at {at} is in a curved face; allowed: in a plane face, or at the clamp"
+        )
+    normal = roles.rotation @ opening.normal
+    rim = (opening.rim_mm - roles.origin_mm) @ roles.rotation.T
+    every = gmsh.model.getBoundary([(2, face) for face in faces], combined=True, oriented=False)
+    curves = [tag for _, tag in every if _away(tag, rim) < SHAPES.near * roles.surface.extent]
+    loop = gmsh.model.occ.addCurveLoop(curves)
+    disc = gmsh.model.occ.addPlaneSurface([loop])
+    plug = [pair for pair in gmsh.model.occ.extrude([(2, disc)], *(-cap_mm * normal))
+            if pair[0] == 3]  # fmt: skip
+    owner = next(
+        tag for tag in solids
+        if faces[0] in [t for _, t in gmsh.model.getBoundary([(3, tag)], oriented=False)]
+    )  # fmt: skip
+    made, _ = gmsh.model.occ.fuse([(3, owner)], plug)
+    gmsh.model.occ.remove([(2, disc)], recursive=False)
+    if len(made) != 1:
+        raise MeshError(f"the opening at {at} cannot be closed; allowed: --clamp there")
+    gmsh.model.occ.synchronize()
+    return {(made[0][1] if tag == owner else tag): name for tag, name in solids.items()}
+
+
+def _away(curve: int, rim: np.ndarray) -> float:
+    """Distance of a curve's middle from a rim, (k, 2, 3)."""
+    low, high = gmsh.model.getParametrizationBounds(1, curve)
+    middle = np.array(gmsh.model.getValue(1, curve, [(low[0] + high[0]) / 2]))
+    along = rim[:, 1] - rim[:, 0]
+    share = np.einsum("ij,ij->i", middle - rim[:, 0], along) / np.einsum("ij,ij->i", along, along)
+    foot = rim[:, 0] + np.clip(share, 0, 1)[:, None] * along
+    return float(np.linalg.norm(foot - middle, axis=1).min())
+
+
+def _cut(solids: dict[int, str], roles: Roles) -> None:
+    """Keep y ≥ 0 of a half, and make physical groups of several solids."""
+    every = [(3, tag) for tag in solids]
+    parts = [[pair] for pair in every]
+    if roles.half:
+        size = 4 * roles.surface.extent
+        box = gmsh.model.occ.addBox(-size, 0.0, -size, 2 * size, size, 2 * size)
+        _, mapped = gmsh.model.occ.intersect(every, [(3, box)])
+        parts = mapped[: len(every)]
+        gmsh.model.occ.synchronize()
+    left = [tag for pieces in parts for _, tag in pieces]
+    if not left:
+        raise MeshError("no half is left of it; allowed: --whole")
+    if len(solids) > 1:
+        numbers = groups.volume_tags(list(solids.values()))
+        for name, pieces in zip(solids.values(), parts, strict=True):
+            gmsh.model.addPhysicalGroup(3, [tag for _, tag in pieces], numbers[name], name)
+    for dimension in (2, 1, 0):  # what no solid has, such as a cap's disc
+        used = {tag for d, tag in _below(left) if d == dimension}
+        loose = [pair for pair in gmsh.model.getEntities(dimension) if pair[1] not in used]
+        gmsh.model.removeEntities(loose)
+
+
+def _below(volumes: list[int]) -> set[tuple[int, int]]:
+    """Faces, curves and points of volumes."""
+    found: set[tuple[int, int]] = set()
+    level = [(3, tag) for tag in volumes]
+    for _ in range(3):
+        level = gmsh.model.getBoundary(level, combined=False, oriented=False)
+        found |= set(level)
+    return found

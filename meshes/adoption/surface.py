@@ -1,0 +1,249 @@
+"""A closed surface of triangles in faces: its edges, its faces' outlines, its parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from dolfingrip.meshes.adoption.policy import SHAPES
+from dolfingrip.meshes.solid import Floats, Ints
+
+
+@dataclass(eq=False)
+class Faces:
+    """Triangles that belong to faces.
+
+    Attributes:
+        points: (n, 3), mm.
+        triangles: (m, 3), counter-clockwise seen from outside of the solid.
+        face: (m,) number of each triangle's face, from 0 on.
+    """
+
+    points: Floats
+    triangles: Ints
+    face: Ints
+
+    @cached_property
+    def vectors(self) -> Floats:
+        """(m, 3) area vectors, out of the solid (mm²)."""
+        a, b, c = (self.points[self.triangles[:, i]] for i in range(3))
+        return np.asarray(np.cross(b - a, c - a) / 2)
+
+    @cached_property
+    def areas(self) -> Floats:
+        """(m,) areas (mm²)."""
+        return np.asarray(np.linalg.norm(self.vectors, axis=1))
+
+    @cached_property
+    def normals(self) -> Floats:
+        """(m, 3) unit normals out of the solid."""
+        return self.vectors / np.maximum(self.areas, 1e-300)[:, None]
+
+    @cached_property
+    def middles(self) -> Floats:
+        """(m, 3) centres (mm)."""
+        return np.asarray(self.points[self.triangles].mean(axis=1))
+
+    @cached_property
+    def extent(self) -> float:
+        """Longest side of the box around it (mm)."""
+        return float(np.ptp(self.points[self.triangles], axis=(0, 1)).max())
+
+    @cached_property
+    def volumes(self) -> Floats:
+        """(m,) signed volumes of tetrahedra from the origin to each triangle (mm³)."""
+        return np.asarray(np.einsum("ij,ij->i", self.middles, self.vectors) / 3)
+
+    @cached_property
+    def pairs(self) -> tuple[Ints, Ints]:
+        """(k, 2) triangles at each edge, and (k, 2) the edge's points as the first one turns."""
+        return pairs(self.triangles)
+
+    @cached_property
+    def face_vectors(self) -> Floats:
+        """(f, 3) area vectors of the faces (mm²)."""
+        found = np.zeros((int(self.face.max()) + 1, 3))
+        np.add.at(found, self.face, self.vectors)
+        return found
+
+    @cached_property
+    def face_areas(self) -> Floats:
+        """(f,) areas of the faces (mm²)."""
+        return np.bincount(self.face, self.areas)
+
+    @cached_property
+    def plane(self) -> np.ndarray:
+        """(f,) whether each face is plane."""
+        length = np.linalg.norm(self.face_vectors, axis=1)
+        mean = self.face_vectors / np.maximum(length, 1e-300)[:, None]
+        cosine = np.einsum("ij,ij->i", self.normals, mean[self.face])
+        off = np.where(self.areas > 1e-12 * self.areas.max(), cosine, 1.0)
+        least = np.full(len(length), 1.0)
+        np.minimum.at(least, self.face, off)
+        return np.asarray(least > np.cos(np.radians(2 * SHAPES.flat_deg)))
+
+    def components(self, joined: np.ndarray | None = None) -> Ints:
+        """(m,) number of the connected part of each triangle.
+
+        Args:
+            joined: (k,) edges of ``pairs`` that connect; all where None.
+        """
+        at = self.pairs[0] if joined is None else self.pairs[0][joined]
+        return parts_of(at, len(self.triangles))
+
+    def moved(self, rotation: Floats, origin: Floats) -> Faces:
+        """This surface at R (x − o)."""
+        return Faces((self.points - origin) @ rotation.T, self.triangles, self.face)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outline:
+    """A closed line on the border of a face.
+
+    Attributes:
+        face: number of the face.
+        edges: rows of the surface's ``pairs``.
+        ends: (k, 2) points of each edge, as the face's triangles turn.
+        beyond: (k,) triangles on the other side.
+    """
+
+    face: int
+    edges: Ints
+    ends: Ints
+    beyond: Ints
+
+    def length_mm(self, surface: Faces) -> float:
+        """Length of the line."""
+        a, b = (surface.points[self.ends[:, i]] for i in (0, 1))
+        return float(np.linalg.norm(b - a, axis=1).sum())
+
+    def centre_mm(self, surface: Faces) -> Floats:
+        """(3,) mean of the line."""
+        a, b = (surface.points[self.ends[:, i]] for i in (0, 1))
+        weights = np.linalg.norm(b - a, axis=1)
+        return np.asarray(np.average((a + b) / 2, axis=0, weights=weights))
+
+    def vector_mm2(self, surface: Faces) -> Floats:
+        """(3,) area vector that the line encloses."""
+        a, b = (surface.points[self.ends[:, i]] - self.centre_mm(surface) for i in (0, 1))
+        return np.asarray(np.cross(a, b).sum(axis=0) / 2)
+
+
+def pairs(triangles: Ints) -> tuple[Ints, Ints]:
+    """(k, 2) triangles at each edge, and (k, 2) its points; edges with two triangles only."""
+    ends = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])
+    owner = np.tile(np.arange(len(triangles)), 3)
+    order = np.lexsort(np.sort(ends, axis=1).T)
+    key = np.sort(ends, axis=1)[order]
+    same = (key[1:] == key[:-1]).all(axis=1)
+    first = np.flatnonzero(same)
+    return np.stack([owner[order[first]], owner[order[first + 1]]], axis=1), ends[order[first]]
+
+
+def edge_counts(triangles: Ints) -> tuple[Ints, Ints]:
+    """(k, 2) all edges, and (k,) how many triangles each has."""
+    ends = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+    return np.unique(ends, axis=0, return_counts=True)
+
+
+def parts_of(links: Ints, count: int) -> Ints:
+    """(count,) number of the connected part of each item, from (k, 2) links."""
+    graph = sp.coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), (count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def consistent(points: Floats, triangles: Ints) -> Ints:
+    """The triangles in their order, all seen from outside of the solid.
+
+    Outer shells enclose a positive volume, and shells within them a negative one.
+    """
+    import pyvista as pv
+
+    mesh = pv.PolyData(points, faces=np.insert(triangles, 0, 3, axis=1).ravel())
+    turned = mesh.compute_normals(
+        cell_normals=True, point_normals=False, split_vertices=False, consistent_normals=True,
+        auto_orient_normals=False,
+    )  # fmt: skip
+    found = np.array(turned.regular_faces, dtype=np.int64)
+    part = Faces(points, found, np.zeros(len(found), np.int64)).components()
+    outer = _outer(points, found, part)
+    for number in range(part.max() + 1):
+        mine = part == number
+        volume = Faces(points, found[mine], np.zeros(mine.sum(), np.int64)).volumes.sum()
+        if (volume > 0) != outer[number]:
+            found[mine] = found[mine][:, ::-1]
+    return found
+
+
+def _outer(points: Floats, triangles: Ints, part: Ints) -> np.ndarray:
+    """(parts,) whether a shell lies in an even number of others."""
+    from dolfingrip.meshes.closed_surface import ClosedSurface
+
+    count = int(part.max()) + 1
+    depth = np.zeros(count, dtype=int)
+    boxes = [points[triangles[part == i]].reshape(-1, 3) for i in range(count)]
+    for i in range(count):
+        for j in range(count):
+            low, high = boxes[j].min(axis=0), boxes[j].max(axis=0)
+            if (
+                i == j
+                or (boxes[i].min(axis=0) <= low).any()
+                or (boxes[i].max(axis=0) >= high).any()
+            ):
+                continue
+            shell = triangles[part == j]
+            if ClosedSurface(points, shell).volume_mm3 < 0:
+                shell = shell[:, ::-1]
+            depth[i] += bool(ClosedSurface(points, shell).distances_mm(boxes[i][:1])[0] < 0)
+    return depth % 2 == 0
+
+
+def segmented(points: Floats, triangles: Ints) -> Ints:
+    """(m,) faces of a surface without faces: planes first, then what has no crease between it."""
+    plain = Faces(points, triangles, np.zeros(len(triangles), np.int64))
+    at, _ = plain.pairs
+    cosine = np.einsum("ij,ij->i", plain.normals[at[:, 0]], plain.normals[at[:, 1]])
+    flat = parts_of(at[cosine > np.cos(np.radians(SHAPES.flat_deg))], len(triangles))
+    found = Faces(points, triangles, flat)
+    count = np.bincount(flat)
+    # a strip of two triangles may be a piece of a curved face
+    large = found.plane & ((count > 2) | (found.face_areas > 0.002 * plain.areas.sum()))
+    is_plane = large[flat]
+    curved = ~is_plane[at].any(axis=1) & (cosine > np.cos(np.radians(SHAPES.crease_deg)))
+    same = is_plane[at].all(axis=1) & (flat[at[:, 0]] == flat[at[:, 1]])
+    return parts_of(at[curved | same], len(triangles))
+
+
+def united(surface: Faces) -> Faces:
+    """The surface with neighbouring faces in one plane as one, as a drawing may divide them."""
+    at, _ = surface.pairs
+    cosine = np.einsum("ij,ij->i", surface.normals[at[:, 0]], surface.normals[at[:, 1]])
+    flat = surface.plane[surface.face[at]].all(axis=1)
+    links = surface.face[at[flat & (cosine > np.cos(np.radians(SHAPES.flat_deg)))]]
+    return replace(surface, face=parts_of(links, len(surface.face_areas))[surface.face])
+
+
+def outlines(surface: Faces) -> list[Outline]:
+    """All closed lines on the borders of faces."""
+    at, ends = surface.pairs
+    border = np.flatnonzero(surface.face[at[:, 0]] != surface.face[at[:, 1]])
+    found = []
+    rows = np.concatenate([border, border])
+    side = np.repeat([0, 1], len(border))
+    face = surface.face[at[rows, side]]
+    order = np.argsort(face, kind="stable")
+    starts = np.flatnonzero(np.diff(face[order], prepend=-1))
+    for group in np.split(order, starts[1:]) if len(order) else []:
+        mine, here = rows[group], side[group]
+        turned = np.where(here[:, None] == 0, ends[mine], ends[mine][:, ::-1])
+        nodes, local = np.unique(turned, return_inverse=True)
+        part = parts_of(local.reshape(-1, 2), len(nodes))[local.reshape(-1, 2)[:, 0]]
+        for number in range(part.max() + 1):
+            one = part == number
+            beyond = at[mine[one], 1 - here[one]]
+            found.append(Outline(int(face[group[0]]), mine[one], turned[one], beyond))
+    return found
