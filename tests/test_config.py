@@ -261,7 +261,8 @@ def test_every_number_has_its_unit_in_its_name() -> None:
 
 
 def test_every_key_is_printed_with_its_meaning() -> None:
-    kinds = ([], ["finger.kind=cast"], ["finger.kind=pneunet"])
+    own = ["finger.kind=adopted", "mesh.file=part.msh"]
+    kinds = ([], ["finger.kind=cast"], ["finger.kind=pneunet"], own)
     lines = [line for kind in kinds for line in config.dumps(config.load(None, kind)).splitlines()]
     for key, info in _keys().items():
         name = key.partition(".")[2]

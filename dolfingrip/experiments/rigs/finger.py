@@ -12,7 +12,7 @@ import ufl
 from dolfinx import fem
 from petsc4py import PETSc
 
-from dolfingrip.config import KPA, Config
+from dolfingrip.config import KPA, Config, ConfigError
 from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.experiments.rigs.element import element_name
 from dolfingrip.experiments.rigs.films import sheets
