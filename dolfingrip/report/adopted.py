@@ -35,8 +35,8 @@ WORDS: Final = {groups.CLAMP: "clamp (held)", groups.TIP: "tip (angle)", groups.
                 groups.SYMMETRY: "symmetry plane"}  # fmt: skip
 """Words for groups whose name says too little."""
 
-OUTSIDE, INSIDE, BACK = View(35.0, 14.0), View(0.0, 0.0), View(-145.0, 14.0)
-"""Cameras: from the front, onto the plane y = 0 of the part cut open, and from the back."""
+OUTSIDE, INSIDE, BACK = View(35.0, 14.0), View(0.0, 0.0), View(-145.0, -30.0)
+"""Cameras: from the front, onto the cut y = 0, from the back and below."""
 
 HEIGHT_PX: Final = 1100
 
@@ -58,7 +58,7 @@ def draw(mesh: SolidMesh, out: Path, title: str) -> Path:
     half = surface if whole is not surface else surface.clip((0, -1, 0), origin=(0, 0, 0))
     half = half.extract_cells(half["symmetry"] == 0)
     pictures = [_shot(whole, OUTSIDE), _shot(half, INSIDE), _shot(whole, BACK)]
-    labels = ["from the front", "cut open in y = 0", "from the back"]
+    labels = ["from the front", "cut open in y = 0", "from the back, below"]
     names = [name for name in COLOURS if name in mesh.facets]
     return _save(pictures, labels, names, out, title)
 

@@ -83,7 +83,7 @@ def _corners(surface: Faces, edges: Ints) -> np.ndarray:
     corner = count != 2
     others = np.zeros((len(surface.points), 2), dtype=np.int64)
     seen = np.zeros(len(surface.points), dtype=np.int64)
-    for a, b in edges.tolist():
+    for a, b in edges:
         for here, there in ((a, b), (b, a)):
             if seen[here] < 2:
                 others[here, seen[here]] = there

@@ -73,7 +73,7 @@ class Faces:
     @cached_property
     def face_areas(self) -> Floats:
         """(f,) areas of the faces (mm²)."""
-        return np.bincount(self.face, self.areas)
+        return np.asarray(np.bincount(self.face, self.areas), dtype=float)
 
     @cached_property
     def plane(self) -> np.ndarray:
