@@ -1,0 +1,181 @@
+"""From probabilities to an answer: which set of causes, how sure, and what share stays unexplained."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from dolfingrip.diagnosis.core.evidence import Fit, Subset
+from dolfingrip.diagnosis.core.search import NONE, Posterior
+from dolfingrip.diagnosis.policy import POLICY
+
+Answer = Literal["cause", "none", "unknown"]
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What the readings say.
+
+    Attributes:
+        answer: a cause is named, nothing is to be seen, or the catalogue explains little.
+        first: causes that the readings cannot tell apart, the most probable first.
+        second: of a second cause; empty where none is named.
+        probability: of the answer.
+        inclusion: probability that each cause takes part and is visible.
+        none: probability that nothing is to be seen.
+        unknown: probability that something is off of which no visible cause takes part.
+        unexplained: share of what the configured model misses that stays, 0 to 1.
+        discrepancy: probability that something stays beside the causes.
+        subsets: probability of each set of visible causes.
+        best: the most probable fit that the answer is about.
+    """
+
+    answer: Answer
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+    probability: float
+    inclusion: dict[str, float]
+    none: float
+    unknown: float
+    unexplained: float
+    discrepancy: float
+    subsets: dict[Subset, float]
+    best: Fit
+
+
+def decide(posterior: Posterior) -> Decision:
+    """The answer of a posterior."""
+    mass: dict[Subset, float] = defaultdict(float)
+    none = 0.0
+    seen: list[tuple[float, Subset, Fit]] = []
+    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+        visible = tuple(
+            name
+            for name, strength in zip(fit.subset, fit.strengths, strict=True)
+            if strength >= POLICY.visible_sigma
+        )
+        mass[visible] += float(p)
+        seen.append((float(p), visible, fit))
+        if not visible and fit.level == 0:
+            none += float(p)
+    inclusion = {
+        name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
+    }
+    first, second = _sets(mass, inclusion, _strengths(seen))
+    claim = sum(
+        p for subset, p in mass.items()
+        if set(subset) & set(first) and (not second or set(subset) & set(second))
+    )  # fmt: skip
+    unexplained, discrepancy = _unexplained(posterior, seen)
+    unknown = mass[NONE] - none
+    answer: Answer = "cause"
+    probability = claim
+    if none >= POLICY.claimed:
+        answer, probability = "none", none
+    elif not first or claim < POLICY.claimed:
+        answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
+    if answer != "cause":
+        first, second = (), ()
+    best = _leading(seen, first, second, posterior)
+    return Decision(
+        answer, first, second, float(probability), inclusion, none, float(unknown),
+        unexplained, discrepancy, dict(mass), best,
+    )  # fmt: skip
+
+
+def _sets(
+    mass: dict[Subset, float], inclusion: dict[str, float], strength: dict[str, float]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The sets of causes that stand for one another; the second is empty where one cause will do.
+
+    Two causes are named where two act more probably than not. Then each pair of causes has one in
+    either set.
+    """
+    pairs = {subset: p for subset, p in mass.items() if len(subset) > 1}
+    if sum(pairs.values()) <= POLICY.both:
+        return _smallest(mass, inclusion), ()
+    sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
+    held, total = 0.0, sum(pairs.values())
+    for (a, b), p in sorted(pairs.items(), key=lambda each: -each[1]):
+        if held >= POLICY.credible * total:
+            break
+        held += p
+        one, other = sides
+        turned = (a in other) + (b in one) > (a in one) + (b in other)
+        if not sides[0]:
+            turned = inclusion[b] > inclusion[a]
+        for name, side in ((b, 0), (a, 1)) if turned else ((a, 0), (b, 1)):
+            if name not in sides[1 - side]:
+                sides[side][name] = sides[side].get(name, 0.0) + p
+    found = [tuple(sorted(side, key=lambda name: -side[name])) for side in sides]
+    found.sort(key=lambda names: -strength.get(names[0], 0.0))
+    return found[0], found[1]
+
+
+def _strengths(seen: list[tuple[float, Subset, Fit]]) -> dict[str, float]:
+    """Largest strength of each cause, by its probability."""
+    found: dict[str, tuple[float, float]] = {}
+    for p, _, fit in seen:
+        for name, strength in zip(fit.subset, fit.strengths, strict=True):
+            if p > found.get(name, (-1.0, 0.0))[0]:
+                found[name] = p, strength
+    return {name: strength for name, (_, strength) in found.items()}
+
+
+def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[str, ...]:
+    """The fewest causes that stand for nearly all subsets, each by its most probable member."""
+    share: dict[str, float] = defaultdict(float)
+    for subset, p in mass.items():
+        if subset:
+            share[max(subset, key=lambda name: inclusion[name])] += p
+    total = sum(share.values())
+    found: list[str] = []
+    held = 0.0
+    for name in sorted(share, key=lambda each: -share[each]):
+        if held >= POLICY.credible * total:
+            break
+        found.append(name)
+        held += share[name]
+    return tuple(found)
+
+
+def _leading(
+    seen: list[tuple[float, Subset, Fit]],
+    first: tuple[str, ...],
+    second: tuple[str, ...],
+    posterior: Posterior,
+) -> Fit:
+    """The most probable fit, summed over levels, of causes that the answer names."""
+    def allowed(visible: Subset) -> bool:
+        if not first:
+            return not visible
+        own = set(visible)
+        return bool(own & set(first)) and (not second or bool(own & set(second)))
+
+    total: dict[Subset, float] = defaultdict(float)
+    for p, visible, fit in seen:
+        if allowed(visible) and len(visible) == len(fit.subset):
+            total[fit.subset] += p
+    if not total:
+        return posterior.best(NONE)
+    return posterior.best(max(total, key=lambda subset: total[subset]))
+
+
+def _unexplained(
+    posterior: Posterior, seen: list[tuple[float, Subset, Fit]]
+) -> tuple[float, float]:
+    """Share of χ² that stays where a discrepancy is on, and the probability that it is."""
+    n = len(posterior.case.value)
+    off = {fit.subset: fit for fit in posterior.fits if fit.level == 0}
+    missed = off[NONE].misfit - n
+    share, discrepancy = 0.0, 0.0
+    for p, _, fit in seen:
+        if fit.level == 0:
+            continue
+        discrepancy += p
+        if missed > 0:
+            share += p * float(np.clip((off[fit.subset].misfit - n) / missed, 0.0, 1.0))
+    return share, discrepancy

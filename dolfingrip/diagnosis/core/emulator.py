@@ -1,0 +1,145 @@
+"""What a cause changes about all readings, as a polynomial of its numbers.
+
+    Δ(ζ) = Φ g(ζ)
+
+Φ are right singular vectors of simulated changes, scaled by the noise, and g polynomials that are
+fitted by least squares (principal-component emulation: Higdon et al., J. Am. Stat. Assoc. 103,
+2008). The error of what was left out of the fit stands beside them as columns of one standard
+deviation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+from scipy.stats import qmc
+
+from dolfingrip.diagnosis.policy import POLICY
+
+EVERY = 5
+"""One simulation in so many is left out of the fit, and tells its error."""
+
+
+@dataclass(frozen=True, eq=False)
+class Emulator:
+    """Changes of n readings by d numbers.
+
+    Attributes:
+        columns: Φ, shape (n, k), in the units of the readings.
+        exponents: of the monomials, shape (m, d).
+        weights: of the monomials in each component, shape (m, k).
+        errors: columns of the error, one standard deviation each, shape (n, l).
+        left: root mean square error of a simulation that was left out, by the noise.
+    """
+
+    columns: np.ndarray
+    exponents: np.ndarray
+    weights: np.ndarray
+    errors: np.ndarray
+    left: float
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        """g at many places, shape (places, k).
+
+        Args:
+            zeta: shape (places, d).
+        """
+        return np.asarray(_monomials(zeta, self.exponents) @ self.weights)
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """g, shape (k,), and its derivatives, shape (k, d), at one place, shape (d,)."""
+        scaled = zeta / POLICY.reach
+        powers = scaled[:, None] ** np.arange(self.exponents.max() + 1)
+        each = powers[np.arange(len(zeta)), self.exponents]
+        value = each.prod(axis=1) @ self.weights
+        slopes = []
+        for i in range(len(zeta)):
+            e = self.exponents[:, i]
+            down = np.where(e > 0, powers[i][np.maximum(e - 1, 0)], 0.0) * e
+            rest = np.delete(each, i, axis=1).prod(axis=1)
+            slopes.append((down * rest) @ self.weights / POLICY.reach)
+        return value, np.column_stack(slopes)
+
+    def rows(self, kept: np.ndarray) -> Emulator:
+        """Of some of the readings."""
+        return Emulator(
+            self.columns[kept], self.exponents, self.weights, self.errors[kept], self.left
+        )
+
+
+def places(box: np.ndarray, count: int) -> np.ndarray:
+    """Places of training, evenly spread, shape (count, d).
+
+    Args:
+        box: ranges of ζ, shape (d, 2).
+        count: how many.
+    """
+    sobol = qmc.Sobol(len(box), scramble=True, rng=np.random.default_rng(len(box)))
+    exponent = max(int(np.ceil(np.log2(count))), 1)
+    unit = sobol.random_base2(exponent)[:count]
+    edges = (1 + 0.02) * (unit - 0.5) + 0.5
+    return np.asarray(box[:, 0] + np.clip(edges, 0, 1) * (box[:, 1] - box[:, 0]))
+
+
+def trained(zeta: np.ndarray, changes: np.ndarray, scale: np.ndarray) -> Emulator:
+    """An emulator from simulated changes.
+
+    Args:
+        zeta: shape (places, d).
+        changes: shape (places, n).
+        scale: noise of the readings, shape (n,).
+    """
+    count, d = zeta.shape
+    left_out = np.arange(count) % EVERY == EVERY - 1
+    white = changes / scale
+    _, values, right = np.linalg.svd(white, full_matrices=False)
+    variance = np.cumsum((values**2)[::-1])[::-1] / (count * white.shape[1])
+    k = int(np.clip((variance > POLICY.component_error**2).sum(), 1, POLICY.components))
+    basis = right[:k]
+    exponents = _exponents(d, POLICY.degrees[min(d, len(POLICY.degrees)) - 1], count)
+    told = _monomials(zeta, exponents)
+    score = white @ basis.T
+    weights, *_ = np.linalg.lstsq(told[~left_out], score[~left_out], rcond=1e-10)
+    rest = white[left_out] - told[left_out] @ weights @ basis
+    weights, *_ = np.linalg.lstsq(told, score, rcond=1e-10)
+    # places count as the prior has them: what is far out hardly matters
+    weight = np.exp(-0.25 * (zeta[left_out] ** 2).sum(axis=1))
+    weight /= max(weight.sum(), 1e-300)
+    rest = rest * np.sqrt(weight)[:, None]
+    _, sizes, ways = np.linalg.svd(rest, full_matrices=False)
+    kept = slice(0, POLICY.error_columns)
+    errors = (sizes[kept, None] * ways[kept]).T * scale[:, None]
+    left = float(np.sqrt((rest**2).sum() / rest.shape[1]))
+    return Emulator(basis.T * scale[:, None], exponents, weights, errors, left)
+
+
+def linear(change: np.ndarray) -> Emulator:
+    """Of one number, whose change by one standard deviation is told, shape (n,)."""
+    weights = np.array([[POLICY.reach]])
+    return Emulator(
+        change[:, None], np.array([[1]]), weights, np.zeros((len(change), 0)), 0.0
+    )
+
+
+def _exponents(d: int, degree: int, count: int) -> np.ndarray:
+    """All monomials up to a degree, or to that which half of the simulations can tell."""
+    while True:
+        rows = [
+            np.bincount(np.array(chosen, dtype=int), minlength=d)
+            for total in range(degree + 1)
+            for chosen in combinations_with_replacement(range(d), total)
+        ]
+        if len(rows) <= count / 2 or degree == 1:
+            return np.array(rows, dtype=int).reshape(len(rows), d)
+        degree -= 1
+
+
+def _monomials(zeta: np.ndarray, exponents: np.ndarray) -> np.ndarray:
+    scaled = np.asarray(zeta) / POLICY.reach
+    powers = scaled[:, :, None] ** np.arange(exponents.max() + 1)
+    found = np.ones((len(scaled), len(exponents)))
+    for i in range(scaled.shape[1]):
+        found *= powers[:, i][:, exponents[:, i]]
+    return found

@@ -1,0 +1,337 @@
+"""One evidence for every hypothesis: which causes act, and how large a discrepancy stays.
+
+The readings are linear in fixed columns, r = Z b(ζ) with Z = [y, −y₀, −Φ₁, …] and b = [1, c, c g₁, …],
+where c is the factor of all moduli. For a covariance C of noise, nuisances and discrepancy
+
+    G = Zᵀ C⁻¹ Z
+
+is computed once; each hypothesis then costs the same for any number of readings. With H = JᵀGJ + I at
+the most probable ζ (Laplace's method; MacKay, Information Theory, 2003, chapter 27)
+
+    ln p(y) = −½ bᵀGb − ½ |ζ|² − ½ ln|H| − ½ ln|C| − n/2 ln 2π
+
+Columns of an emulator's error are integrated out like a nuisance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.linalg
+import scipy.special
+
+from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.policy import POLICY
+
+Subset = tuple[str, ...]
+"""Names of causes, in the order of the case."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Readings, and what could explain them.
+
+    Attributes:
+        value: y, shape (n,).
+        base: y₀ as configured, shape (n,).
+        scaled: whether a reading is proportional to the moduli, shape (n,).
+        modulus_std: relative standard deviation of all moduli.
+        emulators: of the causes, by name.
+        covariance: of noise and nuisances, shape (n, n).
+        kernel: of the discrepancy at a level of 1, shape (n, n).
+        boxes: ranges of ζ of each cause, (d, 2).
+    """
+
+    value: np.ndarray
+    base: np.ndarray
+    scaled: np.ndarray
+    modulus_std: float
+    emulators: Mapping[str, Emulator]
+    covariance: np.ndarray
+    kernel: np.ndarray
+    boxes: Mapping[str, np.ndarray]
+
+    def rows(self, kept: np.ndarray) -> Case:
+        """The case of some of the readings."""
+        return Case(
+            self.value[kept], self.base[kept], self.scaled[kept], self.modulus_std,
+            {name: each.rows(kept) for name, each in self.emulators.items()},
+            self.covariance[np.ix_(kept, kept)], self.kernel[np.ix_(kept, kept)], self.boxes,
+        )  # fmt: skip
+
+    def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """c and dc/dζ; far from 1 it loses less probability than a normal logarithm would."""
+        t = POLICY.tail
+        log = self.modulus_std * np.sinh(t * np.asarray(zeta)) / t
+        slope = self.modulus_std * np.cosh(t * np.asarray(zeta))
+        return np.exp(log), np.exp(log) * slope
+
+    def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
+        """Readings at ζ, shape (n,)."""
+        change = self.base.copy()
+        at = 1
+        for name in subset:
+            d = len(self.boxes[name])
+            emulator = self.emulators[name]
+            change = change + emulator.columns @ emulator.at(zeta[None, at : at + d])[0]
+            at += d
+        c, _ = self.factor(zeta[0])
+        return np.asarray(np.where(self.scaled, c, 1.0) * change)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The most probable numbers of a hypothesis, with its evidence.
+
+    Attributes:
+        subset: its causes.
+        level: of the discrepancy.
+        log_evidence: ln p(y).
+        zeta: of the modulus, then of each cause's numbers.
+        hessian: H there.
+        misfit: bᵀGb there.
+        strengths: length of each cause's change after nuisances, standard deviations.
+        draws: samples of ζ, shape (draws, d), and their weights; empty where not sampled.
+    """
+
+    subset: Subset
+    level: float
+    log_evidence: float
+    zeta: np.ndarray
+    hessian: np.ndarray
+    misfit: float
+    strengths: tuple[float, ...]
+    draws: tuple[np.ndarray, np.ndarray] | None = None
+
+
+@dataclass(eq=False)
+class Level:
+    """All columns under one covariance.
+
+    Attributes:
+        case: the readings.
+        level: of the discrepancy.
+        gram: G.
+        log_det: ln|C| + n ln 2π.
+    """
+
+    case: Case
+    level: float
+    noise_scale: float = 1.0
+    gram: np.ndarray = field(init=False)
+    log_det: float = field(init=False)
+    _place: dict[str, slice] = field(init=False)
+
+    def __post_init__(self) -> None:
+        case = self.case
+        total = case.covariance + self.level**2 * case.kernel
+        lower = scipy.linalg.cholesky(total, lower=True)
+        on, off = case.scaled[:, None], ~case.scaled[:, None]
+        blocks = [case.value[:, None]]
+        self._place = {"": slice(0, 0)}
+        at = 1
+
+        def add(name: str, columns: np.ndarray) -> None:
+            nonlocal at
+            blocks.append(columns)
+            self._place[name] = slice(at, at + columns.shape[1])
+            at += columns.shape[1]
+
+        add("base", np.hstack([case.base[:, None] * on, case.base[:, None] * off]))
+        for name, each in case.emulators.items():
+            add(name, np.hstack([each.columns * on, each.columns * off]))
+            add(f"{name} error", each.errors)
+        white = scipy.linalg.solve_triangular(lower, np.hstack(blocks), lower=True)
+        self.gram = white.T @ white
+        n = len(case.value)
+        self.log_det = 2 * float(np.log(np.diag(lower)).sum()) + n * np.log(2 * np.pi)
+
+    def bound(self, subset: Subset) -> float:
+        """Largest ½ χ² that any change within the causes' columns explains."""
+        at = np.r_[self._place["base"], *(self._place[name] for name in subset)]
+        inner = self.gram[np.ix_(at, at)]
+        inner = inner + 1e-9 * np.diag(np.diag(inner) + 1e-300)
+        found = self.gram[at, 0] @ scipy.linalg.solve(inner, self.gram[at, 0], assume_a="pos")
+        return 0.5 * float(found)
+
+    def of(self, subset: Subset) -> Hypothesis:
+        """A hypothesis under this covariance."""
+        at = np.r_[0, self._place["base"], *(self._place[name] for name in subset)]
+        errors = np.r_[self._place[""], *(self._place[f"{name} error"] for name in subset)]
+        errors = errors.astype(int)
+        gram, log_det = self.gram[np.ix_(at, at)], self.log_det
+        if len(errors):
+            inner = self.gram[np.ix_(errors, errors)] + np.eye(len(errors))
+            cross = self.gram[np.ix_(at, errors)]
+            factor = scipy.linalg.cho_factor(inner, lower=True)
+            gram = gram - cross @ scipy.linalg.cho_solve(factor, cross.T)
+            log_det += 2 * float(np.log(np.diag(factor[0])).sum())
+        return Hypothesis(self.case, subset, self.level, gram, log_det)
+
+
+@dataclass(eq=False)
+class Hypothesis:
+    """Causes under one covariance."""
+
+    case: Case
+    subset: Subset
+    level: float
+    gram: np.ndarray
+    log_det: float
+
+    def __post_init__(self) -> None:
+        boxes = [np.array([[-8.0, 8.0]]), *(self.case.boxes[name] for name in self.subset)]
+        self._box = np.vstack(boxes)
+
+    def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """b, shape (k,), and J = db/dζ, shape (k, d)."""
+        c, dc = self.case.factor(zeta[0])
+        parts, slopes = [np.array([1.0, -c, -1.0])], [np.array([0.0, -dc, 0.0])]
+        columns: list[np.ndarray] = []
+        at, row = 1, 3
+        total = 3 + sum(2 * self.case.emulators[n].columns.shape[1] for n in self.subset)
+        for name in self.subset:
+            d = len(self.case.boxes[name])
+            g, dg = self.case.emulators[name].with_slopes(zeta[at : at + d])
+            k = len(g)
+            parts += [-c * g, -g]
+            slopes += [-dc * g, np.zeros(k)]
+            own = np.zeros((total, d))
+            own[row : row + k], own[row + k : row + 2 * k] = -c * dg, -dg
+            columns.append(own)
+            at, row = at + d, row + 2 * k
+        first = np.concatenate(slopes)[:, None]
+        return np.concatenate(parts), np.hstack([first, *columns])
+
+    def fit(self, starts: Sequence[np.ndarray]) -> Fit:
+        """The most probable ζ from several starts, whose separate modes add."""
+        found = [self._descend(start) for start in starts]
+        modes: list[tuple[float, np.ndarray, np.ndarray, float]] = []
+        for value, zeta, hessian, misfit in sorted(found, key=lambda each: each[0]):
+            apart = (
+                (zeta - other) @ hessian_ @ (zeta - other) > 9 for _, other, hessian_, _ in modes
+            )
+            if all(apart) and value < found[0][0] + 50:
+                modes.append((value, zeta, hessian, misfit))
+        logs = [
+            -value - 0.5 * float(np.linalg.slogdet(hessian)[1]) for value, _, hessian, _ in modes
+        ]
+        _, zeta, hessian, misfit = modes[int(np.argmax(logs))]
+        log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det
+        return Fit(
+            self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta)
+        )
+
+    def _descend(self, start: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, float]:
+        low, high = self._box.T
+        zeta = np.clip(start, low, high)
+        b, slopes = self._factors(zeta)
+        pull = self.gram @ b
+        value = 0.5 * float(b @ pull + zeta @ zeta)
+        damping = 1e-3
+        for _ in range(60):
+            gradient = slopes.T @ pull + zeta
+            hessian = slopes.T @ self.gram @ slopes + np.eye(len(zeta))
+            held = ((zeta <= low) & (gradient > 0)) | ((zeta >= high) & (gradient < 0))
+            better = False
+            for _ in range(12):
+                matrix = hessian + damping * np.diag(np.diag(hessian))
+                matrix[held], matrix[:, held] = 0.0, 0.0
+                matrix[held, held] = 1.0
+                step = -np.linalg.solve(matrix, np.where(held, 0.0, gradient))
+                step = np.clip(step, -1.5, 1.5)
+                new = np.clip(zeta + step, low, high)
+                told, told_slopes = self._factors(new)
+                told_pull = self.gram @ told
+                there = 0.5 * float(told @ told_pull + new @ new)
+                if there < value:
+                    better = True
+                    break
+                damping *= 5
+            if not better:
+                break
+            gain = value - there
+            zeta, b, slopes, pull, value = new, told, told_slopes, told_pull, there
+            damping = max(damping / 10, 1e-9)
+            if gain < 1e-6:
+                break
+        hessian = slopes.T @ self.gram @ slopes + np.eye(len(zeta))
+        return value, zeta, hessian, float(b @ pull)
+
+    def _strengths(self, zeta: np.ndarray) -> tuple[float, ...]:
+        """Length of each cause's change, the modulus left free, standard deviations."""
+        b, _ = self._factors(zeta)
+        direction = np.zeros(len(b))
+        direction[1:3] = [1.0, 0.0]
+        for k in range(3, len(b)):
+            direction[k] = b[k] / b[1] if self._is_scaled(k) else 0.0
+        length = float(direction @ self.gram @ direction)
+        found, row = [], 3
+        for name in self.subset:
+            k = 2 * self.case.emulators[name].columns.shape[1]
+            own = np.zeros(len(b))
+            own[row : row + k] = b[row : row + k]
+            square = float(own @ self.gram @ own)
+            if length > 0:
+                square -= float(own @ self.gram @ direction) ** 2 / length
+            found.append(float(np.sqrt(max(square, 0.0))))
+            row += k
+        return tuple(found)
+
+    def _is_scaled(self, row: int) -> bool:
+        """Whether a column holds readings in proportion to the moduli."""
+        at = 3
+        for name in self.subset:
+            k = self.case.emulators[name].columns.shape[1]
+            if row < at + k:
+                return row >= at
+            if row < at + 2 * k:
+                return False
+            at += 2 * k
+        return False
+
+    def sampled(self, fit: Fit, rng: np.random.Generator) -> Fit:
+        """The evidence by importance sampling, with draws (multivariate t of 5 degrees)."""
+        d, count, nu = len(fit.zeta), POLICY.draws, 5.0
+        lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
+        normal = rng.standard_normal((count, d))
+        scale = np.sqrt(nu / rng.chisquare(nu, count))
+        draws = fit.zeta + (normal @ lower.T) * scale[:, None]
+        spread = ((normal * scale[:, None]) ** 2).sum(axis=1)
+        log_t = (
+            scipy.special.gammaln((nu + d) / 2) - scipy.special.gammaln(nu / 2)
+            - 0.5 * d * np.log(nu * np.pi) - np.log(np.diag(lower)).sum()
+            - 0.5 * (nu + d) * np.log1p(spread / nu)
+        )  # fmt: skip
+        low, high = self._box.T
+        inside = ((draws >= low) & (draws <= high)).all(axis=1)
+        b = self._many(np.clip(draws, low, high))
+        value = 0.5 * (np.einsum("ik,kl,il->i", b, self.gram, b) + (draws**2).sum(axis=1))
+        log = -value - 0.5 * d * np.log(2 * np.pi) - log_t
+        log = np.where(inside, log, -np.inf)
+        top = log.max()
+        if not np.isfinite(top):
+            return fit
+        weights = np.exp(log - top)
+        found = float(top + np.log(weights.mean())) - 0.5 * self.log_det
+        enough = weights.sum() ** 2 / (weights**2).sum() > 0.1 * count
+        log_evidence = found if enough else max(found, fit.log_evidence)
+        return Fit(
+            fit.subset, fit.level, log_evidence, fit.zeta, fit.hessian, fit.misfit, fit.strengths,
+            (draws, weights / weights.sum()),
+        )  # fmt: skip
+
+    def _many(self, zeta: np.ndarray) -> np.ndarray:
+        """b at many places, shape (places, k)."""
+        c, _ = self.case.factor(zeta[:, 0])
+        one = np.ones(len(zeta))
+        parts = [np.column_stack([one, -c, -one])]
+        at = 1
+        for name in self.subset:
+            d = len(self.case.boxes[name])
+            g = self.case.emulators[name].at(zeta[:, at : at + d])
+            parts += [-c[:, None] * g, -g]
+            at += d
+        return np.hstack(parts)

@@ -1,0 +1,122 @@
+"""The numbers of a cause as standard normal ones: θ = θ(ζ), ζ ~ N(0, 1), by the catalogue's priors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.tried import tried
+from dolfingrip.extensions.effect import Effect, Prior
+from dolfingrip.extensions.index import effect
+from dolfingrip.parameter import bounds_of
+from dolfingrip.parameter.priors import scaled_priors
+
+
+@dataclass(frozen=True, slots=True)
+class UnknownNumber:
+    """A number of an effect that readings may tell.
+
+    Attributes:
+        key: of the configuration, without entry numbers.
+        prior: of the number, for the material's stiffness.
+        low, high: range of ζ, by the number's bounds and the emulator's reach.
+        amplitude: whether the effect vanishes at a value of it.
+        listed: whether the configuration has a list with this one entry.
+    """
+
+    key: str
+    prior: Prior
+    low: float
+    high: float
+    amplitude: bool
+    listed: bool
+
+    def at(self, zeta: float | np.ndarray) -> np.ndarray:
+        """Values, of the shape of ``zeta``."""
+        return np.vectorize(self.prior.at, otypes=[float])(zeta)
+
+    def override(self, value: float) -> str:
+        """As with ``--set``."""
+        return f"{self.key}=[{value!r}]" if self.listed else f"{self.key}={value!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """An effect of the catalogue with the numbers that are fitted.
+
+    Attributes:
+        name: of the effect.
+        numbers: those that are fitted, amplitudes first.
+        held: overrides of its other numbers.
+    """
+
+    name: str
+    numbers: tuple[UnknownNumber, ...]
+    held: tuple[str, ...]
+
+    def overrides(self, zeta: Sequence[float] | np.ndarray) -> tuple[str, ...]:
+        """The effect at ζ, as with ``--set``."""
+        own = zip(self.numbers, zeta, strict=True)
+        return (*(number.override(float(number.at(z))) for number, z in own), *self.held)
+
+    def box(self) -> np.ndarray:
+        """Ranges of ζ, (numbers, 2)."""
+        return np.array([[each.low, each.high] for each in self.numbers])
+
+
+def causes(config: Config, names: Sequence[str] | None = None) -> list[Cause]:
+    """The effects that are not on in ``config`` and may be named.
+
+    Args:
+        config: the model that is diagnosed.
+        names: of those that are tried; the whole catalogue where None.
+    """
+    on = {each.name() for each in config.extensions.active()}
+    found = []
+    for name in tried(names):
+        each = effect(name)
+        if name in on or not each.tried or each.kind == "numerical":
+            continue
+        found.append(cause(each, config))
+    return found
+
+
+def cause(each: type[Effect], config: Config) -> Cause:
+    """An effect with its priors at the stiffness of the configuration's material."""
+    priors = scaled_priors(each, config.material.shear_MPa)
+    amplitudes = [key for key in each.neutral if key in priors]
+    shapes = [key for key in priors if key not in amplitudes]
+    free = [key for key in shapes if key not in each.shapeless and key not in each.alike]
+    numbers = tuple(
+        _number(each, key, priors[key], amplitude=key in amplitudes) for key in [*amplitudes, *free]
+    )
+    held = []
+    for key in shapes:
+        if key not in free:
+            value = priors[key].at(0.0) if key in each.alike else priors[key].mean
+            listed = _listed(each, key)
+            told = f"[{value!r}]" if listed else repr(value)
+            held.append(f"extensions.{each.name()}.{key}={told}")
+    return Cause(each.name(), numbers, tuple(held))
+
+
+def _listed(each: type[Effect], key: str) -> bool:
+    default: Any = each.model_fields[key].default
+    return isinstance(default, tuple)
+
+
+def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> UnknownNumber:
+    low, high = bounds_of(each, key)
+    reach = POLICY.reach
+    least, most = -reach, reach
+    if not prior.positive or low > 0:
+        least = max(least, prior.zeta(low)) if np.isfinite(low) else least
+    if np.isfinite(high):
+        most = min(most, prior.zeta(high))
+    name = f"extensions.{each.name()}.{key}"
+    return UnknownNumber(name, prior, least, most, amplitude, _listed(each, key))

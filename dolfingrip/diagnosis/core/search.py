@@ -1,0 +1,153 @@
+"""All hypotheses of up to two causes, with and without a discrepancy, and their probabilities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from dolfingrip.diagnosis.core.evidence import Case, Fit, Level, Subset
+from dolfingrip.diagnosis.policy import POLICY
+
+NONE: Subset = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Probabilities of all hypotheses.
+
+    Attributes:
+        case: the readings.
+        fits: of each hypothesis, by causes and level.
+        probability: of each, in the same order.
+        log_density: ln p(y), averaged over all.
+        names: of all causes that some reading feels.
+    """
+
+    case: Case
+    fits: Sequence[Fit]
+    probability: np.ndarray
+    log_density: float
+    names: tuple[str, ...]
+
+    def best(self, subset: Subset, *, level: float | None = None) -> Fit:
+        """The most probable fit of these causes, at one level or at any."""
+        own = [
+            (p, fit)
+            for p, fit in zip(self.probability, self.fits, strict=True)
+            if fit.subset == subset and (level is None or fit.level == level)
+        ]
+        return max(own, key=lambda each: each[0])[1]
+
+    def off(self, fit: Fit) -> float:
+        """Probability that a discrepancy stays beside what a fit has as causes."""
+        total = sum(
+            p for p, each in zip(self.probability, self.fits, strict=True)
+            if each.subset == fit.subset
+        )  # fmt: skip
+        on = sum(
+            p for p, each in zip(self.probability, self.fits, strict=True)
+            if each.subset == fit.subset and each.level > 0
+        )  # fmt: skip
+        return float(on / total) if total > 0 else 0.0
+
+
+def levels() -> dict[float, float]:
+    """Prior probability of each level of the discrepancy."""
+    share = (1 - POLICY.discrepancy_off) / len(POLICY.discrepancy_levels)
+    return {0.0: POLICY.discrepancy_off, **dict.fromkeys(POLICY.discrepancy_levels, share)}
+
+
+def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Posterior:
+    """The posterior over all hypotheses of a case."""
+    every = {level: Level(case, level) for level in levels()}
+    names = tuple(case.emulators)
+    singles: dict[str, np.ndarray] = {}
+    none: dict[float, Fit] = {}
+    fits: list[Fit] = []
+    start = np.array([0.0])
+    for level, columns in every.items():
+        none[level] = columns.of(NONE).fit([start])
+        start = none[level].zeta
+    fits += none.values()
+    for name in names:
+        warm: list[np.ndarray] = []
+        for level, columns in every.items():
+            first = [np.r_[none[level].zeta[0], z] for z in _starts(case, name)]
+            fit = columns.of((name,)).fit([*warm, *(first if not warm else first[:1])])
+            warm = [fit.zeta]
+            fits.append(fit)
+            if level == 0.0:
+                singles[name] = fit.zeta
+    for pair in _pairs(every, names):
+        warm = []
+        for level, columns in every.items():
+            first = [
+                np.r_[singles[pair[0]], _starts(case, pair[1])[0]],
+                np.r_[singles[pair[1]][0], _starts(case, pair[0])[0], singles[pair[1]][1:]],
+                np.r_[singles[pair[0]], singles[pair[1]][1:]],
+            ]
+            fit = columns.of(pair).fit([*warm, *(first if not warm else ())])
+            warm = [fit.zeta]
+            fits.append(fit)
+    return _weighed(case, fits, every, names, rng if sample else None)
+
+
+def _weighed(
+    case: Case,
+    fits: list[Fit],
+    every: Mapping[float, Level],
+    names: tuple[str, ...],
+    rng: np.random.Generator | None,
+) -> Posterior:
+    prior = levels()
+    count = {0: 1, 1: max(len(names), 1), 2: max(len(names) * (len(names) - 1) // 2, 1)}
+
+    def weights(all_fits: list[Fit]) -> tuple[np.ndarray, float]:
+        logs = np.array([
+            fit.log_evidence + np.log(prior[fit.level])
+            + np.log(POLICY.prior_by_size[len(fit.subset)] / count[len(fit.subset)])
+            for fit in all_fits
+        ])  # fmt: skip
+        total = float(np.logaddexp.reduce(logs))
+        return np.exp(logs - total), total
+
+    probability, total = weights(fits)
+    if rng is not None:
+        fits = [
+            every[fit.level].of(fit.subset).sampled(fit, rng) if p > POLICY.sampled else fit
+            for p, fit in zip(probability, fits, strict=True)
+        ]
+        probability, total = weights(fits)
+    return Posterior(case, fits, probability, total, names)
+
+
+def _starts(case: Case, name: str) -> list[np.ndarray]:
+    box = case.boxes[name]
+    middle = np.clip(np.zeros(len(box)), *box.T)
+    found = []
+    for amplitude in POLICY.starts:
+        start = middle.copy()
+        start[0] = np.clip(amplitude, *box[0])
+        found.append(start)
+    for i in range(1, len(box)):
+        for way in (-1.2, 1.2):
+            start = middle.copy()
+            start[i] = np.clip(way, *box[i])
+            found.append(start)
+    return found
+
+
+def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
+    """The pairs that could explain most, under any discrepancy."""
+    found: dict[Subset, None] = {}
+    everything = list(combinations(names, 2))
+    for columns in every.values():
+        bounds = [columns.bound(pair) for pair in everything]
+        order = np.argsort(bounds)[::-1]
+        found |= dict.fromkeys(everything[i] for i in order[: POLICY.pairs])
+        if columns.level >= 0.01:
+            break
+    return list(found)

@@ -1,0 +1,100 @@
+"""A measurement of coupons as a case: emulators of all causes, and the covariance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dolfingrip.channels import CHANNELS
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.core import discrepancy
+from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
+from dolfingrip.diagnosis.core.evidence import Case
+from dolfingrip.diagnosis.core.numbers import Cause, causes
+from dolfingrip.diagnosis.coupon.covariance import CouponErrors, errors
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.policy import POLICY
+
+SLACK = "coupon_slack_mm"
+INVISIBLE = 0.05
+"""Root mean square change, by the noise, below which no reading feels a cause."""
+
+
+@dataclass(frozen=True, eq=False)
+class CouponCase:
+    """Everything that the inference needs of coupons.
+
+    Attributes:
+        case: readings, emulators and covariance.
+        causes: by name; nuisances that may lie far out are not among them.
+        errors: what the covariance is made of.
+        simulation: exact readings.
+        unseen: causes that no reading feels.
+    """
+
+    case: Case
+    causes: dict[str, Cause]
+    errors: CouponErrors
+    simulation: CouponSimulation
+    unseen: tuple[str, ...]
+
+
+def coupon_case(
+    measurement: Measurement,
+    config: Config,
+    names: Sequence[str] | None = None,
+    told: Callable[[str], None] = lambda name: None,
+) -> CouponCase:
+    """Simulate what every cause changes about the coupons, and make emulators of it.
+
+    Args:
+        measurement: of coupons that :func:`~dolfingrip.diagnosis.coupon.simulation.in_closed_form`.
+        config: the model that is diagnosed.
+        names: of the causes that are tried; the whole catalogue where None.
+        told: called with the name of each cause that is done.
+    """
+    simulation = CouponSimulation(measurement, config)
+    listed = measurement.listed()
+    base = simulation.base()
+    off = errors(simulation)
+    emulators: dict[str, Emulator] = {}
+    boxes: dict[str, np.ndarray] = {}
+    felt: dict[str, Cause] = {}
+    unseen: list[str] = []
+    for cause in causes(config, names):
+        found = _emulated(simulation, cause, off)
+        told(cause.name)
+        if found is None:
+            unseen.append(cause.name)
+            continue
+        felt[cause.name] = cause
+        emulators[cause.name], boxes[cause.name] = found, cause.box()
+    if names is None and np.abs(off.slack / off.noise).max(initial=0.0) > INVISIBLE:
+        emulators[SLACK] = linear(POLICY.far * off.slack)
+        boxes[SLACK] = np.array([[-POLICY.reach, POLICY.reach]])
+    scaled = np.array([CHANNELS[name].in_proportion for name in listed["column"]])
+    setups = [test.setup.nuisances for test in measurement.tests]
+    modulus = max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups)
+    case = Case(
+        listed["value"].to_numpy(), base, scaled, float(modulus), emulators, off.covariance,
+        discrepancy.kernel(off.along), boxes,
+    )  # fmt: skip
+    return CouponCase(case, felt, off, simulation, tuple(unseen))
+
+
+def _emulated(
+    simulation: CouponSimulation, cause: Cause, off: CouponErrors
+) -> Emulator | None:
+    """The emulator of a cause; None where no reading feels it."""
+    box = cause.box()
+    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
+    zeta = places(box, count)
+    changes = simulation.changed(cause, zeta)
+    solved = np.isfinite(changes).all(axis=1)
+    white = changes[solved] / off.noise
+    if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < INVISIBLE:
+        return None
+    return trained(zeta[solved], changes[solved], off.noise)

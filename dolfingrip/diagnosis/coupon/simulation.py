@@ -1,0 +1,143 @@
+"""Readings of coupons in closed form, for many sets of an effect's numbers at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from dolfingrip.channels import FORCE, TIME, TRANSVERSE_STRAIN
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
+from dolfingrip.diagnosis.simulation.legs import Route
+from dolfingrip.experiments.rigs.display import displayed
+from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
+
+
+def in_closed_form(measurement: Measurement, config: Config) -> bool:
+    """Whether all tests are coupons that stretch evenly."""
+    applied = [test.setup.applied(config) for test in measurement.tests]
+    return all(
+        test.experiment == "coupon"
+        and own.coupon.grip != "clamped"
+        and not _sheared(own)
+        for test, own in zip(measurement.tests, applied, strict=True)
+    )
+
+
+def _sheared(config: Config) -> bool:
+    raster = getattr(config.extensions, "print_anisotropy")  # noqa: B009
+    return raster is not None and bool(raster.raster_deg)
+
+
+class CouponSimulation:
+    """Simulates the coupons of a measurement.
+
+    Args:
+        measurement: of coupons alone.
+        config: the model that is diagnosed.
+    """
+
+    def __init__(self, measurement: Measurement, config: Config) -> None:
+        self.measurement = measurement
+        self.config = config
+        self.groups: Sequence[SimulationGroup] = groups(measurement, config)
+        self._true: dict[int, dict[str, np.ndarray]] = {}
+
+    def base(self, overrides: Sequence[str] = ()) -> np.ndarray:
+        """(n,) readings as configured, with these overrides."""
+        return self._displayed(overrides, self._solved(overrides, {}))[0]
+
+    def slopes(self) -> np.ndarray:
+        """(n,) derivative of the readings by the travel, for each mm."""
+        solved = self._solved((), {})
+        found = np.full(len(self.measurement.listed()), np.nan)
+        for group, values in solved:
+            for name, at in self._readings(group):
+                told = group.in_time.slopes(values[name][0], len(self.measurement.readings))
+                found[at] = told[self._rows()[at]]
+        return found
+
+    def changed(self, cause: Cause, zeta: np.ndarray) -> np.ndarray:
+        """(places, n) changes of the readings by a cause.
+
+        Args:
+            cause: an effect that is not on.
+            zeta: its numbers, shape (places, d).
+
+        Returns:
+            NaN in places without an equilibrium.
+        """
+        before = self.base()
+        told = {
+            number.key: number.at(zeta[:, i]) for i, number in enumerate(cause.numbers)
+        }
+        on = cause.overrides(zeta[0])
+        effect = getattr(self.config.overridden(on).extensions, cause.name)
+        if effect.has("strain_energy"):
+            shaped = {
+                key: values[:, None] if number.listed else values
+                for (key, values), number in zip(told.items(), cause.numbers, strict=True)
+            }
+            return self._displayed(on, self._solved(on, shaped)) - before
+        solved = self._solved((), {})
+        return np.vstack([self._displayed(cause.overrides(z), solved)[0] for z in zeta]) - before
+
+    def _solved(
+        self, overrides: Sequence[str], parameters: Mapping[str, np.ndarray]
+    ) -> list[tuple[SimulationGroup, dict[str, np.ndarray]]]:
+        """True readings at each group's stops, (places, stops) by column."""
+        found = []
+        for number, group in enumerate(self.groups):
+            if not overrides and number in self._true:
+                found.append((group, self._true[number]))
+                continue
+            config = group.config.overridden(overrides).adapted()
+            coupon, route = config.coupon, group.in_time
+            gauge = coupon.gauge_length_mm
+            pulled = UniaxialTension(config).pull(
+                parameters, [value / gauge for value in route.value], route.time_s,
+                coupon.step_strain,
+            )  # fmt: skip
+            values = {
+                FORCE.name: pulled.stress_MPa * coupon.area_mm2,
+                TRANSVERSE_STRAIN.name: np.where(
+                    np.isfinite(pulled.stress_MPa), pulled.across - 1, np.nan
+                ),
+            }
+            if not overrides:
+                self._true[number] = values
+            found.append((group, values))
+        return found
+
+    def _displayed(
+        self, overrides: Sequence[str],
+        solved: Sequence[tuple[SimulationGroup, dict[str, np.ndarray]]],
+    ) -> np.ndarray:
+        """(places, n) what the instruments show."""
+        places = max(len(next(iter(values.values()))) for _, values in solved)
+        found = np.full((places, len(self.measurement.listed())), np.nan)
+        for group, values in solved:
+            config = group.config.overridden(overrides)
+            route: Route = group.in_time
+            time_s = np.array(route.time_s)
+            shown = displayed(config, {**values, TIME.name: time_s})  # type: ignore[dict-item]
+            for name, at in self._readings(group):
+                for place, row in enumerate(np.atleast_2d(shown[name])):
+                    told = route.at_rows(row, len(self.measurement.readings))
+                    found[place, at] = told[self._rows()[at]]
+        return found
+
+    def _rows(self) -> np.ndarray:
+        return self.measurement.listed()["row"].to_numpy()
+
+    def _readings(self, group: SimulationGroup) -> list[tuple[str, np.ndarray]]:
+        """Columns that a group's tests read, and their places."""
+        listed = self.measurement.listed()
+        mine = np.isin(listed["test"].to_numpy(), group.tests)
+        column = listed["column"].to_numpy()
+        return [
+            (str(name), np.flatnonzero(mine & (column == name))) for name in sorted(set(column[mine]))
+        ]

@@ -1,0 +1,76 @@
+"""The numbers that a diagnosis decides by, all in one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """Numbers of priors, emulators, search and decision.
+
+    Attributes:
+        prior_by_size: probability of none, one and two causes; alike among those of a size.
+        discrepancy_off: probability that nothing but noise is left beside the named causes.
+        discrepancy_levels: sizes of what the catalogue does not have, by the root mean square of a
+            channel; they share the rest of the probability evenly.
+        load_length: length of the discrepancy's kernel, by the largest load.
+        path_length: length of its kernel along the path of the load, by the largest load.
+        wait_weight, wait_s: a wait of t counts as a path of ``wait_weight`` ln(1 + t/``wait_s``).
+        visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
+        credible: part of the probability that a set of causes has to hold.
+        claimed: probability from which on an answer is given.
+        both: probability of two causes from which on a second set is named.
+        tail: how fast a modulus far from the configured one loses probability: ln c =
+            s sinh(tail ζ)/tail for a standard deviation s.
+        far: width of the prior of a nuisance that is far from what was told, by what was told.
+        reach: largest |ζ| of an emulator.
+        degrees: degree of its polynomials by the number of its arguments.
+        training: simulations by the number of arguments, where they cost nothing.
+        components: most columns of an emulator.
+        component_error: error of a reading that columns may leave, by its noise.
+        error_columns: columns of an emulator's error.
+        pairs: pairs of effects that are fitted; the others are bounded from above.
+        starts: ζ of the amplitudes from which a fit starts.
+        draws: samples of a hypothesis that is near the leading one.
+        sampled: posterior probability from which on a hypothesis is sampled.
+        noise_factors: noise by what is guessed, where neither laboratory nor repeats tell.
+        specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
+            channel's root mean square.
+        specimen_scales: scatter of specimens' stiffness, by what was told.
+        single_shape: the first of these where there is one specimen.
+        interval: probability that intervals hold.
+    """
+
+    prior_by_size: tuple[float, float, float] = (0.25, 0.60, 0.15)
+    discrepancy_off: float = 0.85
+    discrepancy_levels: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1)
+    load_length: float = 0.35
+    path_length: float = 1.0
+    wait_weight: float = 0.3
+    wait_s: float = 5.0
+    visible_sigma: float = 2.0
+    credible: float = 0.99
+    claimed: float = 0.5
+    both: float = 0.5
+    tail: float = 0.9
+    far: float = 4.0
+    reach: float = 3.3
+    degrees: tuple[int, ...] = (11, 12, 7, 5, 4, 4)
+    training: tuple[int, ...] = (64, 400, 512, 512, 600, 900)
+    components: int = 10
+    component_error: float = 0.03
+    error_columns: int = 3
+    pairs: int = 40
+    starts: tuple[float, ...] = (0.0, -1.5, 1.5)
+    draws: int = 400
+    sampled: float = 0.01
+    noise_factors: tuple[float, ...] = (1.0, 1.6, 2.5)
+    specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
+    specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
+    single_shape: float = 0.003
+    interval: float = 0.9
+
+
+POLICY: Final = Policy()

@@ -1,0 +1,244 @@
+"""Uniaxial tension of many bars at once, each with other parameters of the same effects.
+
+A bar between sliding grips stretches evenly, so its state is two stretches: λ along the bar, which
+the crosshead prescribes, and λ_t across it, which leaves the sides free of stress:
+
+    ∂ψ/∂λ_t = 0,   F = A ∂ψ/∂λ,   E = diag(λ_t² − 1, λ_t² − 1, λ² − 1)/2
+
+ψ is the energy of the finite-element model, with its internal variables and load steps. The bars
+need no mesh: see :mod:`dolfingrip.forms.evaluate_many`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Final, cast
+
+import numpy as np
+import ufl
+from ufl.core.expr import Expr
+
+from dolfingrip.config import Config
+from dolfingrip.experiments.rigs.base_material import BaseMaterial
+from dolfingrip.extensions.site import Named, Site
+from dolfingrip.forms import evaluate_many
+from dolfingrip.forms.chain_rule import strain_variable
+from dolfingrip.forms.evaluate import SOLID
+from dolfingrip.forms.evaluate_many import Evaluation
+
+
+@dataclass(frozen=True, slots=True)
+class UniaxialPolicy:
+    """How the sides' stretch is found.
+
+    Attributes:
+        iterations: of the secant method at most.
+        tolerance: of λ_t, from one iteration to the next.
+        accepted: largest last change of λ_t of a bar that counts as solved.
+        largest_change: of λ_t in one iteration.
+        nudge: change of λ_t that the first slope is taken by.
+    """
+
+    iterations: int = 60
+    tolerance: float = 1e-12
+    accepted: float = 1e-8
+    largest_change: float = 0.05
+    nudge: float = 1e-6
+
+
+POLICY: Final = UniaxialPolicy()
+
+
+@dataclass(frozen=True, slots=True)
+class Stretched:
+    """What the bars answer at the stops.
+
+    Attributes:
+        stress_MPa: nominal stress F/A, shape (bars, stops); NaN where no equilibrium is found.
+        across: stretch λ_t across the bar, shape (bars, stops).
+    """
+
+    stress_MPa: np.ndarray
+    across: np.ndarray
+
+
+class UniaxialTension:
+    """Bars of one material whose effects have other parameters in each.
+
+    Args:
+        config: material and effects; the parameters that :meth:`pull` is not told stay as here.
+
+    Raises:
+        ValueError: the material differs between the directions across the bar.
+    """
+
+    def __init__(self, config: Config) -> None:
+        raster = getattr(config.extensions, "print_anisotropy")  # noqa: B009
+        if raster is not None and raster.raster_deg:
+            raise ValueError("raster_deg: a bar pulled across its raster shears; allowed: 0")
+        self._along, self._across = ufl.Constant(SOLID), ufl.Constant(SOLID)
+        base = BaseMaterial.on(SOLID, config.material)
+        self._fixed = {
+            made: evaluate_many.constant(made.value) for made in (*base.constants.values(),)
+        }
+        sides = [(each**2 - 1) / 2 for each in (self._across, self._across, self._along)]
+        strain = strain_variable(
+            ufl.as_matrix([[sides[i] if i == j else 0 for j in range(3)] for i in range(3)])
+        )
+        self._history = history = _InternalVariables()
+        self._site = _Point(config, strain, base, history)
+        density = config.extensions.strain_energy(base.energy, cast(Site, self._site))(strain)
+        self._energy = Evaluation([density])
+        self._ends = Evaluation([end for _, end in history.ends])
+
+    def pull(
+        self,
+        parameters: Mapping[str, np.ndarray],
+        strain: Sequence[float],
+        time_s: Sequence[float],
+        longest: float,
+    ) -> Stretched:
+        """Follow a protocol from rest.
+
+        Args:
+            parameters: (bars,) or (bars, entries) by key of the configuration.
+            strain: nominal strain at each stop.
+            time_s: time of each stop.
+            longest: largest change of strain in one load step.
+
+        Raises:
+            KeyError: a key belongs to no effect that is on.
+        """
+        symbols = {**self._fixed, **self._site.values(parameters)}
+        bars = max((len(values) for values in parameters.values()), default=1)
+        symbols |= {
+            made: evaluate_many.constant(start) for made, start in self._history.starts.items()
+        }
+        across = np.ones(bars)
+        stress, width = [], []
+        before, clock = 0.0, float(time_s[0])
+        for here, now in zip(strain, time_s, strict=True):
+            steps = max(int(np.ceil(abs(here - before) / longest - 1e-9)), 1)
+            for step in range(1, steps + 1):
+                part = step / steps
+                symbols[self._history.time_s] = evaluate_many.constant(clock + part * (now - clock))
+                symbols[self._history.step_s] = evaluate_many.constant((now - clock) / steps)
+                along = 1 + before + part * (here - before)
+                across, slope = self._equilibrium(symbols, along, across)
+                self._accept(symbols, along, across)
+            before, clock = float(here), float(now)
+            stress.append(np.broadcast_to(slope, (bars,)))
+            width.append(across)
+        return Stretched(np.column_stack(stress), np.column_stack(width))
+
+    def _equilibrium(
+        self, symbols: dict[Expr, np.ndarray], along: float, guess: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """λ_t without stress across, and ∂ψ/∂λ there (MPa)."""
+        across = guess
+        residual, _ = self._at(symbols, along, across)
+        beside, _ = self._at(symbols, along, across + POLICY.nudge)
+        slope = (beside - residual) / POLICY.nudge
+        for _ in range(POLICY.iterations):
+            with np.errstate(all="ignore"):
+                step = np.clip(-residual / slope, -POLICY.largest_change, POLICY.largest_change)
+            told, axial = self._at(symbols, along, across + step)
+            with np.errstate(all="ignore"):
+                secant = (told - residual) / step
+            usable = np.isfinite(secant) & (secant > 0) & (np.abs(step) > POLICY.tolerance)
+            slope = np.where(usable, secant, slope)
+            across, residual = across + step, told
+            if not (np.abs(step) > POLICY.tolerance).any():
+                break
+        solved = np.abs(step) <= POLICY.accepted
+        return across, np.where(solved, axial, np.nan)
+
+    def _at(
+        self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """∂ψ/∂λ_t and ∂ψ/∂λ (MPa) of each bar."""
+        (energy,) = self._energy(self._stretched(symbols, along, across))
+        return energy[1], energy[2]
+
+    def _accept(
+        self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray
+    ) -> None:
+        """Give the internal variables their values at the step's end, all at once."""
+        ends = self._ends(self._stretched(symbols, along, across))
+        for (variable, _), value in zip(self._history.ends, ends, strict=True):
+            found = np.zeros_like(value)
+            found[..., 0, :] = value[..., 0, :]
+            symbols[variable] = found
+
+    def _stretched(
+        self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray
+    ) -> dict[Expr, np.ndarray]:
+        symbols[self._across] = evaluate_many.variable(across, 0)
+        symbols[self._along] = evaluate_many.variable(np.full(1, along), 1)
+        return symbols
+
+
+class _InternalVariables:
+    """Internal variables as symbols, with their values at a load step's end."""
+
+    def __init__(self) -> None:
+        self.time_s, self.step_s = ufl.Constant(SOLID), ufl.Constant(SOLID)
+        self.starts: dict[Expr, np.ndarray] = {}
+        self.ends: list[tuple[Expr, Expr]] = []
+
+    def variable(self, initial: np.ndarray | float) -> Expr:
+        start = np.asarray(initial, dtype=float)
+        made = ufl.Constant(SOLID, start.shape)
+        self.starts[made] = start
+        return made
+
+    def evolve(self, variable: Expr, end: Expr) -> None:
+        self.ends.append((variable, end))
+
+
+@dataclass(slots=True)
+class _Point:
+    """What the hooks of an energy receive of a bar: :class:`Site` without a mesh."""
+
+    config: Config
+    strain: Expr
+    base: BaseMaterial
+    history: _InternalVariables
+    parameters: dict[str, tuple[Expr, np.ndarray]] = field(default_factory=dict)
+
+    @property
+    def mu(self) -> Expr:
+        return self.base.mu
+
+    @property
+    def lmbda(self) -> Expr:
+        return self.base.lmbda
+
+    @property
+    def step_s(self) -> Expr:
+        return self.history.step_s
+
+    @property
+    def time_s(self) -> Expr:
+        return self.history.time_s
+
+    def constant(self, effect: Named, key: str) -> Expr:
+        value = np.asarray(getattr(effect, key), dtype=float)
+        made = ufl.Constant(SOLID, value.shape)
+        self.parameters[f"extensions.{effect.name()}.{key}"] = made, value
+        return made
+
+    def remember(self, effect: Named, name: str, initial: np.ndarray | float) -> Expr:
+        return self.history.variable(initial)
+
+    def values(self, told: Mapping[str, np.ndarray]) -> dict[Expr, np.ndarray]:
+        """Values of all parameters, those of ``told`` for each bar."""
+        found = {
+            made: evaluate_many.constant(value) for made, value in self.parameters.values()
+        }
+        for key, values in told.items():
+            made, usual = self.parameters[key]
+            table = np.reshape(np.asarray(values, dtype=float), (len(values), *usual.shape))
+            found[made] = evaluate_many.constant(np.moveaxis(table, 0, -1), sets=len(values))
+        return found
