@@ -1,8 +1,8 @@
 """Values of an energy, and its derivatives by two numbers, for many sets of parameters at once.
 
-UFL expressions describe an energy once for all. Here such an expression becomes numpy arrays without
-a mesh and without a compiler. Each value is carried with its derivatives by two chosen numbers
-(forward differentiation; Griewank & Walther, Evaluating Derivatives, 2008, chapter 3).
+UFL expressions describe an energy once for all. Here such an expression becomes numpy arrays
+without a mesh and without a compiler. Each value is carried with its derivatives by two
+numbers that are chosen (forward differentiation; Griewank & Walther, Evaluating Derivatives, 2008, chapter 3).
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from dolfingrip.forms.evaluate import SOLID
 __all__ = ["SOLID", "Evaluation", "constant", "variable"]
 
 Array = np.ndarray
-"""Axes: free indices in the order of UFL, the tensor's axes, then 3 (the value and its derivatives by
-the two numbers), then the sets of parameters."""
+"""Axes: free indices in the order of UFL, the tensor's axes, then 3 (the value and its
+derivatives by the two numbers), then the sets of parameters."""
 
 PARTS: Final = 3
 
 
-def constant(value: Array | float, sets: int = 1) -> Array:
+def constant(value: Array | float, *, by_set: bool = False) -> Array:
     """A number or tensor that depends on neither of the two numbers.
 
     Args:
-        value: of the tensor's shape, or with an axis for the sets after it where ``sets`` is above 1.
-        sets: number of sets; 1: the same for all.
+        value: of the tensor's shape, with an axis for the sets after it where ``by_set`` is true.
+        by_set: whether each set has a value of its own.
     """
     value = np.asarray(value, dtype=float)
-    if sets == 1:
+    if not by_set:
         value = value[..., None]
     found = np.zeros((*value.shape[:-1], PARTS, value.shape[-1]))
     found[..., 0, :] = value
@@ -49,7 +49,7 @@ def variable(value: Array, which: int) -> Array:
         value: (sets,).
         which: 0 or 1, its place among the derivatives.
     """
-    found = constant(value, sets=2)
+    found = constant(value, by_set=True)
     found[1 + which] = 1.0
     return found
 
@@ -104,9 +104,7 @@ class Evaluation:
 def _operands(expression: Expr) -> Sequence[Expr]:
     if isinstance(expression, node.Variable):
         return expression.ufl_operands[:1]
-    return [
-        part for part in expression.ufl_operands if not isinstance(part, node.MultiIndex)
-    ]
+    return [part for part in expression.ufl_operands if not isinstance(part, node.MultiIndex)]
 
 
 def _value(each: Expr, done: Mapping[int, Array], symbols: Mapping[Expr, Array]) -> Array:

@@ -20,6 +20,9 @@ from dolfingrip.diagnosis.additions import worth
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.between import between
 from dolfingrip.diagnosis.conclude import NONE, Conclusion
+from dolfingrip.diagnosis.coupon.diagnose import diagnose_coupons
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
+from dolfingrip.diagnosis.coupon.simulation import in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.noise import noise as instrument_noise
@@ -69,7 +72,9 @@ class Settings:
     progress: Progress = silent
 
 
-def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Settings) -> Diagnosis:
+def diagnose(
+    files: Sequence[Path], config: Config, out: Path, settings: Settings
+) -> Diagnosis | CouponDiagnosis:
     """Find out what the simulation gets wrong about measured data, and why.
 
     Args:
@@ -87,6 +92,12 @@ def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Setting
     if settings.campaign:
         read_campaign(settings.campaign)
     measurement, notes = selection.selected(measured.read(files, config), config)
+    if in_closed_form(measurement, config) and not settings.campaign:
+        coupons = diagnose_coupons(
+            measurement, config, settings.effects, quick=settings.quick, say=settings.say
+        )
+        coupons.warnings = [*notes, *coupons.warnings]
+        return coupons
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
         found = diagnose_measurement(measurement, config, workers, settings)

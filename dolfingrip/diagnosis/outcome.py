@@ -27,7 +27,25 @@ class Verdict(_Part):
     takes_part: float = Field(
         description="that one of the class takes part, alone, with another cause or an unknown one"
     )
+    unexplained: float = Field(
+        ge=0, le=1, description="share of what the configured model misses that stays"
+    )
     sentence: str = Field(description="the answer in words")
+
+
+class Brief(_Part):
+    """The ten lines that the page begins with."""
+
+    result: str = Field(description="the answer in words, and how sure it is")
+    size: str = Field(description="fitted numbers, and what they change")
+    fit: str = Field(description="error before and after, and the noise")
+    check: str = Field(description="error on readings that were left out")
+    not_explained: str = Field(description="share that stays, and where")
+    also_possible: str = Field(description="other causes")
+    cannot_be_seen: str = Field(description="effects that these readings do not feel")
+    assumed: str = Field(description="modulus, scatter, noise, doubts about the data")
+    do_next: str = Field(description="the next experiment, its minutes, what it would tell")
+    use_it: str = Field(description="the command that uses the extended model")
 
 
 class EffectClass(_Part):
@@ -161,6 +179,7 @@ class DiagnosisFile(_Part):
     quick: bool = Field(description="whether it stopped after the screen")
     readings: int
     verdict: Verdict
+    brief: Brief | None = Field(None, description="null: not written for this measurement yet")
     classes: tuple[EffectClass, ...] = Field(description="the most probable first")
     none: float = Field(description="probability of no cause that can be seen")
     unknown: float = Field(description="probability of a cause that is not in the catalogue")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from dolfingrip.diagnosis import outcome
+from dolfingrip.diagnosis import brief, outcome
 from dolfingrip.diagnosis.gain.odds import CLEAR
 
 CERTAIN: Final = 0.9
@@ -23,7 +23,8 @@ Raftery 1995)."""
 
 def text(result: outcome.DiagnosisFile) -> str:
     """One page; its first three lines are the verdict."""
-    lines = [*_head(result), "", "## Where the simulation is off (nuisances fitted)", ""]
+    head = brief.lines(result.brief) if result.brief else _head(result)
+    lines = [*head, "", "## Where the simulation is off (nuisances fitted)", ""]
     lines += [f"- {each}" for each in result.sentences] or ["- nowhere"]
     lines += ["", "## Classes of effects", "", "| effects | probability |", "|---|---|"]
     lines += [

@@ -34,6 +34,7 @@ class Policy:
         pairs: pairs of effects that are fitted; the others are bounded from above.
         starts: ζ of the amplitudes from which a fit starts.
         draws: samples of a hypothesis that is near the leading one.
+        effective: part of the draws that have to count.
         sampled: posterior probability from which on a hypothesis is sampled.
         noise_factors: noise by what is guessed, where neither laboratory nor repeats tell.
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
@@ -41,6 +42,9 @@ class Policy:
         specimen_scales: scatter of specimens' stiffness, by what was told.
         single_shape: the first of these where there is one specimen.
         interval: probability that intervals hold.
+        joint: probability from which on a pair of causes is simulated together.
+        compared: hypotheses that a next experiment is to tell apart, at most.
+        rival: probability by the leading hypothesis' from which on one is among them.
     """
 
     prior_by_size: tuple[float, float, float] = (0.25, 0.60, 0.15)
@@ -65,12 +69,16 @@ class Policy:
     pairs: int = 40
     starts: tuple[float, ...] = (0.0, -1.5, 1.5)
     draws: int = 400
+    effective: float = 0.1
     sampled: float = 0.01
     noise_factors: tuple[float, ...] = (1.0, 1.6, 2.5)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
     single_shape: float = 0.003
     interval: float = 0.9
+    joint: float = 0.01
+    compared: int = 5
+    rival: float = 0.03
 
 
 POLICY: Final = Policy()

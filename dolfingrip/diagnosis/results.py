@@ -11,6 +11,8 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import extend, page, summary
+from dolfingrip.diagnosis.coupon import results as coupon_results
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.found import Diagnosis
 
 
@@ -27,9 +29,19 @@ class Written:
     pictures: dict[str, Any]
 
 
-def write(found: Diagnosis, config: Config, data: Sequence[Path], out: Path) -> Written:
+def write(
+    found: Diagnosis | CouponDiagnosis, config: Config, data: Sequence[Path], out: Path
+) -> Written:
     """Write all files but the pictures into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
+    if isinstance(found, CouponDiagnosis):
+        told = coupon_results.extended_toml(found)
+        (out / "extended.toml").write_text(told, encoding="utf-8")
+        result = coupon_results.outcome_of(found, [str(file) for file in data], out)
+        result.write(out / "diagnosis.json")
+        text = page.text(result)
+        (out / "summary.md").write_text(text, encoding="utf-8")
+        return Written(text, coupon_results.pictures(found))
     fit = found.best
     try:
         extend.write(

@@ -15,6 +15,7 @@ from dolfingrip.diagnosis import extend, outcome
 from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.gain.gain import GainRow
 from dolfingrip.diagnosis.gain.odds import Odds, log_odds_of_kinds, mean_log_odds
+from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.multiple import holm
 from dolfingrip.diagnosis.inference.sentences import sentences
@@ -175,8 +176,22 @@ def _verdict(found: Diagnosis) -> outcome.Verdict:
         second=named[1] if len(named) > 1 else (),
         probability=min(max(verdict.probability, 0.0), 1.0),
         takes_part=min(found.takes_part, 1.0),
+        unexplained=_unexplained(found),
         sentence=verdict.sentence(),
     )
+
+
+def _unexplained(found: Diagnosis) -> float:
+    """Share of the misfit of the model with its nuisances fitted that the named cause leaves."""
+    problem = found.problem
+    covariance = problem.covariance
+
+    def misfit(fit: Hypothesis) -> float:
+        white = covariance.whiten(fit.residual(problem.value))
+        return float(white @ white) - len(white)
+
+    before = misfit(found.none)
+    return float(np.clip(misfit(found.best) / before, 0.0, 1.0)) if before > 0 else 0.0
 
 
 def _downstream(found: Diagnosis) -> outcome.Downstream | None:

@@ -1,4 +1,4 @@
-"""From probabilities to an answer: which set of causes, how sure, and what share stays unexplained."""
+"""From probabilities to an answer: which causes, how sure, and what share stays unexplained."""
 
 from __future__ import annotations
 
@@ -46,8 +46,13 @@ class Decision:
     best: Fit
 
 
-def decide(posterior: Posterior) -> Decision:
-    """The answer of a posterior."""
+def decide(posterior: Posterior, *, single: bool = False) -> Decision:
+    """The answer of a posterior.
+
+    Args:
+        posterior: probabilities of all hypotheses.
+        single: name one set of causes even where two causes act more probably than not.
+    """
     mass: dict[Subset, float] = defaultdict(float)
     none = 0.0
     seen: list[tuple[float, Subset, Fit]] = []
@@ -64,11 +69,11 @@ def decide(posterior: Posterior) -> Decision:
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
-    first, second = _sets(mass, inclusion, _strengths(seen))
-    claim = sum(
-        p for subset, p in mass.items()
-        if set(subset) & set(first) and (not second or set(subset) & set(second))
-    )  # fmt: skip
+    first, second = _sets(mass, inclusion, _strengths(seen), single=single)
+    claim = _mass(mass, first, second)
+    if second and claim <= POLICY.both:  # one set is surer than two
+        first, second = _smallest(mass, inclusion), ()
+        claim = _mass(mass, first, second)
     unexplained, discrepancy = _unexplained(posterior, seen)
     unknown = mass[NONE] - none
     answer: Answer = "cause"
@@ -86,8 +91,20 @@ def decide(posterior: Posterior) -> Decision:
     )  # fmt: skip
 
 
+def _mass(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...]) -> float:
+    """Probability that a member of each set takes part."""
+    return sum(
+        p for subset, p in mass.items()
+        if set(subset) & set(first) and (not second or set(subset) & set(second))
+    )  # fmt: skip
+
+
 def _sets(
-    mass: dict[Subset, float], inclusion: dict[str, float], strength: dict[str, float]
+    mass: dict[Subset, float],
+    inclusion: dict[str, float],
+    strength: dict[str, float],
+    *,
+    single: bool,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The sets of causes that stand for one another; the second is empty where one cause will do.
 
@@ -95,7 +112,7 @@ def _sets(
     either set.
     """
     pairs = {subset: p for subset, p in mass.items() if len(subset) > 1}
-    if sum(pairs.values()) <= POLICY.both:
+    if single or sum(pairs.values()) <= POLICY.both:
         return _smallest(mass, inclusion), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
     held, total = 0.0, sum(pairs.values())
@@ -149,6 +166,7 @@ def _leading(
     posterior: Posterior,
 ) -> Fit:
     """The most probable fit, summed over levels, of causes that the answer names."""
+
     def allowed(visible: Subset) -> bool:
         if not first:
             return not visible

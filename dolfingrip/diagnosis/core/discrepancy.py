@@ -2,10 +2,10 @@
 
     K = ½ S² {k_SE(x, x′) − k_SE(x, 0) k_SE(0, x′) + k_M(s, s′) − k_M(s, 0) k_M(0, s′)}
 
-x is the load by the largest, s the path Σ|Δx| of the load plus the logarithm of waits, S the root mean
-square of a channel (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). k_SE is a squared exponential,
-k_M a Matérn kernel of order 3/2. So the process is 0 at rest, is smooth along the load and may differ
-between branches, cycles and waits. Readings of another channel or another protocol have their own.
+x is the load by the largest, s the path Σ|Δx| of the load plus the logarithm of waits, S the root
+mean square of a channel (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). k_SE is a squared
+exponential, k_M a Matérn kernel of order 3/2. So the process is 0 at rest, is smooth along the load
+and may differ between branches, cycles and waits. Readings of another channel or another protocol have their own.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ def kernel(along: Along) -> np.ndarray:
     )
     winding = _matern(s[:, None] - s) - np.outer(_matern(s), _matern(s))
     same = along.block[:, None] == along.block
-    return np.asarray(0.5 * np.outer(along.size, along.size) * np.where(same, smooth + winding, 0.0))
+    return np.asarray(
+        0.5 * np.outer(along.size, along.size) * np.where(same, smooth + winding, 0.0)
+    )
 
 
 def _squared_exponential(t: np.ndarray) -> np.ndarray:

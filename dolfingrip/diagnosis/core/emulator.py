@@ -118,9 +118,7 @@ def trained(zeta: np.ndarray, changes: np.ndarray, scale: np.ndarray) -> Emulato
 def linear(change: np.ndarray) -> Emulator:
     """Of one number, whose change by one standard deviation is told, shape (n,)."""
     weights = np.array([[POLICY.reach]])
-    return Emulator(
-        change[:, None], np.array([[1]]), weights, np.zeros((len(change), 0)), 0.0
-    )
+    return Emulator(change[:, None], np.array([[1]]), weights, np.zeros((len(change), 0)), 0.0)
 
 
 def _exponents(d: int, degree: int, count: int) -> np.ndarray:

@@ -1,12 +1,13 @@
 """One evidence for every hypothesis: which causes act, and how large a discrepancy stays.
 
-The readings are linear in fixed columns, r = Z b(ζ) with Z = [y, −y₀, −Φ₁, …] and b = [1, c, c g₁, …],
-where c is the factor of all moduli. For a covariance C of noise, nuisances and discrepancy
+The readings are linear in fixed columns, r = Z b(ζ) with Z = [y, y₀, Φ₁, …] and
+b = [1, −c, −c g₁, …], where c is the factor of all moduli. For a covariance C of noise, nuisances
+and discrepancy
 
     G = Zᵀ C⁻¹ Z
 
-is computed once; each hypothesis then costs the same for any number of readings. With H = JᵀGJ + I at
-the most probable ζ (Laplace's method; MacKay, Information Theory, 2003, chapter 27)
+is computed once; each hypothesis then costs the same for any number of readings. With
+H = JᵀGJ + I at the most probable ζ (Laplace's method; MacKay, Information Theory, 2003, chapter 27)
 
     ln p(y) = −½ bᵀGb − ½ |ζ|² − ½ ln|H| − ½ ln|C| − n/2 ln 2π
 
@@ -42,6 +43,8 @@ class Case:
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         boxes: ranges of ζ of each cause, (d, 2).
+        joint: what two causes change together beyond the sum of what each changes alone, a
+            polynomial of the numbers of both.
     """
 
     value: np.ndarray
@@ -52,6 +55,7 @@ class Case:
     covariance: np.ndarray
     kernel: np.ndarray
     boxes: Mapping[str, np.ndarray]
+    joint: Mapping[Subset, Emulator] = field(default_factory=dict)
 
     def rows(self, kept: np.ndarray) -> Case:
         """The case of some of the readings."""
@@ -59,7 +63,19 @@ class Case:
             self.value[kept], self.base[kept], self.scaled[kept], self.modulus_std,
             {name: each.rows(kept) for name, each in self.emulators.items()},
             self.covariance[np.ix_(kept, kept)], self.kernel[np.ix_(kept, kept)], self.boxes,
+            {pair: each.rows(kept) for pair, each in self.joint.items()},
         )  # fmt: skip
+
+    def parts(self, subset: Subset) -> list[tuple[str, Emulator, slice]]:
+        """Emulators of a hypothesis: name, polynomials, and which of ζ they depend on."""
+        found, at = [], 1
+        for name in subset:
+            d = len(self.boxes[name])
+            found.append((name, self.emulators[name], slice(at, at + d)))
+            at += d
+        if subset in self.joint:
+            found.append((" with ".join(subset), self.joint[subset], slice(1, at)))
+        return found
 
     def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """c and dc/dζ; far from 1 it loses less probability than a normal logarithm would."""
@@ -71,12 +87,8 @@ class Case:
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
         change = self.base.copy()
-        at = 1
-        for name in subset:
-            d = len(self.boxes[name])
-            emulator = self.emulators[name]
-            change = change + emulator.columns @ emulator.at(zeta[None, at : at + d])[0]
-            at += d
+        for _, emulator, own in self.parts(subset):
+            change = change + emulator.columns @ emulator.at(zeta[None, own])[0]
         c, _ = self.factor(zeta[0])
         return np.asarray(np.where(self.scaled, c, 1.0) * change)
 
@@ -140,7 +152,8 @@ class Level:
             at += columns.shape[1]
 
         add("base", np.hstack([case.base[:, None] * on, case.base[:, None] * off]))
-        for name, each in case.emulators.items():
+        pairs = {" with ".join(pair): each for pair, each in case.joint.items()}
+        for name, each in {**case.emulators, **pairs}.items():
             add(name, np.hstack([each.columns * on, each.columns * off]))
             add(f"{name} error", each.errors)
         white = scipy.linalg.solve_triangular(lower, np.hstack(blocks), lower=True)
@@ -152,14 +165,15 @@ class Level:
         """Largest ½ χ² that any change within the causes' columns explains."""
         at = np.r_[self._place["base"], *(self._place[name] for name in subset)]
         inner = self.gram[np.ix_(at, at)]
-        inner = inner + 1e-9 * np.diag(np.diag(inner) + 1e-300)
-        found = self.gram[at, 0] @ scipy.linalg.solve(inner, self.gram[at, 0], assume_a="pos")
+        inner = inner + np.diag(1e-9 * np.diag(inner) + 1e-12)
+        found = self.gram[at, 0] @ np.linalg.solve(inner, self.gram[at, 0])
         return 0.5 * float(found)
 
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance."""
-        at = np.r_[0, self._place["base"], *(self._place[name] for name in subset)]
-        errors = np.r_[self._place[""], *(self._place[f"{name} error"] for name in subset)]
+        names = [name for name, _, _ in self.case.parts(subset)]
+        at = np.r_[0, self._place["base"], *(self._place[name] for name in names)]
+        errors = np.r_[self._place[""], *(self._place[f"{name} error"] for name in names)]
         errors = errors.astype(int)
         gram, log_det = self.gram[np.ix_(at, at)], self.log_det
         if len(errors):
@@ -189,21 +203,20 @@ class Hypothesis:
         """b, shape (k,), and J = db/dζ, shape (k, d)."""
         c, dc = self.case.factor(zeta[0])
         parts, slopes = [np.array([1.0, -c, -1.0])], [np.array([0.0, -dc, 0.0])]
-        columns: list[np.ndarray] = []
-        at, row = 1, 3
-        total = 3 + sum(2 * self.case.emulators[n].columns.shape[1] for n in self.subset)
-        for name in self.subset:
-            d = len(self.case.boxes[name])
-            g, dg = self.case.emulators[name].with_slopes(zeta[at : at + d])
+        row, every = 3, self.case.parts(self.subset)
+        total = 3 + sum(2 * emulator.columns.shape[1] for _, emulator, _ in every)
+        columns = np.zeros((total, len(zeta) - 1))
+        for _, emulator, own in every:
+            g, dg = emulator.with_slopes(zeta[own])
             k = len(g)
             parts += [-c * g, -g]
             slopes += [-dc * g, np.zeros(k)]
-            own = np.zeros((total, d))
-            own[row : row + k], own[row + k : row + 2 * k] = -c * dg, -dg
-            columns.append(own)
-            at, row = at + d, row + 2 * k
+            place = slice(own.start - 1, own.stop - 1)
+            columns[row : row + k, place] = -c * dg
+            columns[row + k : row + 2 * k, place] = -dg
+            row += 2 * k
         first = np.concatenate(slopes)[:, None]
-        return np.concatenate(parts), np.hstack([first, *columns])
+        return np.concatenate(parts), np.hstack([first, columns])
 
     def fit(self, starts: Sequence[np.ndarray]) -> Fit:
         """The most probable ζ from several starts, whose separate modes add."""
@@ -220,9 +233,7 @@ class Hypothesis:
         ]
         _, zeta, hessian, misfit = modes[int(np.argmax(logs))]
         log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det
-        return Fit(
-            self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta)
-        )
+        return Fit(self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta))
 
     def _descend(self, start: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, float]:
         low, high = self._box.T
@@ -283,17 +294,18 @@ class Hypothesis:
     def _is_scaled(self, row: int) -> bool:
         """Whether a column holds readings in proportion to the moduli."""
         at = 3
-        for name in self.subset:
-            k = self.case.emulators[name].columns.shape[1]
-            if row < at + k:
-                return row >= at
+        for _, emulator, _ in self.case.parts(self.subset):
+            k = emulator.columns.shape[1]
             if row < at + 2 * k:
-                return False
+                return at <= row < at + k
             at += 2 * k
         return False
 
     def sampled(self, fit: Fit, rng: np.random.Generator) -> Fit:
-        """The evidence by importance sampling, with draws (multivariate t of 5 degrees)."""
+        """The evidence by importance sampling, with draws (multivariate t of 5 degrees).
+
+        The fit itself where too few of the draws count.
+        """
         d, count, nu = len(fit.zeta), POLICY.draws, 5.0
         lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
         normal = rng.standard_normal((count, d))
@@ -315,11 +327,11 @@ class Hypothesis:
         if not np.isfinite(top):
             return fit
         weights = np.exp(log - top)
+        if weights.sum() ** 2 / (weights**2).sum() < POLICY.effective * count:
+            return fit  # the draws miss a curved ridge, which Laplace's method bears better
         found = float(top + np.log(weights.mean())) - 0.5 * self.log_det
-        enough = weights.sum() ** 2 / (weights**2).sum() > 0.1 * count
-        log_evidence = found if enough else max(found, fit.log_evidence)
         return Fit(
-            fit.subset, fit.level, log_evidence, fit.zeta, fit.hessian, fit.misfit, fit.strengths,
+            fit.subset, fit.level, found, fit.zeta, fit.hessian, fit.misfit, fit.strengths,
             (draws, weights / weights.sum()),
         )  # fmt: skip
 
@@ -328,10 +340,7 @@ class Hypothesis:
         c, _ = self.case.factor(zeta[:, 0])
         one = np.ones(len(zeta))
         parts = [np.column_stack([one, -c, -one])]
-        at = 1
-        for name in self.subset:
-            d = len(self.case.boxes[name])
-            g = self.case.emulators[name].at(zeta[:, at : at + d])
+        for _, emulator, own in self.case.parts(self.subset):
+            g = emulator.at(zeta[:, own])
             parts += [-c[:, None] * g, -g]
-            at += d
         return np.hstack(parts)

@@ -1,4 +1,4 @@
-"""The numbers of a cause as standard normal ones: θ = θ(ζ), ζ ~ N(0, 1), by the catalogue's priors."""
+"""The numbers of a cause as standard normal ones, θ = θ(ζ), by the catalogue's priors."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
                 singles[name] = fit.zeta
     for pair in _pairs(every, names):
         warm = []
-        for level, columns in every.items():
+        for columns in every.values():
             first = [
                 np.r_[singles[pair[0]], _starts(case, pair[1])[0]],
                 np.r_[singles[pair[1]][0], _starts(case, pair[0])[0], singles[pair[1]][1:]],
@@ -151,3 +151,12 @@ def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
         if columns.level >= 0.01:
             break
     return list(found)
+
+
+def pairs_above(posterior: Posterior, least: float) -> list[Subset]:
+    """The pairs of causes whose probability is above ``least``, the most probable first."""
+    total: dict[Subset, float] = {}
+    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+        if len(fit.subset) > 1:
+            total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
+    return [pair for pair in sorted(total, key=lambda each: -total[each]) if total[pair] > least]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
-from dolfingrip.diagnosis.core.evidence import Case
+from dolfingrip.diagnosis.core.evidence import Case, Subset
 from dolfingrip.diagnosis.core.numbers import Cause, causes
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors, errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
@@ -85,14 +85,38 @@ def coupon_case(
     return CouponCase(case, felt, off, simulation, tuple(unseen))
 
 
-def _emulated(
-    simulation: CouponSimulation, cause: Cause, off: CouponErrors
-) -> Emulator | None:
+def with_pairs(coupons: CouponCase, pairs: Sequence[Subset]) -> CouponCase:
+    """The case with what pairs of causes change beyond the sum of what each changes alone.
+
+    The sum is not exact: a coupon that is pulled harder changes its volume more.
+    """
+    joint: dict[Subset, Emulator] = {}
+    case = coupons.case
+    for pair in pairs:
+        if not all(name in coupons.causes for name in pair):
+            continue
+        both = [coupons.causes[name] for name in pair]
+        box = np.vstack([each.box() for each in both])
+        count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
+        zeta = places(box, count)
+        together = coupons.simulation.changed(both, zeta)
+        at = 0
+        for name in pair:
+            d = len(case.boxes[name])
+            emulator = case.emulators[name]
+            together = together - emulator.at(zeta[:, at : at + d]) @ emulator.columns.T
+            at += d
+        solved = np.isfinite(together).all(axis=1)
+        joint[pair] = trained(zeta[solved], together[solved], coupons.errors.noise)
+    return replace(coupons, case=replace(case, joint=joint))
+
+
+def _emulated(simulation: CouponSimulation, cause: Cause, off: CouponErrors) -> Emulator | None:
     """The emulator of a cause; None where no reading feels it."""
     box = cause.box()
     count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
     zeta = places(box, count)
-    changes = simulation.changed(cause, zeta)
+    changes = simulation.changed([cause], zeta)
     solved = np.isfinite(changes).all(axis=1)
     white = changes[solved] / off.noise
     if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < INVISIBLE:

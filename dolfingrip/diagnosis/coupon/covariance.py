@@ -91,9 +91,7 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     )
 
 
-def smooth(
-    listed: pd.DataFrame, along: Along, base: np.ndarray, value: np.ndarray
-) -> np.ndarray:
+def smooth(listed: pd.DataFrame, along: Along, base: np.ndarray, value: np.ndarray) -> np.ndarray:
     """A smooth curve through the readings of each channel, protocol and branch, shape (n,)."""
     found = np.zeros(len(value))
     parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
@@ -111,9 +109,9 @@ def _along(simulation: CouponSimulation) -> Along:
     measurement = simulation.measurement
     listed, rows = measurement.listed(), measurement.readings
     largest = float(np.nanmax(np.abs(rows[DISPLACEMENT.name]))) or 1.0
-    gauges = np.array([
-        test.setup.applied(simulation.config).coupon.gauge_length_mm for test in measurement.tests
-    ])
+    gauges = np.array(
+        [test.setup.applied(simulation.config).coupon.gauge_length_mm for test in measurement.tests]
+    )
     number = rows["test"].to_numpy()
     load = rows[DISPLACEMENT.name].to_numpy() / gauges[number]
     largest = float(np.nanmax(np.abs(load))) or 1.0
@@ -168,8 +166,8 @@ def _between(
     """What one specimen differs from another by: its stiffness, and its own smooth deviation.
 
     Of several specimens the sizes are those that make their differences most probable: a curve that
-    all have in common is taken out first (restricted likelihood; Patterson & Thompson, Biometrika 58,
-    1971), so that no hypothesis about it matters.
+    all have in common is taken out first (restricted likelihood; Patterson & Thompson, Biometrika
+    58, 1971), so that no hypothesis about it matters.
     """
     measurement = simulation.measurement
     listed = measurement.listed()

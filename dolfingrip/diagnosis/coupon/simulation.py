@@ -14,15 +14,14 @@ from dolfingrip.diagnosis.simulation.groups import SimulationGroup, groups
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
+from dolfingrip.extensions.index import effect
 
 
 def in_closed_form(measurement: Measurement, config: Config) -> bool:
     """Whether all tests are coupons that stretch evenly."""
     applied = [test.setup.applied(config) for test in measurement.tests]
     return all(
-        test.experiment == "coupon"
-        and own.coupon.grip != "clamped"
-        and not _sheared(own)
+        test.experiment == "coupon" and own.coupon.grip != "clamped" and not _sheared(own)
         for test, own in zip(measurement.tests, applied, strict=True)
     )
 
@@ -60,30 +59,47 @@ class CouponSimulation:
                 found[at] = told[self._rows()[at]]
         return found
 
-    def changed(self, cause: Cause, zeta: np.ndarray) -> np.ndarray:
-        """(places, n) changes of the readings by a cause.
+    def changed(self, causes: Sequence[Cause], zeta: np.ndarray) -> np.ndarray:
+        """(places, n) changes of the readings by causes that act together.
 
         Args:
-            cause: an effect that is not on.
-            zeta: its numbers, shape (places, d).
+            causes: effects that are not on.
+            zeta: their numbers one after the other, shape (places, d).
 
         Returns:
             NaN in places without an equilibrium.
         """
-        before = self.base()
-        told = {
-            number.key: number.at(zeta[:, i]) for i, number in enumerate(cause.numbers)
+        numbers = [number for cause in causes for number in cause.numbers]
+        told = {number.key: number.at(zeta[:, i]) for i, number in enumerate(numbers)}
+        shaped = {
+            number.key: told[number.key][:, None] if number.listed else told[number.key]
+            for number in numbers
         }
-        on = cause.overrides(zeta[0])
-        effect = getattr(self.config.overridden(on).extensions, cause.name)
-        if effect.has("strain_energy"):
-            shaped = {
-                key: values[:, None] if number.listed else values
-                for (key, values), number in zip(told.items(), cause.numbers, strict=True)
-            }
-            return self._displayed(on, self._solved(on, shaped)) - before
-        solved = self._solved((), {})
-        return np.vstack([self._displayed(cause.overrides(z), solved)[0] for z in zeta]) - before
+        energies = [cause for cause in causes if effect(cause.name).has("strain_energy")]
+        on = self._overrides(causes, zeta[0])
+        ours = {number.key for cause in energies for number in cause.numbers}
+        parameters = {key: values for key, values in shaped.items() if key in ours}
+        solved = self._solved(on if energies else (), parameters)
+        if len(energies) == len(causes):
+            return self._displayed(on, solved) - self.base()
+        shown = []
+        for place, z in enumerate(zeta):
+            own = [
+                (group, {name: _row(values, place) for name, values in columns.items()})
+                for group, columns in solved
+            ]
+            shown.append(self._displayed(self._overrides(causes, z), own)[0])
+        return np.vstack(shown) - self.base()
+
+    @staticmethod
+    def _overrides(causes: Sequence[Cause], zeta: np.ndarray) -> tuple[str, ...]:
+        found: list[str] = []
+        at = 0
+        for cause in causes:
+            d = len(cause.numbers)
+            found += cause.overrides(zeta[at : at + d])
+            at += d
+        return tuple(found)
 
     def _solved(
         self, overrides: Sequence[str], parameters: Mapping[str, np.ndarray]
@@ -113,7 +129,8 @@ class CouponSimulation:
         return found
 
     def _displayed(
-        self, overrides: Sequence[str],
+        self,
+        overrides: Sequence[str],
         solved: Sequence[tuple[SimulationGroup, dict[str, np.ndarray]]],
     ) -> np.ndarray:
         """(places, n) what the instruments show."""
@@ -139,5 +156,11 @@ class CouponSimulation:
         mine = np.isin(listed["test"].to_numpy(), group.tests)
         column = listed["column"].to_numpy()
         return [
-            (str(name), np.flatnonzero(mine & (column == name))) for name in sorted(set(column[mine]))
+            (str(name), np.flatnonzero(mine & (column == name)))
+            for name in sorted(set(column[mine]))
         ]
+
+
+def _row(values: np.ndarray, place: int) -> np.ndarray:
+    """One place's readings; all places' where they are the same for all."""
+    return values[place : place + 1] if len(values) > 1 else values

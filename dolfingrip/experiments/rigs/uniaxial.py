@@ -161,9 +161,7 @@ class UniaxialTension:
         (energy,) = self._energy(self._stretched(symbols, along, across))
         return energy[1], energy[2]
 
-    def _accept(
-        self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray
-    ) -> None:
+    def _accept(self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray) -> None:
         """Give the internal variables their values at the step's end, all at once."""
         ends = self._ends(self._stretched(symbols, along, across))
         for (variable, _), value in zip(self._history.ends, ends, strict=True):
@@ -234,11 +232,9 @@ class _Point:
 
     def values(self, told: Mapping[str, np.ndarray]) -> dict[Expr, np.ndarray]:
         """Values of all parameters, those of ``told`` for each bar."""
-        found = {
-            made: evaluate_many.constant(value) for made, value in self.parameters.values()
-        }
+        found = {made: evaluate_many.constant(value) for made, value in self.parameters.values()}
         for key, values in told.items():
             made, usual = self.parameters[key]
             table = np.reshape(np.asarray(values, dtype=float), (len(values), *usual.shape))
-            found[made] = evaluate_many.constant(np.moveaxis(table, 0, -1), sets=len(values))
+            found[made] = evaluate_many.constant(np.moveaxis(table, 0, -1), by_set=True)
         return found

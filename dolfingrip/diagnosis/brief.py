@@ -1,0 +1,56 @@
+"""The ten lines that a diagnosis begins with, for a reader who knows none of its methods."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from dolfingrip.diagnosis.outcome import Brief, DiagnosisFile
+from dolfingrip.extensions.index import NAMES, effect
+
+HEADINGS: Final = {
+    "result": "RESULT",
+    "size": "SIZE",
+    "fit": "FIT",
+    "check": "CHECK",
+    "not_explained": "NOT EXPLAINED",
+    "also_possible": "ALSO POSSIBLE",
+    "cannot_be_seen": "CANNOT BE SEEN HERE",
+    "assumed": "ASSUMED",
+    "do_next": "DO NEXT",
+    "use_it": "USE IT",
+}
+"""Headings of the lines, in their order."""
+
+NUISANCES: Final = {
+    "coupon_slack_mm": "the force of the coupons begins at another travel than was told",
+}
+"""Causes that are no effects of the catalogue, in words."""
+
+
+def in_words(name: str) -> str:
+    """A cause in words, its name in brackets."""
+    if name in NAMES:
+        told = (effect(name).__doc__ or name).strip().splitlines()[0].rstrip(".")
+        told = told.partition(" (")[0]
+        return f"{told[0].lower()}{told[1:]} ({name})"
+    return f"{NUISANCES.get(name, name)} ({name})"
+
+
+def one_of(names: Sequence[str]) -> str:
+    """Causes that cannot be told apart."""
+    told = [in_words(name) for name in names]
+    return told[0] if len(told) == 1 else " or ".join(told)
+
+
+def lines(brief: Brief) -> list[str]:
+    """The ten lines."""
+    width = max(map(len, HEADINGS.values()))
+    return [f"{heading:<{width}}  {getattr(brief, key)}" for key, heading in HEADINGS.items()]
+
+
+def with_doubts(result: DiagnosisFile, sentence: str) -> str:
+    """A result, doubts about the data first."""
+    if not result.suspicions:
+        return sentence
+    return f"Check the data first: {result.suspicions[0]} Then: {sentence}"

@@ -1,0 +1,154 @@
+"""What was found about coupons: exact simulations at fitted numbers, and their intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.additions.worth import AdditionWorth
+from dolfingrip.diagnosis.core.decision import Decision
+from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.core.search import NONE, Posterior
+from dolfingrip.diagnosis.core.sensitivity import Sensitivity
+from dolfingrip.diagnosis.coupon.case import CouponCase
+from dolfingrip.diagnosis.coupon.gain import HeldOut
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.parameter import find, moduli, scaled
+
+
+@dataclass(frozen=True, slots=True)
+class Estimated:
+    """A number with the interval that holds it with :attr:`Policy.interval`."""
+
+    key: str
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(eq=False)
+class CouponDiagnosis:
+    """Everything that was found about coupons.
+
+    Attributes:
+        config: the model that was diagnosed.
+        coupons: readings, emulators and covariance.
+        posterior: probabilities of all hypotheses.
+        decision: the answer.
+        sensitivity: answers under other priors.
+        left_by_emulator: largest difference of the emulator from the exact simulation at the
+            answer's numbers, by the noise.
+        held_out: errors on readings that were left out; None where nothing was.
+        next: additions, the best first.
+        suspicions: doubts about the data, a sentence each.
+        warnings: what else to beware of.
+    """
+
+    config: Config
+    coupons: CouponCase
+    posterior: Posterior
+    decision: Decision
+    sensitivity: Sensitivity
+    left_by_emulator: float
+    held_out: HeldOut | None = None
+    next: list[AdditionWorth] = field(default_factory=list)
+    suspicions: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def none(self) -> Fit:
+        """The model as it is, its modulus fitted."""
+        return self.posterior.best(NONE, level=0.0)
+
+    def numbers(self, fit: Fit) -> list[Estimated]:
+        """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
+        case = self.coupons.case
+        draws, weights = fit.draws or _by_hessian(fit)
+        c, _ = case.factor(draws[:, 0])
+        at_c = float(case.factor(fit.zeta[0])[0])
+        found = [
+            _estimated(
+                each.key, each.value(self.config) * at_c, each.value(self.config) * c, weights
+            )
+            for each in find(self.config, [k for k in moduli(self.config) if "bulk" not in k])
+        ]
+        place = 1
+        for name in fit.subset:
+            cause = self.coupons.causes.get(name)
+            if cause is None:
+                usual = next(iter(
+                    t.setup.nuisances[name] for t in self.coupons.simulation.measurement.tests
+                ))  # fmt: skip
+                wide = POLICY.far * usual
+                found.append(
+                    _estimated(name, wide * fit.zeta[place], wide * draws[:, place], weights)
+                )
+                place += 1
+                continue
+            for number in cause.numbers:
+                times = number.key.endswith("_MPa")
+                value = float(number.at(fit.zeta[place])) * (at_c if times else 1.0)
+                told = number.at(draws[:, place]) * (c if times else 1.0)
+                found.append(_estimated(number.key, value, told, weights))
+                place += 1
+        return found
+
+    def overrides(self, fit: Fit) -> tuple[str, ...]:
+        """What makes the configuration the fitted one, as with ``--set``."""
+        factor = float(self.coupons.case.factor(fit.zeta[0])[0])
+        return (*scaled(self.config, factor), *causes_at(self.coupons, fit, factor))
+
+
+def causes_at(coupons: CouponCase, fit: Fit, factor: float) -> list[str]:
+    """The causes of a fit as overrides, moduli times a factor."""
+    found: list[str] = []
+    place = 1
+    for name in fit.subset:
+        cause = coupons.causes.get(name)
+        if cause is None:
+            place += 1
+            continue
+        for number in cause.numbers:
+            value = float(number.at(fit.zeta[place]))
+            found.append(number.override(value * (factor if number.key.endswith("_MPa") else 1.0)))
+            place += 1
+        for held in cause.held:
+            key, _, text = held.partition("=")
+            if key.endswith("_MPa") and "[" not in text:
+                text = repr(float(text) * factor)
+            found.append(f"{key}={text}")
+    return found
+
+
+def exact(coupons: CouponCase, fit: Fit) -> np.ndarray:
+    """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
+    case = coupons.case
+    c, _ = case.factor(fit.zeta[0])
+    overrides = causes_at(coupons, fit, 1.0)
+    simulated = coupons.simulation.base(tuple(overrides)) if overrides else case.base
+    found = np.where(case.scaled, c, 1.0) * simulated
+    place = 1
+    for name in fit.subset:
+        if name not in coupons.causes:
+            found = found + case.predicted((name,), fit.zeta[[0, place]])
+            found = found - case.predicted(NONE, fit.zeta[:1])
+        place += len(case.boxes[name])
+    return np.asarray(found)
+
+
+def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Draws from the normal distribution about the most probable numbers."""
+    rng = np.random.default_rng(0)
+    lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
+    draws = fit.zeta + rng.standard_normal((POLICY.draws, len(fit.zeta))) @ lower.T
+    return draws, np.full(POLICY.draws, 1 / POLICY.draws)
+
+
+def _estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Estimated:
+    order = np.argsort(draws)
+    total = np.cumsum(weights[order])
+    tail = (1 - POLICY.interval) / 2
+    low, high = (float(draws[order][np.searchsorted(total, p)]) for p in (tail, 1 - tail - 1e-9))
+    return Estimated(key, float(value), min(low, float(value)), max(high, float(value)))

@@ -1,0 +1,152 @@
+"""Which further coupon would tell tied causes apart, from exact simulations of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dolfingrip.channels import CHANNELS
+from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.additions.worth import (
+    ENOUGH,
+    AdditionWorth,
+    Expected,
+    chance_alone,
+)
+from dolfingrip.diagnosis.core.decision import Decision
+from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.core.search import Posterior
+from dolfingrip.diagnosis.coupon.case import CouponCase
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
+from dolfingrip.diagnosis.inference.covariance import Covariance
+from dolfingrip.diagnosis.policy import POLICY
+
+STEP = 0.05
+"""Of ζ, by which readings are differentiated."""
+
+MODEL_ERROR = 0.005
+"""Relative error of any law at conditions that nothing was measured at."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Tied:
+    """A hypothesis that others are tied with.
+
+    Attributes:
+        zeta: its numbers.
+        readings, slopes: of the measurement, shapes (n,) and (n, d).
+    """
+
+    fit: Fit
+    zeta: np.ndarray
+    readings: np.ndarray
+    slopes: np.ndarray
+
+
+def next_experiments(
+    coupons: CouponCase,
+    posterior: Posterior,
+    decision: Decision,
+    told: Callable[[str], None] = lambda name: None,
+) -> list[AdditionWorth]:
+    """Additions that tell the tied hypotheses apart, the best first; none where nothing is tied."""
+    fits = _tied(posterior, decision)
+    if len(fits) < 2:
+        return []
+    simulation = coupons.simulation
+    probability = np.array([p for p, _ in fits])
+    weights = np.outer(probability, probability)
+    np.fill_diagonal(weights, 0.0)
+    weights /= max(weights.sum(), 1e-300)
+    tied = [_at(coupons, simulation, fit) for _, fit in fits]
+    now = Expected.of(
+        tied, Covariance.of(coupons.case.covariance), [(t.readings, t.slopes) for t in tied]
+    )
+    found = []
+    for proposal in proposals(simulation.measurement, simulation.config):
+        told(proposal.name)
+        other = CouponSimulation(proposal.measurement, simulation.config)
+        after = [_at(coupons, other, fit) for _, fit in fits]
+        new = after[0].readings
+        columns = proposal.measurement.listed()["column"]
+        noise = np.array([_noise(coupons, str(name)) for name in columns])
+        std = np.hypot(noise, MODEL_ERROR * np.abs(new))
+        n = len(coupons.case.value)
+        joint = np.zeros((n + len(new), n + len(new)))
+        joint[:n, :n] = coupons.case.covariance
+        joint[n:, n:] = np.diag(std**2) + _specimen(coupons, new)
+        then = Expected.of(
+            tied, Covariance.of(joint),
+            [
+                (np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
+                for a, b in zip(tied, after, strict=True)
+            ],
+        )  # fmt: skip
+        useful = np.minimum(then.misfit, ENOUGH) - np.minimum(now.misfit, ENOUGH)
+        found.append(
+            AdditionWorth(
+                proposal.name, proposal.minutes,
+                float((weights * (then.misfit - now.misfit)).sum()),
+                float((weights * useful).sum() / proposal.minutes),
+                chance_alone(probability, now, then, np.zeros_like(weights, dtype=bool)),
+            )
+        )  # fmt: skip
+    return sorted(found, key=lambda worth: worth.rank)
+
+
+def _tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
+    """The hypotheses that could each be the answer, by their causes, the most probable first."""
+    total: dict[tuple[str, ...], float] = {}
+    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+        if fit.subset and set(fit.subset) & set(decision.first):
+            total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
+    kept = sorted(total.items(), key=lambda each: -each[1])[: POLICY.compared]
+    return [(p, posterior.best(subset)) for subset, p in kept if p > POLICY.rival * kept[0][1]]
+
+
+def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> _Tied:
+    """Exact readings of a hypothesis with derivatives by its numbers, the modulus' last."""
+    case = coupons.case
+    scaled = np.array(
+        [CHANNELS[name].in_proportion for name in simulation.measurement.listed()["column"]]
+    )
+    base = simulation.base()
+    change = np.zeros(len(base))
+    slopes = []
+    place = 1
+    c, dc = case.factor(fit.zeta[0])
+    factor = np.where(scaled, c, 1.0)
+    for name in fit.subset:
+        d = len(case.boxes[name])
+        zeta = fit.zeta[place : place + d]
+        cause = coupons.causes.get(name)
+        place += d
+        if cause is None:  # a nuisance of what was measured, another one next time
+            slopes += [np.zeros(len(base))] * d
+            continue
+        low, high = case.boxes[name].T
+        moved = np.clip(zeta + STEP * np.eye(d), low, high)
+        all_changes = simulation.changed([cause], np.vstack([zeta, moved]))
+        change += all_changes[0]
+        for i in range(d):
+            step = moved[i, i] - zeta[i]
+            own = (all_changes[1 + i] - all_changes[0]) / step if step else 0.0 * base
+            slopes.append(factor * own)
+    first = np.where(scaled, dc, 0.0) * (base + change)
+    return _Tied(fit, fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
+
+
+def _noise(coupons: CouponCase, column: str) -> float:
+    same = (coupons.simulation.measurement.listed()["column"] == column).to_numpy()
+    return float(np.median(coupons.errors.noise[same])) if same.any() else CHANNELS[column].noise
+
+
+def _specimen(coupons: CouponCase, readings: np.ndarray) -> np.ndarray:
+    """A new coupon is another specimen."""
+    std = max(coupons.errors.scatter.scale, coupons.errors.scatter.told_scale)
+    return np.asarray(std**2 * np.outer(readings, readings))
+
+
+__all__: Sequence[str] = ("next_experiments",)
