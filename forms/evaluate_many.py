@@ -2,7 +2,8 @@
 
 UFL expressions describe an energy once for all. Here such an expression becomes numpy arrays
 without a mesh and without a compiler. Each value is carried with its derivatives by two
-numbers that are chosen (forward differentiation; Griewank & Walther, Evaluating Derivatives, 2008, chapter 3).
+numbers that are chosen (forward differentiation; Griewank & Walther, Evaluating Derivatives, 2008,
+chapter 3).
 """
 
 from __future__ import annotations

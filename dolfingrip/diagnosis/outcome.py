@@ -28,7 +28,7 @@ class Verdict(_Part):
         description="that one of the class takes part, alone, with another cause or an unknown one"
     )
     unexplained: float = Field(
-        ge=0, le=1, description="share of what the configured model misses that stays"
+        0.0, ge=0, le=1, description="share of what the configured model misses that stays"
     )
     sentence: str = Field(description="the answer in words")
 

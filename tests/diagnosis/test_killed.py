@@ -32,7 +32,10 @@ def finished(folder: Path) -> dict[str, str]:
 
 
 def call(out: Path) -> list[str]:
-    options = ["--effects", "prony", "--workers", "1", "--out", str(out)]
+    # with a raster that is turned a coupon has no closed form
+    raster = [f"extensions.print_anisotropy.{each}" for each in ("k_MPa=0.1", "raster_deg=5.0")]
+    sets = [text for each in raster for text in ("--set", each)]
+    options = ["--effects", "prony", "--workers", "1", "--out", str(out), *sets]
     return [sys.executable, "-P", "-m", "dolfingrip", "diagnose", str(COUPONS), *options]
 
 

@@ -5,7 +5,8 @@
 x is the load by the largest, s the path Σ|Δx| of the load plus the logarithm of waits, S the root
 mean square of a channel (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). k_SE is a squared
 exponential, k_M a Matérn kernel of order 3/2. So the process is 0 at rest, is smooth along the load
-and may differ between branches, cycles and waits. Readings of another channel or another protocol have their own.
+and may differ between branches, cycles and waits. Readings of another channel or another protocol
+have their own.
 """
 
 from __future__ import annotations

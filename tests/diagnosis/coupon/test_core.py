@@ -1,0 +1,129 @@
+"""The evidence, the discrepancy and the decision, on cases whose answers are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+
+from dolfingrip.diagnosis.core.decision import decide
+from dolfingrip.diagnosis.core.discrepancy import Along, kernel
+from dolfingrip.diagnosis.core.emulator import linear, places, trained
+from dolfingrip.diagnosis.core.evidence import Case, Level
+from dolfingrip.diagnosis.core.search import search
+from dolfingrip.diagnosis.core.sensitivity import sensitivity
+
+SEED = 5
+X = np.linspace(0.1, 1.0, 12)
+BASE = 3.0 * X
+NOISE = 0.05
+
+
+def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> Case:
+    along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
+    return Case(
+        value, BASE, np.ones(len(X), dtype=bool), 0.1,
+        {name: linear(change) for name, change in changes.items()},
+        NOISE**2 * np.eye(len(X)), kernel(along),
+        {name: np.array([[-3.3, 3.3]]) for name in changes},
+    )  # fmt: skip
+
+
+def drawn(*parts: np.ndarray) -> np.ndarray:
+    print("seed", SEED)
+    noise = NOISE * np.random.default_rng(SEED).standard_normal(len(X))
+    return BASE + sum(parts, np.zeros(len(X))) + noise
+
+
+BENT = {"bent": 0.6 * X**3}
+WAVES = {"bent": 0.6 * X**3, "wave": 0.5 * np.sin(6 * X), "twin": 0.61 * X**3}
+
+
+def test_the_evidence_is_the_integral() -> None:
+    """Laplace's method against quadrature over both numbers."""
+    own = case(drawn(0.5 * BENT["bent"]), BENT)
+    hypothesis = Level(own, 0.0).of(("bent",))
+    found = hypothesis.fit([np.zeros(2)]).log_evidence
+
+    def density(a: float, z: float) -> float:
+        rest = own.value - own.predicted(("bent",), np.array([z, a]))
+        log = -0.5 * (rest @ rest) / NOISE**2 - 0.5 * (a**2 + z**2)
+        return float(np.exp(log - reference)) / (2 * np.pi)
+
+    best = hypothesis.fit([np.zeros(2)]).zeta
+    rest = own.value - own.predicted(("bent",), best)
+    reference = -0.5 * float(rest @ rest) / NOISE**2
+    whole, _ = dblquad(density, -3, 3, -3.3, 3.3)
+    constant = -len(X) * (np.log(NOISE) + 0.5 * np.log(2 * np.pi))
+    assert found == pytest.approx(np.log(whole) + reference + constant, abs=0.02)
+    sampled = hypothesis.sampled(hypothesis.fit([np.zeros(2)]), np.random.default_rng(SEED))
+    assert sampled.log_evidence == pytest.approx(found, abs=0.1)
+
+
+def test_a_cause_is_named_with_its_twin() -> None:
+    """What readings cannot tell apart is named together; what is not there is not."""
+    posterior = search(case(drawn(1.5 * WAVES["bent"]), WAVES), np.random.default_rng(SEED))
+    decision, under = sensitivity(posterior)
+    assert decision.answer == "cause"
+    assert set(decision.first) == {"bent", "twin"}
+    assert not decision.second
+    assert decision.probability > 0.9
+    assert decision.unexplained < 0.01
+    assert under.least > 0.8
+
+
+def test_two_causes_are_both_named() -> None:
+    changes = {"bent": WAVES["bent"], "wave": WAVES["wave"]}
+    value = drawn(1.5 * changes["bent"], 1.5 * changes["wave"])
+    decision, _ = sensitivity(search(case(value, changes), np.random.default_rng(SEED)))
+    assert {*decision.first, *decision.second} == {"bent", "wave"}
+    assert len(decision.first) == len(decision.second) == 1
+
+
+def test_nothing_is_seen_in_noise() -> None:
+    decision = decide(search(case(drawn(), WAVES), np.random.default_rng(SEED)))
+    assert decision.answer == "none"
+    assert decision.none > 0.5
+
+
+def test_an_outsider_is_unknown() -> None:
+    """A change of another shape, 20 standard deviations of a reading, is given to no cause."""
+    jump = np.where(X > 0.5, 1.0, 0.0)
+    decision = decide(search(case(drawn(jump), BENT), np.random.default_rng(SEED)))
+    assert decision.answer == "unknown" or decision.unexplained > 0.2
+
+
+def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
+    """Five standard deviations off, it is fitted and makes no cause."""
+    own = case(1.6 * drawn(), WAVES)
+    posterior = search(own, np.random.default_rng(SEED))
+    decision = decide(posterior)
+    factor, _ = own.factor(decision.best.zeta[0])
+    assert decision.answer == "none"
+    assert float(factor) == pytest.approx(1.6, rel=0.02)
+
+
+def test_the_discrepancy_is_a_covariance_that_is_zero_at_rest() -> None:
+    x = np.r_[0.0, X]
+    found = kernel(Along(x, x, np.zeros(len(x), dtype=int), np.ones(len(x))))
+    assert np.abs(found[0]).max() < 1e-12
+    assert np.linalg.eigvalsh(found).min() > -1e-9
+
+
+def test_an_emulator_tells_its_error() -> None:
+    """A smooth change of two numbers; the error at fresh places is as told."""
+    box = np.array([[-3.3, 3.3], [-2.0, 3.0]])
+
+    def changed(zeta: np.ndarray) -> np.ndarray:
+        return np.exp(0.4 * zeta[:, :1]) * np.sin(X * (1 + 0.2 * zeta[:, 1:]))
+
+    at = places(box, 256)
+    found = trained(at, changed(at), np.full(len(X), 0.01))
+    fresh = np.random.default_rng(SEED).standard_normal((200, 2)).clip(*box.T)
+    off = (found.at(fresh) @ found.columns.T - changed(fresh)) / 0.01
+    assert np.sqrt((off**2).mean()) < 0.1
+    value, slopes = found.with_slopes(fresh[0])
+    step = 1e-5 * np.eye(2)
+    by_difference = (found.at(fresh[0] + step) - found.at(fresh[0] - step)).T / 2e-5
+    assert value == pytest.approx(found.at(fresh[:1])[0])
+    assert slopes == pytest.approx(by_difference, rel=1e-5, abs=1e-6)
