@@ -149,7 +149,7 @@ def _indexed(each: Expr, value: Array) -> Array:
     before = list(_free(tensor))
     letters = {count: 2 + place for place, count in enumerate(_free(each))}
     axes: list[int] = [letters[count] for count in before]
-    at: list[object] = [slice(None)] * len(before)
+    at: list[int | slice] = [slice(None)] * len(before)
     for index in multi.indices():
         if isinstance(index, node.FixedIndex):
             at.append(int(index))

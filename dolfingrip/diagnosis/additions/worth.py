@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -133,6 +133,13 @@ def judge(
     return sorted(found, key=lambda worth: worth.rank), failed
 
 
+class Fitted(Protocol):
+    """What :class:`Expected` asks of a fit: its numbers as standard normal ones."""
+
+    @property
+    def zeta(self) -> Vector: ...
+
+
 @dataclass(frozen=True)
 class Expected:
     """What is expected of readings if the row's effect is there, of the column's against it.
@@ -148,7 +155,7 @@ class Expected:
     @classmethod
     def of(
         cls,
-        fits: Sequence[Hypothesis],
+        fits: Sequence[Fitted],
         covariance: Covariance,
         found: Sequence[tuple[Vector, Matrix]],
     ) -> Expected:

@@ -15,6 +15,7 @@ from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.parameter import named
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,10 +153,8 @@ def _own(simulation: CouponSimulation, base: np.ndarray, ratio: np.ndarray) -> n
     for key, std in nuisances.items():
         if "." not in key or not std:
             continue
-        value = simulation.config
-        for part in key.split("."):
-            value = getattr(value, part)
-        change = (simulation.base((f"{key}={float(value) + std!r}",)) - base) * ratio
+        value = named(key).value(simulation.config)
+        change = (simulation.base((f"{key}={value + std!r}",)) - base) * ratio
         found += np.outer(change, change)
     return found
 

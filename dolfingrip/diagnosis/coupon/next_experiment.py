@@ -114,7 +114,7 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> _Tied:
     )
     base = simulation.base()
     change = np.zeros(len(base))
-    slopes = []
+    slopes: list[np.ndarray] = []
     place = 1
     c, dc = case.factor(fit.zeta[0])
     factor = np.where(scaled, c, 1.0)
@@ -132,7 +132,9 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> _Tied:
         change += all_changes[0]
         for i in range(d):
             step = moved[i, i] - zeta[i]
-            own = (all_changes[1 + i] - all_changes[0]) / step if step else 0.0 * base
+            own = np.zeros(len(base))
+            if step:
+                own = (all_changes[1 + i] - all_changes[0]) / step
             slopes.append(factor * own)
     first = np.where(scaled, dc, 0.0) * (base + change)
     return _Tied(fit, fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
