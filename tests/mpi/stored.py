@@ -1,8 +1,9 @@
 """Readings that one rank found, which any number of ranks must find again.
 
 ``stored.json`` was written at commit 14eda85; the stone's part later, when the test had taken
-another shape. Where a change of the model is meant to change figures,
-``DOLFINGRIP_STORE=1 scripts/run pytest -n 0 tests/mpi`` writes them anew, on one rank.
+another shape, and the height of food in a gripper, when it was a new column. Where a change of the
+model is meant to change figures, ``DOLFINGRIP_STORE=1 scripts/run pytest -n 0 tests/mpi`` writes
+them anew, on one rank.
 """
 
 from __future__ import annotations
