@@ -4,26 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, model_validator
 
 from dolfingrip.foods.index import KINDS, SHAPES
 from dolfingrip.foods.kind import FoodKind, Portion
-from dolfingrip.sections.section import Section, outside
+from dolfingrip.sections.section import Section, outside, with_keys_of
 
 if TYPE_CHECKING:  # the kinds and their keys are known as it runs only
 
     class FoodKeys(Section):
         kind: str = ""
 else:
-    FoodKeys = create_model(
+    FoodKeys = with_keys_of(
         "FoodKeys",
-        __base__=Section,
+        SHAPES,
         kind=(Literal[tuple(KINDS)], Field("cube", description="its shape; file: an STL file's")),
-        **{
-            key: (info.annotation, info)
-            for shape in SHAPES
-            for key, info in shape.model_fields.items()
-        },
     )
 
 

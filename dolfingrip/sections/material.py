@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, model_validator
 
 from dolfingrip.sections.laws.index import LAWS
 from dolfingrip.sections.laws.law import MaterialLaw
-from dolfingrip.sections.section import Section, outside
+from dolfingrip.sections.section import Section, outside, with_keys_of
 
 if TYPE_CHECKING:  # the laws and their keys are known as it runs only
 
@@ -16,18 +16,13 @@ if TYPE_CHECKING:  # the laws and their keys are known as it runs only
         law: str = ""
 else:
     names = tuple(sorted(LAWS))
-    LawKeys = create_model(
+    LawKeys = with_keys_of(
         "LawKeys",
-        __base__=Section,
+        LAWS.values(),
         law=(
             Literal[names],
             Field(next(iter(LAWS)), description=f"strain energy: {', '.join(names)}"),
         ),
-        **{
-            key: (info.annotation, info)
-            for law in LAWS.values()
-            for key, info in law.model_fields.items()
-        },
     )
 
 

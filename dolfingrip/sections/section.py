@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, NoReturn
+from collections.abc import Iterable
+from typing import Annotated, Any, ClassVar, NoReturn
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, create_model
 from pydantic_core import PydanticCustomError
 
 from dolfingrip.sections.errors import ConfigError
@@ -34,6 +35,22 @@ class Section(BaseModel):
             f"{name} = {value}: a configuration does not change; allowed: a changed copy, "
             'config.overridden(["section.key=value"])'
         )
+
+
+def with_keys_of(
+    name: str, kinds: Iterable[type[BaseModel]], **choice: tuple[Any, Any]
+) -> type[Section]:
+    """A base class for a section that has one of several kinds.
+
+    Args:
+        name: of the class.
+        kinds: a class for each kind, with its own keys; the section has those of all.
+        choice: the key that chooses the kind: its type and its field.
+    """
+    keys: dict[str, Any] = dict(choice)
+    for kind in kinds:
+        keys |= {key: (info.annotation, info) for key, info in kind.model_fields.items()}
+    return create_model(name, __base__=Section, **keys)
 
 
 def outside(key: str, value: object, allowed: str) -> PydanticCustomError:
