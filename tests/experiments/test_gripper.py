@@ -103,6 +103,20 @@ def test_forces_on_the_object_are_those_of_the_potential(touching: GripperModel)
     np.testing.assert_allclose(rows[:count].sum(axis=0), -rows[count], atol=1e-12)
 
 
+def test_angles_go_on_beyond_half_a_turn(touching: GripperModel) -> None:
+    """Of fingers that turn as rigid bodies, in steps that are shorter."""
+    model = touching.model
+    reads = GraspReadings(touching, 1.0)
+    kept = model.u.x.array.copy()
+    nodes = model.u.function_space.tabulate_dof_coordinates()
+    for turn_deg in (100.0, 200.0, 290.0, 370.0, 250.0):
+        cos, sin = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+        turn = np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
+        model.u.x.array[:] = (nodes @ turn.T - nodes).ravel()
+        np.testing.assert_allclose(reads.angles_deg(), turn_deg, atol=1e-6)
+    model.u.x.array[:] = kept
+
+
 def test_fingers_stand_where_they_should(touching: GripperModel) -> None:
     """Tips hang down in a row, skins face the block, and no two fingers meet."""
     placed = touching.contact.points.rest

@@ -53,6 +53,7 @@ class GraspReadings:
         self._place = pose[:3]
         self._half = domain.half
         self._slip_mm = np.zeros(gripper.placement.count)
+        self._angles_deg = np.zeros(gripper.placement.count)
         self._energy = EnergyBook(gripper)
         self._momentum_error_N = 0.0
         self.moments: list[Moment] = []
@@ -79,6 +80,7 @@ class GraspReadings:
                 self._slip_mm[i] += mean
         self._energy.book()
         self._balance(before)
+        self.angles_deg()
         q = gripper.pose.coordinates
         weight_N = float(np.linalg.norm(gripper.motion.weight_N))
         time_s = gripper.model.time_s - self._first_s
@@ -155,7 +157,8 @@ class GraspReadings:
     def angles_deg(self) -> np.ndarray:
         """(3,) rotation of each tip face's area vector about its finger's y, towards the food.
 
-        It is the angle of a single finger, for the polygons between the face's nodes.
+        It is the angle of a single finger, for the polygons between the face's nodes. It goes on
+        beyond 180° as long as no face turns by more between two accepted steps.
         """
         tips = self._tips
         to_finger = self._to_finger[self._tip_of[tips.triangles[:, 0]]]
@@ -167,7 +170,9 @@ class GraspReadings:
         which = self._tip_of[tips.triangles[:, 0]]
         count = self._gripper.placement.count
         sums = np.array([outward[which == i].sum(axis=0) for i in range(count)])
-        return self._each(np.degrees(np.arctan2(-sums[:, 0], sums[:, 2])))
+        found = np.degrees(np.arctan2(-sums[:, 0], sums[:, 2]))
+        self._angles_deg = found + 360.0 * np.round((self._angles_deg - found) / 360.0)
+        return self._each(self._angles_deg)
 
     def _closure(self) -> float:
         """Force-closure margin of the present contacts of fingers and object."""
