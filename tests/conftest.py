@@ -1,10 +1,16 @@
-"""The number of workers behind `-n auto` in pyproject.toml, and how forms are compiled."""
+"""The number of workers behind `-n auto` in pyproject.toml, and what makes processes cheap."""
 
 from __future__ import annotations
 
+import gc
+import hashlib
 import importlib.metadata
 import os
+import shlex
+import subprocess
+import sysconfig
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -16,8 +22,61 @@ os.environ.setdefault("DOLFINGRIP_OPTIMISATION", "1")
 # each form: as long as the analysis of a small one takes
 importlib.metadata.entry_points = cache(importlib.metadata.entry_points)
 
+# Commands and workers that tests start find modules compiled to bytecode, as a user's do.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+BETWEEN_COLLECTIONS = 20_000
+"""Objects made between two searches for reference cycles. Python's own 2,000 suits small programs:
+analysis of forms makes millions of objects that live until it ends."""
+
 MOST = 4
 """Workers on machines of many cores: each takes 1 GB, and some tests start more processes."""
+
+
+HEADER = """#define _CFFI_
+#define Py_LIMITED_API
+#include <Python.h>
+"""
+"""What the source of each compiled form begins with: half of a small form's time."""
+
+
+def _compiled_header() -> str:
+    """Compiler options by which forms take Python's header as it was compiled before."""
+    from dolfingrip.mechanics.model import jit
+
+    variables = sysconfig.get_config_vars()
+    call = [*shlex.split(variables["CC"]), *shlex.split(variables["CFLAGS"]), "-fPIC", "-std=c17"]
+    call += [*jit.FLAGS, f"-I{sysconfig.get_path('include')}"]
+    key = hashlib.sha256(f"{call} {HEADER}".encode()).hexdigest()[:12]
+    file = Path(jit.options()["cache_dir"]) / "header" / f"{key}.h"
+    compiled = file.with_name(f"{file.name}.gch")
+    if not compiled.exists():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(HEADER, encoding="utf-8")
+        made = compiled.with_suffix(f".{os.getpid()}")
+        call += ["-x", "c-header", str(file), "-o", str(made)]
+        if subprocess.run(call, capture_output=True, check=False).returncode != 0:
+            return ""
+        made.replace(compiled)
+    return f"{variables['CFLAGS']} -include {file}"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Prepare what workers inherit."""
+    if not hasattr(config, "workerinput"):
+        os.environ.setdefault("CFLAGS", _compiled_header())
+
+
+def pytest_collection_finish() -> None:
+    """What modules and tests hold lasts until the end: no search for cycles looks at it again."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(BETWEEN_COLLECTIONS)
+
+
+def pytest_unconfigure() -> None:
+    """Python frees them at its end, or their libraries complain."""
+    gc.unfreeze()
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:

@@ -48,7 +48,7 @@ def test_a_channel_is_a_file_and_an_entry(tmp_path: Path) -> None:
     paths = os.pathsep.join([str(tmp_path), str(HERE.parent)])
     done = subprocess.run(
         [sys.executable, "-P", str(HERE / "flow.py"), str(tmp_path / "out")],
-        env={**os.environ, "PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"},
+        env={**os.environ, "PYTHONPATH": paths},
         capture_output=True,
         text=True,
         check=False,
