@@ -61,6 +61,7 @@ def test_training_writes_its_files_and_is_not_done_twice(doe: Path, surrogate: P
     assert (surrogate / "surrogate.json").stat().st_mtime_ns == before
 
 
+@pytest.mark.usefixtures("threads")
 def test_optimising_computes_again_and_resumes(
     surrogate: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -99,6 +100,7 @@ def test_without_finite_elements_nothing_is_computed(surrogate: Path, tmp_path: 
     }  # fmt: skip
 
 
+@pytest.mark.usefixtures("threads")
 def test_study_writes_its_tables(surrogate: Path, tmp_path: Path) -> None:
     options = ("--population", 20, "--generations", 3, "--generations", 6, "--crossover", 0.9)
     options = (*options, "--mutation", 0.5, "--mutation", 0.1, "--seeds", 2, "--processes", 1)
@@ -114,6 +116,7 @@ def test_study_writes_its_tables(surrogate: Path, tmp_path: Path) -> None:
     assert (tmp_path / "scatter.png").stat().st_size > 20_000
 
 
+@pytest.mark.usefixtures("threads")
 def test_reproduction_is_set_beside_the_paper(surrogate: Path, tmp_path: Path) -> None:
     options = ("--population", 40, "--generations", 15, "--cog-max", 2.5, "--cog-max", 3)
     _call("optimise", surrogate, "--out", tmp_path, *options)

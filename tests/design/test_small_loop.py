@@ -30,6 +30,7 @@ def test_settings_are_coarser_never_finer() -> None:
     assert small_loop.settings(load(None, ["mesh.size_mm=14"])).mesh.size_mm == 14
 
 
+@pytest.mark.usefixtures("threads")
 def test_from_designs_to_a_choice_that_is_computed_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

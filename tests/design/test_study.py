@@ -111,6 +111,7 @@ def test_a_killed_study_is_resumed(surrogate_folder: Path, tmp_path: Path) -> No
         assert choice.design == tuple(alone["design"])
 
 
+@pytest.mark.usefixtures("threads")
 def test_a_wider_plan_keeps_what_there_is(surrogate_folder: Path, tmp_path: Path) -> None:
     tiny = Plan((20,), (3, 4), (0.9,), (0.5,), 1)
     study.run(surrogate_folder, tmp_path, tiny, 1)
@@ -135,6 +136,7 @@ def test_a_wider_plan_keeps_what_there_is(surrogate_folder: Path, tmp_path: Path
     assert more == [0, 1]
 
 
+@pytest.mark.usefixtures("threads")
 def test_another_limit_is_another_study(surrogate_folder: Path, tmp_path: Path) -> None:
     tiny = Plan((20,), (3,), (0.9,), (0.5,), 1)
     study.run(surrogate_folder, tmp_path, tiny, 1)
