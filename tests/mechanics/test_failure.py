@@ -25,6 +25,14 @@ SMALLEST_KPA = 0.2
 
 
 @pytest.fixture(scope="module")
+def sphere() -> bodies.Body:
+    """The balloon of the folder's other tests, of half as many elements."""
+    solid = bodies.body(spheres.octant(1.0, spheres.RATIO, 0.4), 2)
+    spheres.hold_octant(solid)
+    return solid
+
+
+@pytest.fixture(scope="module")
 def greatest_kPa() -> float:
     """Greatest pressure that the balloon can bear, from the radial equation."""
 
