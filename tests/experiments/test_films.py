@@ -42,7 +42,7 @@ def bent(*overrides: str) -> Result:
 
 @pytest.mark.parametrize(
     ("stiffness", "pressure", "thickness", "step"),
-    [(1.0, 2.0, 0.02, 0.125), (50.0, 2.0, 0.02, 0.125), (2e3, 0.25, 0.013, 0.25)],
+    [(1.0, 2.0, 0.02, 0.5), (50.0, 2.0, 0.02, 0.5), (2e3, 0.25, 0.013, 0.25)],
 )
 def test_a_membrane_is_a_thin_layer(
     stiffness: float, pressure: float, thickness: float, step: float
