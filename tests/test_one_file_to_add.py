@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -84,9 +85,24 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(copy: Path, *arguments: str) -> str:
-    """What a command of the copy prints."""
-    environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+COMMANDS = """
+from dolfingrip.cli.app import app
+for call in {calls!r}:
+    print("$", *call, flush=True)
+    assert not app(call, prog_name="dolfingrip", standalone_mode=False), call
+"""
+
+
+def run(copy: Path, *calls: Sequence[str], then: str = "") -> list[str]:
+    """What commands of the copy print, one after another in one process; last what code does."""
+    code = COMMANDS.format(calls=[list(call) for call in calls])
+    said = printed(copy, "-c", f"{code}\nprint('$')\n{then}")
+    return [part.partition("\n")[2] for part in f"\n{said}".split("\n$")[1:]]
+
+
+def printed(copy: Path, *arguments: str) -> str:
+    """What Python prints that imports the copy."""
+    environment = {**os.environ, "PYTHONPATH": str(copy)}
     ended = subprocess.run(
         [sys.executable, *arguments], cwd=copy, env=environment, capture_output=True, text=True,
         check=False,
@@ -123,12 +139,8 @@ def test_files_to_touch(what: str, tmp_path: Path) -> None:
 def test_the_geometry_is_meshed_and_bends(copy: Path) -> None:
     chosen = ("--set", "finger.kind=block", "--set", "mesh.size_mm=12",
               "--set", "mesh.edge_size_mm=12")  # fmt: skip
-    assert "cavity" in run(copy, "-m", "dolfingrip", "mesh", *chosen, "--out", "mesh")
     pressed = ("--set", "experiment.max_pressure_kPa=10", "--set", "plate.contact_length_mm=5",
                "--set", "material.mu_MPa=0.1")  # fmt: skip
-    said = run(copy, "-m", "dolfingrip", "bend", *chosen, *pressed, "--out", "bend")
-    assert "Free bending" in said
-    assert abs(column(copy / "bend", "angle_deg")[-1]) > 0.01
     thicker = ("extensions.wall_offset.offset_mm=0.5",)
     code = (
         "from dolfingrip.config import load\n"
@@ -136,7 +148,13 @@ def test_the_geometry_is_meshed_and_bends(copy: Path) -> None:
         f"config = load(None, ['finger.kind=block', {thicker[0]!r}])\n"
         "print(config.adapted().geometry.wall_mm, [p.key for p in every(config)])"
     )
-    told = run(copy, "-c", code)
+    meshed, bent, told = run(
+        copy, ["mesh", *chosen, "--out", "mesh"], ["bend", *chosen, *pressed, "--out", "bend"],
+        then=code,
+    )  # fmt: skip
+    assert "cavity" in meshed
+    assert "Free bending" in bent
+    assert abs(column(copy / "bend", "angle_deg")[-1]) > 0.01
     assert told.startswith("4.5 ")
     assert "block.floor_mm" in told
 
@@ -144,48 +162,50 @@ def test_the_geometry_is_meshed_and_bends(copy: Path) -> None:
 def test_the_law_pulls_and_is_fitted(copy: Path) -> None:
     pull = ("--set", "coupon.max_strain=0.5", "--set", "coupon.step_strain=0.5",
             "--set", "material.bulk_MPa=1000", "--set", "material.law=stiffening")  # fmt: skip
-    run(copy, "-m", "dolfingrip", "coupon", *pull, "--out", "coupon")
+    readings = ROOT / "examples" / "coupons" / "ecoflex30_uniaxial.csv"
+    fit = ["coupon", "--fit", str(readings), "--law", "stiffening", "--max-stretch", "2.5"]
+    _, said, _ = run(copy, ["coupon", *pull, "--out", "coupon"], [*fit, "--out", "fit"])
     stretch = 1.5
     i = stretch**2 + 2 / stretch - 3
     expected = (stretch - stretch**-2) * (1 + 2 * 0.1 * i)
     assert column(copy / "coupon", "nominal_stress_MPa")[-1] == pytest.approx(expected, rel=1e-3)
-    readings = ROOT / "examples" / "coupons" / "ecoflex30_uniaxial.csv"
-    said = run(copy, "-m", "dolfingrip", "coupon", "--fit", str(readings), "--law", "stiffening",
-               "--max-stretch", "2.5", "--out", "fit")  # fmt: skip
     assert "Stiffening" in said
     assert 'law = "stiffening"' in (copy / "fit" / "material.toml").read_text(encoding="utf-8")
 
 
 def test_the_effect_is_displayed_and_tried(copy: Path) -> None:
     pull = ("--set", "coupon.max_strain=0.1", "--set", "coupon.step_strain=0.1")
-    run(copy, "-m", "dolfingrip", "coupon", *pull, "--out", "plain")
-    run(copy, "-m", "dolfingrip", "coupon", *pull, "--set",
-        "extensions.force_square.square_per_N=0.1", "--out", "square")  # fmt: skip
-    plain, shown = (column(copy / name, "force_N")[-1] for name in ("plain", "square"))
-    assert shown == pytest.approx(plain + 0.1 * plain**2, rel=1e-5)
-    assert "force_square" in run(copy, "-m", "dolfingrip", "extensions")
+    square = ("--set", "extensions.force_square.square_per_N=0.1")
     code = (
         "from dolfingrip.config import Config\n"
         "from dolfingrip.diagnosis.simulation.strengths import ordinary\n"
         "print([len(e.shapes) for e in ordinary(Config()) if e.effect == 'force_square'])"
     )
-    assert run(copy, "-c", code) == "[3]\n"
+    *_, listed, strengths = run(
+        copy, ["coupon", *pull, "--out", "plain"], ["coupon", *pull, *square, "--out", "square"],
+        ["extensions"], then=code,
+    )  # fmt: skip
+    plain, shown = (column(copy / name, "force_N")[-1] for name in ("plain", "square"))
+    assert shown == pytest.approx(plain + 0.1 * plain**2, rel=1e-5)
+    assert "force_square" in listed
+    assert strengths == "[3]\n"
 
 
 def test_the_food_lies_on_the_table(copy: Path) -> None:
-    said = run(copy, "-m", "dolfingrip", "config", "--set", "food.kind=egg")
-    assert 'kind = "egg"' in said
     code = (
         "from dolfingrip.config import load\n"
         "from dolfingrip.experiments.rigs.grasped import grasped\n"
         "print(1e3 * grasped(load(None, ['food.kind=egg']).food).body.mass_kg)"
     )
     mass_g = 3.1416 / 6 * 56 * 44 * 44 * 1030e-6
-    assert float(run(copy, "-c", code)) == pytest.approx(mass_g, rel=0.03)
+    said, mass = run(copy, ["config", "--set", "food.kind=egg"], then=code)
+    assert 'kind = "egg"' in said
+    assert float(mass) == pytest.approx(mass_g, rel=0.03)
 
 
 def test_the_experiment_has_a_command(copy: Path) -> None:
-    assert "Pull the material by a tenth" in run(copy, "-m", "dolfingrip", "--help")
-    said = run(copy, "-m", "dolfingrip", "stretch", "--rate", "1", "--out", "stretch")
+    asked = ["stretch", "--rate", "1", "--out", "stretch"]
+    shown, said, _ = run(copy, ["--help"], asked)
+    assert "Pull the material by a tenth" in shown
     assert "A tenth" in said
     assert len(column(copy / "stretch", "force_N")) == 2
