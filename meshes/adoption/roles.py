@@ -76,7 +76,7 @@ class Roles:
         return self.even and not self.asked.whole
 
     def as_whole(self, why: str) -> Roles:
-        """The same, with both halves meshed."""
+        """These roles for a mesh of both halves."""
         said = {**self.said, "symmetry": why}
         return replace(self, asked=replace(self.asked, whole=True), said=said)
 
