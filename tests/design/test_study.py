@@ -81,6 +81,7 @@ def done(folder: Path) -> dict[str, dict[str, Any]]:
         return {row["key"]: row for row in store.rows() if row["status"] == "done"}
 
 
+@pytest.mark.usefixtures("threads")  # the study that is killed has processes
 def test_a_killed_study_is_resumed(surrogate_folder: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-P", "-c", STUDY, str(surrogate_folder), str(tmp_path / "killed")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as killed:
@@ -150,7 +151,10 @@ def test_another_limit_is_another_study(surrogate_folder: Path, tmp_path: Path) 
 
 
 def test_a_dead_worker_is_told(
-    surrogate_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    surrogate_folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    request: pytest.FixtureRequest,
 ) -> None:
     """And the next call tries again what it was doing."""
     tiny = Plan((20,), (3,), (0.9,), (0.5,), 1)
@@ -158,6 +162,7 @@ def test_a_dead_worker_is_told(
     with pytest.raises(Unfinished, match="1 of 1 runs failed: every worker that computed it died"):
         study.run(surrogate_folder, tmp_path, tiny, 1)
     monkeypatch.undo()
+    request.getfixturevalue("threads")
     assert len(study.run(surrogate_folder, tmp_path, tiny, 1).choices) == 1
 
 
