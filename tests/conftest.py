@@ -74,9 +74,10 @@ def pytest_collection_finish() -> None:
     gc.set_threshold(BETWEEN_COLLECTIONS)
 
 
-def pytest_unconfigure() -> None:
-    """Python frees them at its end, or their libraries complain."""
-    gc.unfreeze()
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Python frees them at its end, or libraries complain; workers end without that."""
+    if not hasattr(config, "workerinput"):
+        gc.unfreeze()
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
