@@ -274,7 +274,8 @@ def test_interrupt_is_quiet(tmp_path: Path) -> None:
         env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     table = tmp_path / "result.csv"
-    for _ in range(600):
+    for _ in range(6000):  # forms may have to be compiled first
+        assert run.poll() is None
         if table.exists() and len(table.read_text(encoding="utf-8").splitlines()) > 2:
             break
         time.sleep(0.1)
