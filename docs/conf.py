@@ -29,7 +29,7 @@ extensions = [
     "sphinxcontrib.bibtex",
     "generated",
 ]
-exclude_patterns = ["_ext"]
+exclude_patterns = ["_ext", "pictures"]
 bibtex_bibfiles = ["references.bib"]
 bibtex_reference_style = "author_year"
 bibtex_default_style = "unsrt"

@@ -64,7 +64,7 @@ def plain(text: str) -> str:
 
 
 def inline(text: str) -> str:
-    """Markdown of running text: what is code stays, what Markdown would take for a mark does not."""
+    """Markdown of running text: code stays, what Markdown would take for a mark is escaped."""
     parts = re.split(r"(`[^`]*`)", plain(text))
     return "".join(
         part if part.startswith("`") else re.sub(r"([*_<\[\]|$])", r"\\\1", part) for part in parts

@@ -123,7 +123,7 @@ def stress(*curves: tuple[str, Callable[[Expr], Expr]],
     """Draws nominal stress against stretch, a line for each energy."""
 
     def draw(axes: Axes) -> None:
-        stretches = STRETCHES[STRETCHES >= least]
+        stretches = STRETCHES[least <= STRETCHES]
         for (label, density), colour in zip(curves, COLOURS, strict=False):
             axes.plot(stretches, stresses(density, stretches, held=held), color=colour, label=label)
         axes.axhline(0, color=theme.GREY, lw=0.6)
@@ -191,10 +191,14 @@ PICTURES: dict[str, Callable[[Axes], None]] = {
     ),
     "gent": stress(
         ("neo-Hooke, μ = 1 MPa", lambda e: neo_hookean.energy(e, MU_MPa, 9.0)),
-        ("with Gent, Jₘ = 10", lambda e: neo_hookean.energy(e, MU_MPa, 9.0)
-            + gent.energy(e, MU_MPa, 0.1)),
-        ("with Gent, Jₘ = 5", lambda e: neo_hookean.energy(e, MU_MPa, 9.0)
-            + gent.energy(e, MU_MPa, 0.2)),
+        (
+            "with Gent, Jₘ = 10",
+            lambda e: neo_hookean.energy(e, MU_MPa, 9.0) + gent.energy(e, MU_MPa, 0.1),
+        ),
+        (
+            "with Gent, Jₘ = 5",
+            lambda e: neo_hookean.energy(e, MU_MPa, 9.0) + gent.energy(e, MU_MPa, 0.2),
+        ),
     ),
     "membrane": _membrane,
     "neo_hookean": stress(
