@@ -75,6 +75,7 @@ html_theme_options = {
     "show_prev_next": True,
     "show_toc_level": 2,
 }
+html_context = {"default_mode": "auto"}
 html_show_sourcelink = False
 html_static_path = ["_static", str(MADE / "static")]
 html_css_files = ["dolfingrip.css"]

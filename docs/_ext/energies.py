@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -63,7 +64,9 @@ def functions(module: ModuleType) -> list[FunctionType]:
         for _, each in inspect.getmembers(module, inspect.isfunction)
         if each.__module__ == module.__name__ and not each.__name__.startswith("_")
     ]
-    integrands = [each for each in own if "reference" in Docstring.of(each).title]
+    integrands = [
+        each for each in own if re.search(r"(per|its) reference", Docstring.of(each).title)
+    ]
     return sorted(integrands, key=lambda each: each.__code__.co_firstlineno)
 
 
@@ -71,11 +74,12 @@ def page(module: ModuleType, folder: Path) -> Page:
     """The page of one file."""
     name = module.__name__.rpartition(".")[2]
     whole = Docstring.of(module)
-    parts = [f"# {whole.title}", whole.body()]
+    title = name.replace("_", " ").capitalize()
+    parts = [f"# {title}", f"{inline(whole.title)}.", whole.body()]
     draw = PICTURES.get(name)
     if draw is not None:
         picture(folder / f"{name}.png", draw)
-        parts.append(f"![{whole.title}: curve]({name}.png)")
+        parts.append(f"![{title}: curve]({name}.png)")
     for function in functions(module):
         told = Docstring.of(function)
         inner = inspect.signature(function).parameters
@@ -89,7 +93,7 @@ def page(module: ModuleType, folder: Path) -> Page:
         if "Example" in told.sections:
             parts.append(f"A test runs this example.\n\n{example(told.sections['Example'])}")
     parts.append(file_of(Path(str(module.__file__)).resolve()))
-    return Page(name, whole.title, whole.title, "\n\n".join(filter(None, parts)) + "\n")
+    return Page(name, title, whole.title, "\n\n".join(filter(None, parts)) + "\n")
 
 
 def example(text: str) -> str:

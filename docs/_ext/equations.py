@@ -82,9 +82,16 @@ def to_tex(text: str) -> str:
     return re.sub(r" {3,}", r" \\qquad ", text.strip())
 
 
+LONGEST = 58
+"""Characters of a displayed line; equations that stand side by side in a longer one are stacked."""
+
+
 def displayed(paragraph: str) -> str:
     """A displayed equation in Markdown, of one line or several."""
-    lines = [to_tex(line) for line in paragraph.strip().splitlines()]
+    lines = []
+    for line in paragraph.strip().splitlines():
+        parts = re.split(r" {3,}", line.strip()) if len(line) > LONGEST else [line]
+        lines += [to_tex(part) for part in parts]
     body = lines[0] if len(lines) == 1 else "\\begin{gathered}\n" + " \\\\\n".join(lines)
     end = "" if len(lines) == 1 else "\n\\end{gathered}"
     return f"$$\n{body}{end}\n$$"

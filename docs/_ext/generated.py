@@ -50,7 +50,7 @@ def write(folder: Path) -> None:
         rows = "\n".join(
             f"| [{page.title}]({page.name}.md) | {inline(page.summary)} |" for page in made
         )
-        listed = "\n".join(page.name for page in made)
+        listed = "\n".join(f"{page.title.strip('`')} <{page.name}>" for page in made)
         (own / "index.md").write_text(
             f"# {title}\n\n{about}\n\n| | |\n|---|---|\n{rows}\n\n"
             f"```{{toctree}}\n:hidden:\n{listed}\n```\n",

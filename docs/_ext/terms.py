@@ -86,7 +86,7 @@ def _densities(axes: Axes) -> None:
         axes.plot(gaps, -kind(1.0, 1.0).at(gaps).slope, color=colour, label=label)
     axes.set(xlabel="distance / width g/ĝ (–)", ylabel="contact pressure / κ (–)",
              xlim=(0, None), ylim=(0, 3))  # fmt: skip
-    axes.legend()
+    axes.legend(loc="center right")
 
 
 def _friction(axes: Axes) -> None:
