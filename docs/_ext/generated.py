@@ -1,4 +1,4 @@
-"""Writes one page for each energy, term and effect from the code and its docstrings.
+"""Writes one page for each energy, term and effect from the code and its docstrings, and commands.
 
 The pages and their pictures go to ``docs/generated`` before Sphinx looks for sources.
 """
@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import commands
 import effects
 import energies
 import terms
@@ -43,6 +44,8 @@ GROUPS = (
 def write(folder: Path) -> None:
     """Write all pages below ``folder``."""
     shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    (folder / "commands.inc").write_text(commands.listed() + "\n", encoding="utf-8")
     for name, title, about, make in GROUPS:
         own = folder / name
         own.mkdir(parents=True)
