@@ -76,7 +76,7 @@ class Config(Setup):
 
 
 def load(
-    file: Path | None = None, overrides: Sequence[str] = (), defaults: Sequence[str] = ()
+    file: Path | str | None = None, overrides: Sequence[str] = (), defaults: Sequence[str] = ()
 ) -> Config:
     """Read, override and check the configuration.
 
@@ -93,6 +93,7 @@ def load(
     """
     data: dict[str, Any] = {}
     if file is not None:
+        file = Path(file)
         data = tables.read(file)
         tables.anchor(data, file.parent)
     for assignment in defaults:

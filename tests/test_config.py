@@ -232,7 +232,7 @@ def test_printed_configuration_reads_back_equal(overrides: list[str], tmp_path: 
     resolved = config.load(None, overrides)
     printed = tmp_path / "printed.toml"
     printed.write_text(config.dumps(resolved), encoding="utf-8")
-    assert config.load(printed) == resolved
+    assert config.load(printed) == config.load(str(printed)) == resolved
     recorded = tmp_path / "run.json"
     content = {"config": resolved.model_dump(mode="json", exclude_none=True)}
     recorded.write_text(json.dumps(content), encoding="utf-8")

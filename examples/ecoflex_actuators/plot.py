@@ -28,26 +28,27 @@ def band(axes: Axes, table: pd.DataFrame, colour: str, label: str) -> None:
     axes.plot(pressure, table["chord_angle_deg"], color=colour, label=label)
 
 
-def dots(axes: Axes, table: pd.DataFrame, colour: str, label: str) -> None:
+def dots(axes: Axes, table: pd.DataFrame, column: str, label: str) -> None:
     """A measurement."""
     axes.plot(
-        table["pressure_kPa"], table["measured_deg"], "o", ms=3, mfc="none", color=colour,
-        label=label,
-    )  # fmt: skip
+        table["pressure_kPa"], table[column], "o", ms=3, mfc="none", color="black", label=label
+    )
 
 
 def main() -> None:
     """Read both tables and draw."""
     readings = pd.read_csv(HERE / "predicted.csv")
     third = pd.read_csv(HERE / "prediction_c5-w10.csv", comment="#")
+    later = pd.read_csv(HERE / "bending_c5-w10.csv")
     figure, panels = plt.subplots(1, 3, figsize=(12.5, 4.0), layout="constrained", sharey=True)
     for axes, specimen, other in zip(panels, ("c7-w7", "c5-w7"), ("c5-w7", "c7-w7"), strict=False):
         own = readings[readings["specimen"] == specimen]
         band(axes, own, COLOURS[specimen], f"predicted from {other} and the coupon, 90 %")
-        dots(axes, own, "black", "measured")
+        dots(axes, own, "measured_deg", "measured")
         axes.set_title(NAMES[specimen])
     band(panels[2], third, COLOURS["c5-w10"], "predicted from both and the coupon, 90 %")
     panels[2].plot(third["pressure_kPa"], third["chord_angle_deg"], ".", color=COLOURS["c5-w10"])
+    dots(panels[2], later[::4], "chord_angle_deg", "measured, looked at after the prediction")
     panels[2].set_title(NAMES["c5-w10"])
     panels[0].set_ylabel("Chord angle (°)")
     for axes in panels:

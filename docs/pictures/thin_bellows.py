@@ -1,6 +1,6 @@
 """Pressure against volume of a thin-walled bellows finger, under pressure and under volume control.
 
-    scripts/run python examples/thin_bellows.py
+    scripts/run python docs/pictures/thin_bellows.py
 
 draws ``docs/thin_bellows.png``.
 """
@@ -16,12 +16,13 @@ from dolfingrip.experiments import Result, run
 from dolfingrip.report import theme
 
 HERE = Path(__file__).resolve().parent
-PICTURE = HERE.parent / "docs" / "thin_bellows.png"
+PICTURE = HERE.parent / "thin_bellows.png"
+EXAMPLE = HERE.parents[1] / "examples" / "thin_bellows.toml"
 
 
 def bend(*overrides: str) -> Result:
     """The example, with other settings."""
-    settings = config.load(HERE / "thin_bellows.toml", overrides)
+    settings = config.load(EXAMPLE, overrides)
 
     def tell(row: dict[str, float]) -> None:
         print(f"{row['cavity_volume_mm3']:8.0f} mm³ {row['pressure_kPa']:7.2f} kPa", flush=True)

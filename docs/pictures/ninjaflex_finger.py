@@ -1,7 +1,7 @@
 """What the diagnosis of printed NinjaFlex coupons changes on the finger.
 
     scripts/run dolfingrip diagnose examples/coupons/ninjaflex_uniaxial.csv --out out/ninjaflex
-    scripts/run python examples/ninjaflex_finger.py --diagnosis out/ninjaflex
+    scripts/run python docs/pictures/ninjaflex_finger.py --diagnosis out/ninjaflex
 
 prints the angle and the blocked force of the reference finger as configured, with the modulus that
 the coupons tell, and with each cause that they cannot tell apart; and draws
@@ -19,18 +19,18 @@ import matplotlib.pyplot as plt
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.outcome import Diagnosis, Fit
+from dolfingrip.diagnosis.outcome import DiagnosisFile, Fit
 from dolfingrip.experiments import Result, run
 from dolfingrip.report import theme
 
-PICTURE = Path(__file__).resolve().parents[1] / "docs" / "ninjaflex_finger.png"
+PICTURE = Path(__file__).resolve().parents[1] / "ninjaflex_finger.png"
 EXPERIMENTS = {"bending": "angle_deg", "blocked_force": "force_N"}
 LABELS = {"angle_deg": "Tip angle (°)", "force_N": "Blocked force (N)"}
 PRINTED_kPa = (50, 100, 200, 250)
 STYLES = ((theme.INK, "s"), (theme.GREEN, "^"), (theme.BLUE, "o"), (theme.ORANGE, "v"))
 
 
-def materials(found: Diagnosis) -> Iterator[tuple[str, Config]]:
+def materials(found: DiagnosisFile) -> Iterator[tuple[str, Config]]:
     """Configurations by name: before, and after."""
     yield "as configured", Config()
     for fit in found.fits:
@@ -71,7 +71,7 @@ def main() -> None:
     """Compute, print and draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--diagnosis", type=Path, default=Path("out/diagnosis"))
-    found = Diagnosis.read(parser.parse_args().diagnosis / "diagnosis.json")
+    found = DiagnosisFile.read(parser.parse_args().diagnosis / "diagnosis.json")
     curves: dict[str, dict[str, Result]] = {}
     for name, config in materials(found):
         curves[name] = {}

@@ -1,6 +1,6 @@
 """Blocked force of the paper's optima and of the original, to 250 kPa (the paper's section IV.C).
 
-    scripts/run python examples/validation_designs.py
+    scripts/run python docs/pictures/validation_designs.py
 
 draws ``docs/validation_designs.png`` and prints each design's gain over the original.
 """
@@ -17,7 +17,8 @@ from dolfingrip.experiments import Result, run
 from dolfingrip.report import theme
 
 HERE = Path(__file__).resolve().parent
-PICTURE = HERE.parent / "docs" / "validation_designs.png"
+PICTURE = HERE.parent / "validation_designs.png"
+FINGER = HERE.parents[1] / "examples" / "paper_finger.toml"
 STYLES = (
     ("OD3.5", theme.BLUE, "o"),
     ("OD3", theme.GREEN, "^"),
@@ -35,7 +36,7 @@ def designs() -> dict[str, tuple[float, float]]:
 def blocked(xi: tuple[float, float]) -> Result:
     """Blocked force of one design of the paper's finger."""
     overrides = ["experiment.step_kPa=12.5", f"morph.xi1={xi[0]}", f"morph.xi2={xi[1]}"]
-    return run("blocked_force", config.load(HERE / "paper_finger.toml", overrides))
+    return run("blocked_force", config.load(FINGER, overrides))
 
 
 def draw(found: dict[str, Result], path: Path) -> None:

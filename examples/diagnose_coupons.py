@@ -1,0 +1,43 @@
+"""What a simulation gets wrong about printed coupons, and why.
+
+Eight coupons of NinjaFlex were printed and pulled to 50 % strain. The configured material is neo-
+Hookean with μ = 2.93 MPa: P = μ (λ − λ⁻²). The coupons are stiffer, and they soften: their curve
+bends more than neo-Hooke's. A modulus alone cannot bend it. The diagnosis tries causes of its
+catalogue and compares their evidence, the probability of the readings with all numbers of a cause
+integrated out. Here it is asked about two elastic laws and an instrument's error:
+
+    Mooney–Rivlin   P = 2 (C10 + C01/λ)(λ − λ⁻²)
+    Gent            stiffens, so it cannot be it
+    force_gain      a load cell's factor, which acts as a modulus does
+
+    scripts/run python examples/diagnose_coupons.py
+
+``dolfingrip diagnose examples/coupons/ninjaflex_uniaxial.csv`` tries the whole catalogue.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.diagnose import Settings, diagnose
+from dolfingrip.diagnosis.results import write
+
+COUPONS = Path(__file__).with_name("coupons") / "ninjaflex_uniaxial.csv"
+TRIED = ("mooney_rivlin", "gent", "force_gain")
+
+
+def main(out: Path) -> dict[str, Any]:
+    """Diagnose; the content of ``diagnosis.json``."""
+    found = diagnose([COUPONS], Config(), out, Settings(quick=True, effects=TRIED))
+    write(found, Config(), [COUPONS], out)
+    return dict(json.loads((out / "diagnosis.json").read_text(encoding="utf-8")))
+
+
+if __name__ == "__main__":
+    out = Path("out/diagnose_coupons")
+    verdict = main(out)["verdict"]
+    print(verdict["sentence"])
+    print(f"the extended model: {out / 'extended.toml'}")

@@ -1,0 +1,65 @@
+"""Equations of docstrings as TeX, and pages that name what there is."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+@pytest.fixture(scope="module")
+def equations() -> ModuleType:
+    found = importlib.util.spec_from_file_location("equations", DOCS / "_ext" / "equations.py")
+    assert found is not None
+    assert found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(
+    ("text", "tex"),
+    [
+        ("ψ = μ/2 (Ī₁ − 3)²", r"ψ = μ/2 (\bar{I}_{1} - 3)^{2}"),
+        ("g = (det C)^(−1/3)", r"g = (\operatorname{det} C)^{-1/3}"),
+        ("ρ = √(q_y/q)", r"ρ = \sqrt{q_y/q}"),
+        ("A_kl ≤ ∂Ī/∂C", r"A_{kl} \le  \partial \bar{I}/\partial C"),
+    ],
+)
+def test_an_equation_as_tex(equations: ModuleType, text: str, tex: str) -> None:
+    assert equations.to_tex(text) == tex
+
+
+@pytest.mark.parametrize(
+    ("text", "is_one"),
+    [
+        ("ψ = −μ/2 [Jₘ ln(1 − x) + Ī₁ − 3],   x = (Ī₁ − 3)/Jₘ", True),
+        ("tilt = ``plate.tilt_deg`` + offset; the force is the one normal to the plate.", False),
+        ("Chains have a limited length: ψ is unbounded at x = 1, and beyond it no state.", False),
+    ],
+)
+def test_a_sentence_is_no_equation(equations: ModuleType, text: str, is_one: bool) -> None:
+    assert equations.is_equation(text) is is_one
+
+
+def test_files_that_pages_name_are_there() -> None:
+    """Paths from the checkout's root, such as ``tests/mechanics/test_taylor.py``."""
+    root = DOCS.parent
+    named = {
+        (page.name, path)
+        for page in [*DOCS.glob("*.md"), root / "README.md", root / "CONTRIBUTING.md"]
+        for path in re.findall(
+            r"`((?:tests|examples|forms|meshes|docs|scripts|benchmarks|dolfingrip)/[\w./-]+)`",
+            page.read_text(encoding="utf-8"),
+        )
+        if "NAME" not in path
+    }
+    assert len(named) > 50
+    missing = [(page, path) for page, path in sorted(named)
+               if not (root / path).exists() and not (root / f"{path}.py").exists()]  # fmt: skip
+    assert missing == []

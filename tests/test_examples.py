@@ -1,0 +1,106 @@
+"""Each file in ``examples/`` gives the numbers that its physics says.
+
+``examples/mpi.py`` is run in ``tests/mpi``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from example import EXAMPLES, load
+
+TESTED_ELSEWHERE = {"mpi"}
+LONGEST, SHORTEST = 150, 40
+"""Lines of an example: the physics first, then code that can be read at once."""
+
+
+def test_each_example_is_tested_and_short() -> None:
+    names = {file.stem for file in EXAMPLES.glob("*.py")}
+    tested = {name.removeprefix("test_") for name in globals() if name.startswith("test_")}
+    assert names - TESTED_ELSEWHERE <= tested
+    lengths = {name: len((EXAMPLES / f"{name}.py").read_text().splitlines()) for name in names}
+    assert {name: n for name, n in lengths.items() if not SHORTEST <= n <= LONGEST} == {}
+
+
+def test_free_bending() -> None:
+    """The work of the pressure on two meshes' paths is a Taylor sum: halving the readings' distance
+    changes it little; the angle is that of this code on this mesh, 55.8° at 100 kPa."""
+    example = load("free_bending")
+    result = example.bend("experiment.step_kPa=50")
+    assert result.column("angle_deg")[-1] == pytest.approx(55.79, abs=0.02)
+    # ∫ p dV of a nearly linear V(p) is ½ p ΔV
+    volume = result.column("cavity_volume_mm3")
+    half = 0.5 * 100 * (volume[-1] - volume[0]) * 1e-3
+    assert example.work_mJ(result) == pytest.approx(half, rel=0.05)
+
+
+def test_blocked_force() -> None:
+    """The derivative predicts what a finger with thicker walls does, to second order in 1 %."""
+    found = load("blocked_force").main()
+    assert found.slope_N_per_mm < 0
+    change = found.computed_N - found.force_N
+    assert found.predicted_N - found.force_N == pytest.approx(change, rel=0.02)
+
+
+def test_finger_from_step(tmp_path: Path) -> None:
+    """The cavity's volume is that of the drawing; the tube bends towards the paper."""
+    example = load("finger_from_step")
+    found = example.main(tmp_path, "experiment.max_pressure_kPa=10", "experiment.step_kPa=10")
+    assert found.cavity_mm3 == pytest.approx(example.CAVITY_mm3, rel=2e-3)
+    assert found.angle_deg > 2
+
+
+def test_new_material() -> None:
+    """P = 3^(1−α) I₁^(α−1) μ (λ − λ⁻²) at the fitted values, and a better fit than α = 1."""
+    found = load("new_material").main()
+    mu, alpha = found.new.values
+    first = 2.0**2 + 2 / 2.0
+    expected = 3 ** (1 - alpha) * first ** (alpha - 1) * mu * (2 - 2.0**-2)
+    assert found.stress_MPa == pytest.approx(expected, rel=1e-9)
+    assert found.new.relative_rms < 0.75 * found.neo_hooke.relative_rms
+    assert mu == pytest.approx(0.019, abs=0.001)
+
+
+def test_design_study() -> None:
+    """One step along the direction: the offset stays, the force rises as its gradient says."""
+    before, after = load("design_study").main()
+    assert after.offset_mm == pytest.approx(before.offset_mm, abs=0.01)
+    predicted = before.force_slope @ (after.xi - before.xi)
+    assert np.linalg.norm(after.xi) == pytest.approx(0.1)
+    assert after.force_N - before.force_N == pytest.approx(predicted, rel=0.15)
+    assert after.force_N > 1.01 * before.force_N
+
+
+def test_diagnose_coupons(tmp_path: Path) -> None:
+    """Mooney–Rivlin; fitted to 50 % strain outside of this package, 2 C01/μ = 0.9."""
+    found = load("diagnose_coupons").main(tmp_path)
+    assert found["verdict"]["answer"] == "cause"
+    assert found["verdict"]["class"] == ["mooney_rivlin"]
+    text = (tmp_path / "extended.toml").read_text(encoding="utf-8")
+    values = dict(
+        line.removeprefix("# ").split(" (")[0].split(" = ")
+        for line in text.splitlines()
+        if line.startswith("# ") and " = " in line and " to " in line
+    )
+    ratio = 2 * float(values["extensions.mooney_rivlin.C01_MPa"]) / float(values["material.mu_MPa"])
+    assert ratio == pytest.approx(0.9, abs=0.05)
+
+
+def test_predicted_actuator() -> None:
+    """As docs/blind_prediction.md says: 8 of 8, and ballooning at 44.2 and 44.0 kPa."""
+    found = load("predicted_actuator").main()
+    assert found.within == len(found.table) == 8
+    predicted, measured = found.ballooning_kPa
+    assert predicted == pytest.approx(44.22)
+    assert measured == pytest.approx(44.0, abs=0.1)
+
+
+def test_grasp() -> None:
+    """What the fingers bear is the weight, and friction could bear more."""
+    example = load("grasp")
+    found = example.main("gripper.lift_mm=3", "gripper.settle_s=0.2")
+    assert found.outcome == "picked up"
+    assert found.borne_N == pytest.approx(example.WEIGHT_N, rel=0.02)
+    assert 0.5 * found.normal_N > example.WEIGHT_N
