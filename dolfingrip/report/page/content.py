@@ -76,11 +76,19 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An axis: its label with the unit, and the unit alone as printed."""
+    """An axis.
+
+    Attributes:
+        label: with the unit.
+        unit: alone, as printed.
+        short: label without the unit.
+        ends: what the axis spans; None: what the curves span.
+    """
 
     label: str
     unit: str = ""
     short: str = ""
+    ends: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +143,7 @@ class DiagnosisPart:
     """The section on a diagnosis.
 
     Attributes:
-        lines: the first ten lines.
+        lines: the first ten lines, each with its label, such as "FIT"; "" where it has none.
         bars: causes with their probabilities.
         charts: measured against simulated, residuals.
         tables: what causes explain, before and after, and the like.
@@ -143,7 +151,7 @@ class DiagnosisPart:
     """
 
     title: str
-    lines: Sequence[str]
+    lines: Sequence[tuple[str, str]]
     bars: Sequence[Bar] = ()
     charts: Sequence[Chart] = ()
     tables: Sequence[Table] = ()

@@ -35,7 +35,9 @@
 
   // src/chart.js
   var NAMESPACE = "http://www.w3.org/2000/svg";
-  var MARGIN = { left: 56, right: 16, top: 14, bottom: 44 };
+  var MARGIN = { right: 16, top: 14, bottom: 44 };
+  var LEFT = { beside: 30, letter: 7, least: 56 };
+  var LETTER = { size: 13, width: 0.56, least: 9.5 };
   var NARROW = 420;
   var NEAR = 26;
   function svg(parent, name, attributes = {}, text = null) {
@@ -62,27 +64,34 @@
     box.replaceChildren();
     const root2 = svg(box, "svg", { viewBox: `0 0 ${width} ${tall}`, role: "img", "aria-label": alt });
     const [right, bottom] = [width - MARGIN.right, tall - MARGIN.bottom];
-    const across = (v) => MARGIN.left + (v - xEnds[0]) / (xEnds[1] - xEnds[0]) * (right - MARGIN.left);
+    const ups = ticks(...yEnds, 5);
+    const longest = Math.max(...ups.map((v) => formatted(v).length), 1);
+    const left = Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
+    const across = (v) => left + (v - xEnds[0]) / (xEnds[1] - xEnds[0]) * (right - left);
     const up = (v) => bottom - (v - yEnds[0]) / (yEnds[1] - yEnds[0]) * (bottom - MARGIN.top);
     const grid2 = svg(root2, "g", { class: "grid" });
     for (const v of ticks(...xEnds, width < NARROW ? 4 : 6)) {
       svg(grid2, "line", { x1: across(v), x2: across(v), y1: MARGIN.top, y2: bottom });
       svg(root2, "text", { x: across(v), y: bottom + 17, class: "tick middle" }, formatted(v));
     }
-    for (const v of ticks(...yEnds, 5)) {
-      svg(grid2, "line", { x1: MARGIN.left, x2: right, y1: up(v), y2: up(v) });
-      svg(root2, "text", { x: MARGIN.left - 7, y: up(v) + 4, class: "tick end" }, formatted(v));
+    for (const v of ups) {
+      svg(grid2, "line", { x1: left, x2: right, y1: up(v), y2: up(v) });
+      svg(root2, "text", { x: left - 7, y: up(v) + 4, class: "tick end" }, formatted(v));
     }
-    const [cx, cy] = [(MARGIN.left + right) / 2, (MARGIN.top + bottom) / 2];
-    svg(root2, "text", { x: cx, y: tall - 7, class: "axis middle" }, x.label);
-    const turned = `rotate(-90 14 ${cy})`;
-    svg(root2, "text", { x: 14, y: cy, class: "axis middle", transform: turned }, y.label);
+    const [cx, cy] = [(left + right) / 2, (MARGIN.top + bottom) / 2];
+    const label = (text, room, attributes) => {
+      const fits = room / (LETTER.width * Math.max(text.length, 1));
+      const made = svg(root2, "text", { class: "axis middle", ...attributes }, text);
+      made.style.fontSize = `${Math.max(LETTER.least, Math.min(LETTER.size, fits))}px`;
+    };
+    label(x.label, right - left, { x: cx, y: tall - 7 });
+    label(y.label, tall, { x: 14, y: cy, transform: `rotate(-90 14 ${cy})` });
     const inverse = (clientX, clientY) => {
       const place = root2.getBoundingClientRect();
       const scale = width / place.width;
       return [(clientX - place.left) * scale, (clientY - place.top) * scale];
     };
-    return { root: root2, across, up, width, tall, right, bottom, top: MARGIN.top, left: MARGIN.left, inverse };
+    return { root: root2, across, up, width, tall, right, bottom, top: MARGIN.top, left, inverse };
   }
   var Tip = class {
     constructor(box) {
@@ -446,11 +455,14 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var {
     BufferAttribute,
     BufferGeometry,
+    CustomBlending,
     DataTexture,
     DoubleSide,
     LinearFilter,
     LineSegments,
     Mesh,
+    OneFactor,
+    OneMinusSrcAlphaFactor,
     OrbitControls,
     PerspectiveCamera,
     Scene,
@@ -579,9 +591,16 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
             this.still.creases,
             this.#material(LINE, mirror, [0.4, 0.4, 0.4, 0.6], 0, ghost)
           );
+          made.outline.material.depthWrite = false;
+          for (const { material } of [made.ghost, made.outline]) {
+            material.transparent = false;
+            material.blending = CustomBlending;
+            material.blendSrcAlpha = OneFactor;
+            material.blendDstAlpha = OneMinusSrcAlphaFactor;
+          }
         }
         this.objects.push(made);
-        ["surface", "lines", "ghost", "outline"].forEach((name, order) => {
+        ["ghost", "outline", "surface", "lines"].forEach((name, order) => {
           if (!made[name]) return;
           made[name].frustumCulled = false;
           made[name].renderOrder = order;
