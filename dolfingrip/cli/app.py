@@ -20,6 +20,7 @@ from dolfingrip.cli import (
     diagnose_command,
     doe_commands,
     experiment_commands,
+    explore_command,
     export_command,
     extensions_command,
     mesh_command,
@@ -45,7 +46,7 @@ ORDER = (
     *("pickup", "friction", "adopt", "mesh", "export", "morph", "config", "columns", "extensions"),
     *("synthetic", "diagnose", "plan-experiment", "predict"),
     *("doe", "train", "optimise", "study", "reproduce"),
-    "report",
+    *("report", "explore"),
 )
 """Subcommands in the order in which a new user needs them."""
 
@@ -86,6 +87,7 @@ app.command("optimise")(optimise_command.optimise)
 app.command("study")(study_command.study)
 app.command("reproduce")(reproduce_command.reproduce)
 app.command("report")(report_command.report)
+app.command("explore")(explore_command.explore)
 
 
 def _print_version(asked: bool) -> None:

@@ -105,12 +105,14 @@ export class Tip {
 /** Draw again whenever the width of a box changes. */
 export function onWidth(box, draw) {
   let width = 0;
-  new ResizeObserver(() => {
+  const observer = new ResizeObserver(() => {
     if (Math.abs(box.clientWidth - width) < 2) return;
     width = box.clientWidth;
     draw();
-  }).observe(box);
+  });
+  observer.observe(box);
   draw();
+  return observer;
 }
 
 function path(points) {
@@ -252,8 +254,13 @@ export function lineChart(box, spec, { pick = () => {} } = {}) {
     }
   };
 
-  onWidth(box, draw);
-  return { mark, spec };
+  const observer = onWidth(box, draw);
+  const dispose = () => {
+    observer.disconnect();
+    tip.node.remove();
+    box.replaceChildren();
+  };
+  return { mark, spec, dispose };
 }
 
 /** The index of a series' point at the place of another one's; null if it has none close to it. */
@@ -267,10 +274,15 @@ function closest(series, x, known, [low, high]) {
   return best !== null && Math.abs(series.x[best] - x) <= 0.06 * (high - low) ? best : null;
 }
 
-/** Designs in the plane of two objectives; pointing at one, or focusing it, tells which. */
-export function scatterChart(box, spec, { choose = () => {} } = {}) {
+/**
+ * Designs in the plane of two objectives; pointing at one, or focusing it, tells which.
+ *
+ * `choose` is called with the design that is pointed at, `take` with one that is clicked on.
+ */
+export function scatterChart(box, spec, { choose = () => {}, take = () => {} } = {}) {
   const tip = new Tip(box);
   let chosen = -1;
+  let place = null;
   const { points, line } = spec;
   const xEnds = ends([...points.map((p) => p.x), ...(line?.x ?? [])]);
   const yEnds = ends([...points.map((p) => p.y), ...(line?.y ?? [])]);
@@ -309,23 +321,48 @@ export function scatterChart(box, spec, { choose = () => {} } = {}) {
         say(i);
       });
       node.addEventListener('blur', () => tip.hide());
+      node.addEventListener('keydown', (event) => event.key === 'Enter' && take(i));
       return node;
     });
     nodes[chosen]?.classList.add('on');
     f.root.addEventListener('pointermove', (event) => {
-      const [px, py] = f.inverse(event.clientX, event.clientY);
-      let best = -1;
-      let least = NEAR;
-      points.forEach((p, i) => {
-        const distance = Math.hypot(f.across(p.x) - px, f.up(p.y) - py);
-        if (distance < least) [best, least] = [i, distance];
-      });
+      const best = under(event);
       if (best < 0) return tip.hide();
       if (best !== chosen) select(best);
       return say(best);
     });
     f.root.addEventListener('pointerleave', () => tip.hide());
+    f.root.addEventListener('click', (event) => {
+      const found = under(event);
+      if (found >= 0) take(found);
+    });
+    cross();
+  };
+
+  /** The design under the pointer; -1 if there is none. */
+  const under = (event) => {
+    const [px, py] = f.inverse(event.clientX, event.clientY);
+    let best = -1;
+    let least = NEAR;
+    points.forEach((p, i) => {
+      const distance = Math.hypot(f.across(p.x) - px, f.up(p.y) - py);
+      if (distance < least) [best, least] = [i, distance];
+    });
+    return best;
+  };
+
+  const cross = () => {
+    f.root.querySelector('.here')?.remove();
+    if (!place) return;
+    const [x, y] = [f.across(place[0]), f.up(place[1])];
+    svg(f.root, 'path', { class: 'here', d: `M${x - 6} ${y - 6}l12 12M${x - 6} ${y + 6}l12-12` });
+  };
+
+  /** Mark a place by a cross; null takes it away. */
+  const here = (at) => {
+    place = at;
+    cross();
   };
   onWidth(box, draw);
-  return { select };
+  return { select, here };
 }

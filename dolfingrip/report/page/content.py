@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -167,6 +167,7 @@ class FrontPoint:
         group: "design" (of experiments), "front" (of the surrogate), "chosen", "original".
         rows: its parameters and outputs as text, uncertainties included.
         model: number of its shape among the front's models; None: it has none.
+        inputs: values of its parameters by key.
     """
 
     label: str
@@ -175,6 +176,7 @@ class FrontPoint:
     group: str
     rows: Sequence[tuple[str, str]]
     model: int | None = None
+    inputs: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
