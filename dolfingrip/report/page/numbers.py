@@ -2,8 +2,8 @@
 
 >>> with_error(11.1234, 0.0973, "N"), with_error(1234.0, 56.0), with_error(2.0, 0.0)
 ('11.123 ± 0.097 N', '1234 ± 56', '2 ± 0')
->>> said(1234.5), said(0.01234), said(-0.0), said(12.3, "°"), said(12.3, "kPa")
-('1234', '0.0123', '0', '12.3°', '12.3 kPa')
+>>> said(1234.5), said(0.01234), said(-0.0), said(12.3, "°"), said(60.0, "kPa")
+('1234', '0.0123', '0', '12.3°', '60 kPa')
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ def said(value: float | None, unit: str = "") -> str:
     if size >= 100:
         text = f"{value:.0f}"
     elif size >= 10:
-        text = f"{value:z.1f}"
+        text = f"{value:z.1f}".removesuffix(".0")
     else:
         text = f"{value:z.3g}"
     return joined(text, unit)
