@@ -17,7 +17,6 @@ class ExplorePolicy:
         neighbours: solved designs that one is interpolated between.
         checked: solved designs from which on the interpolation's error is estimated.
         same: distance of two designs, in shares of the sliders' ranges, up to which they are one.
-        slider_steps: steps of a slider of real numbers.
         grasp_step_kPa: between readings of a grasp.
         largest_message: bytes that a tab may send at once.
     """
@@ -28,7 +27,6 @@ class ExplorePolicy:
     neighbours: int = 12
     checked: int = 4
     same: float = 1e-6
-    slider_steps: int = 200
     grasp_step_kPa: float = 25.0
     largest_message: int = 100_000
 

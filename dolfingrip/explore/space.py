@@ -58,7 +58,7 @@ class Space:
                     "low": each.low,
                     "high": each.high,
                     "value": value,
-                    "step": 1 if whole else (each.high - each.low) / POLICY.slider_steps,
+                    "step": 1 if whole else "any",
                 }
             )
         return found

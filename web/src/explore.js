@@ -13,6 +13,7 @@ const root = document.documentElement;
 const data = JSON.parse($('data').textContent);
 const GRIPPER = ['L_mm', 'W_mm', 'R_mm'];
 const FOOD = ['friction', 'turn_deg'];
+const DIGITS = 4; // of a slider's value
 const SOLVED = { bending: 'free bending', blocked_force: 'blocked force' };
 
 class Explorer {
@@ -61,7 +62,7 @@ class Explorer {
     data.sliders.forEach((slider, i) => {
       const input = $(`p-${i}`);
       input.addEventListener('input', () => {
-        this.values[i] = +input.value;
+        this.values[i] = +(+input.value).toPrecision(DIGITS);
         this.#label(i);
         this.ask();
       });

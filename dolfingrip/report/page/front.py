@@ -194,8 +194,9 @@ def _chosen(optimum: Path | None) -> list[_Design]:
     found = []
     for one in read_json(optimum / "optimum.json").get("designs", ()):
         limit = one.get("cog_max_mm")
-        label = "Original" if limit is None else f"Chosen, COG offset ≤ {said(limit, 'mm')}"
-        group = "original" if one.get("role") == "original" else "chosen"
+        role = str(one.get("role", "chosen"))
+        label = role.capitalize() + (f", COG offset ≤ {said(limit, 'mm')}" if limit else "")
+        group = "original" if role == "original" else "chosen"
         found.append(
             _Design(
                 label, group, dict(one["inputs"]), dict(one.get("surrogate") or {}),

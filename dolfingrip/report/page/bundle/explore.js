@@ -1527,6 +1527,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var data = JSON.parse($3("data").textContent);
   var GRIPPER = ["L_mm", "W_mm", "R_mm"];
   var FOOD = ["friction", "turn_deg"];
+  var DIGITS = 4;
   var SOLVED = { bending: "free bending", blocked_force: "blocked force" };
   var Explorer = class {
     constructor() {
@@ -1570,7 +1571,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       data.sliders.forEach((slider, i) => {
         const input = $3(`p-${i}`);
         input.addEventListener("input", () => {
-          this.values[i] = +input.value;
+          this.values[i] = +(+input.value).toPrecision(DIGITS);
           this.#label(i);
           this.ask();
         });
