@@ -7,7 +7,7 @@ import gmsh
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.slivers import refuse_slivers
 from dolfingrip.meshes.solid import MeshError
-from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box
+from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 
 
@@ -22,22 +22,34 @@ def build(finger: Geometry, half: bool) -> None:
         MeshError: if a part of the finger is too thin to be modelled.
     """
     refuse_slivers(finger)
+    _add_groups(add_solid(finger.solid(), half), finger, half)
+
+
+def add_solid(boxes: BoxSolid, half: bool) -> int:
+    """Add a block with its hollows to the current Gmsh model; the volume's tag.
+
+    Args:
+        boxes: the block.
+        half: only y >= 0.
+
+    Raises:
+        MeshError: if it falls into parts.
+    """
 
     def add(box: Box) -> tuple[int, int]:
         x, (y0, y1), z = box
         y0 = 0.0 if half else y0
         return 3, gmsh.model.occ.addBox(x[0], y0, z[0], x[1] - x[0], y1 - y0, z[1] - z[0])
 
-    boxes = finger.solid()
     channel, *chambers = map(add, boxes.cavity)
     # The cavity is united before the cut. Its coplanar faces become one; they would divide the
     # mesh otherwise.
-    cavity, _ = gmsh.model.occ.fuse([channel], chambers)
+    cavity = gmsh.model.occ.fuse([channel], chambers)[0] if chambers else [channel]
     solid, _ = gmsh.model.occ.cut([add(boxes.body)], [*map(add, boxes.gaps), *cavity])
     gmsh.model.occ.synchronize()
     if len(solid) != 1:
         raise MeshError(f"finger: falls into {len(solid)} parts; allowed: one solid")
-    _add_groups(solid[0][1], finger, half)
+    return int(solid[0][1])
 
 
 def _add_groups(volume: int, finger: Geometry, half: bool) -> None:

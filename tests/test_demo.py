@@ -1,4 +1,4 @@
-"""The demo: pictures are there and announced before its design loop begins."""
+"""The demo: pictures are announced before its design loop begins, and it ends with a report."""
 
 from __future__ import annotations
 
@@ -37,9 +37,13 @@ def test_pictures_come_before_the_design_loop(
     with pytest.raises(SystemExit) as ended:
         cli.main()
     assert not ended.value.code
-    assert capfd.readouterr() == ("", "")
+    after = capfd.readouterr()
+    assert not after.err
     lines = said[0].splitlines()
     kinds = ("bending", "blocked_force")
     wrote = [f"wrote {tmp_path / kind / name}" for kind in kinds for name in PICTURES]
     assert lines[: len(wrote)] == wrote
     assert "Reference finger" in said[0]
+    page = tmp_path / "report.html"
+    assert after.out.splitlines() == [f"report: {page}"]
+    assert "Free bending and blocked force" in page.read_text(encoding="utf-8")

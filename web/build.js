@@ -11,7 +11,7 @@ import * as esbuild from 'esbuild';
 
 const here = dirname(fileURLToPath(import.meta.url));
 const target = join(here, '..', 'dolfingrip', 'report', 'page', 'bundle');
-const PAGES = ['report'];
+const PAGES = ['report', 'explore'];
 const shared = {
   bundle: true,
   charset: 'utf8',

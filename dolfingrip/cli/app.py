@@ -20,6 +20,8 @@ from dolfingrip.cli import (
     diagnose_command,
     doe_commands,
     experiment_commands,
+    explore_command,
+    export_command,
     extensions_command,
     mesh_command,
     morph_command,
@@ -41,10 +43,10 @@ from dolfingrip.jobs.interrupts import interrupt_behind
 ORDER = (
     "demo",
     *(experiment.command for experiment in EXPERIMENTS.values()),
-    *("pickup", "friction", "adopt", "mesh", "morph", "config", "columns", "extensions"),
+    *("pickup", "friction", "adopt", "mesh", "export", "morph", "config", "columns", "extensions"),
     *("synthetic", "diagnose", "plan-experiment", "predict"),
     *("doe", "train", "optimise", "study", "reproduce"),
-    "report",
+    *("report", "explore"),
 )
 """Subcommands in the order in which a new user needs them."""
 
@@ -75,6 +77,7 @@ app.command("plan-experiment")(plan_command.plan_experiment)
 app.command("predict")(predict_command.predict)
 app.command("adopt")(adopt_command.adopt)
 app.command("mesh")(mesh_command.mesh)
+app.command("export")(export_command.export)
 app.command("morph")(morph_command.morph)
 app.command("columns")(columns_command.columns)
 app.command("extensions")(extensions_command.extensions)
@@ -84,6 +87,7 @@ app.command("optimise")(optimise_command.optimise)
 app.command("study")(study_command.study)
 app.command("reproduce")(reproduce_command.reproduce)
 app.command("report")(report_command.report)
+app.command("explore")(explore_command.explore)
 
 
 def _print_version(asked: bool) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -21,6 +22,10 @@ from dolfingrip.cli.options import (
 )
 from dolfingrip.cli.simulations import resumable
 from dolfingrip.config import Config, ConfigError
+
+if TYPE_CHECKING:
+    from dolfingrip.design.campaign.plan import Plan
+    from dolfingrip.jobs.job import Answer
 
 app = typer.Typer()
 
@@ -95,7 +100,8 @@ def doe(
     check_writable(out)
     screen = console()
     where = Where(scheduler, slurm, workers, ranks)
-    with resumable(screen, out), progress.jobs(screen, "designs", progress.FEW) as show:
+    shown = progress.jobs(screen, "designs", progress.FEW, told=_so_far(wanted))
+    with resumable(screen, out), shown as show:
         standing = campaign.run(wanted, out, where, retry_failed=retry_failed, progress=show)
     screen.print(
         f"{standing.total} designs: {standing.computed} computed now, {standing.done} done, "
@@ -107,6 +113,26 @@ def doe(
     if keys is not None:
         _write(out, [out / "designs.csv"])
     screen.print(f"campaign: {out}", soft_wrap=True)
+
+
+def _so_far(plan: Plan) -> Callable[[Answer], str]:
+    """Says what a design and its outputs are."""
+    from dolfingrip.report.design import LABELS
+    from dolfingrip.report.page.numbers import said
+
+    inputs = {design.key: design.inputs for design in plan.designs()}
+
+    def told(answer: Answer) -> str:
+        def words(values: Mapping[str, Any]) -> str:
+            return ", ".join(
+                f"{LABELS.get(name, name)} {said(v) if isinstance(v, float | int) else v}"
+                for name, v in values.items()
+            )
+
+        found = words((answer.result or {}).get("outputs", {})) or answer.failure_class
+        return f"{words(inputs.get(answer.key, {}))}: {found}"
+
+    return told
 
 
 def _keys(

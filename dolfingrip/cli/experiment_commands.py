@@ -103,7 +103,7 @@ def demo(
     overrides: Overrides = None,
     loop: Annotated[bool, typer.Option(help="Run the small design loop, too.")] = True,
 ) -> None:
-    """Run both experiments on the reference finger, draw them, run a small design loop."""
+    """Run both experiments on the reference finger and a small design loop, write a report."""
     from dolfingrip.cli.commands import run_demo
 
     resolved = configuration.load(config, overrides or ())
@@ -114,6 +114,12 @@ def demo(
         from dolfingrip.cli import small_loop
 
         small_loop.run(resolved, out / "loop")
+    if MPI.COMM_WORLD.rank == 0:
+        from dolfingrip.cli.report_command import write_report
+
+        with console().status("writing the report"):
+            page = write_report([out], out / "report.html")
+        console().print(f"report: {page}", soft_wrap=True)
     _exit(*results)
 
 

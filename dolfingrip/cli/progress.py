@@ -19,6 +19,7 @@ from rich.progress import (
 from rich.table import Column
 
 if TYPE_CHECKING:
+    from dolfingrip.jobs.job import Answer
     from dolfingrip.jobs.run import Standing
 
 EVERY_S = 30.0
@@ -159,7 +160,11 @@ def shown(
 
 @contextmanager
 def jobs(
-    console: Console, what: str, few: int = 0, clock: Callable[[], float] = time.monotonic
+    console: Console,
+    what: str,
+    few: int = 0,
+    clock: Callable[[], float] = time.monotonic,
+    told: Callable[[Answer], str] = lambda answer: "",
 ) -> Iterator[Callable[[Standing], None]]:
     """Yield the function to call with each new standing of jobs.
 
@@ -167,14 +172,20 @@ def jobs(
         console: where it is shown.
         what: is counted, in the plural.
         few, clock: see :func:`shown`.
+        told: says in words what the latest answer is.
     """
     with shown(console, what, at_once=True, few=few, clock=clock) as show:
-        yield lambda standing: show(
-            standing.done + standing.failed,
-            standing.total,
-            f"{standing.failed} failed",
-            standing.computed,
-        )
+
+        def tell(standing: Standing) -> None:
+            latest = "" if standing.latest is None else told(standing.latest)
+            show(
+                standing.done + standing.failed,
+                standing.total,
+                _joined(f"{standing.failed} failed", latest),
+                standing.computed,
+            )
+
+        yield tell
 
 
 def _joined(*parts: str) -> str:

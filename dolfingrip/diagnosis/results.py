@@ -1,4 +1,4 @@
-"""The files of a diagnosis: diagnosis.json, extended.toml, summary.md, and data for pictures."""
+"""The files of a diagnosis: diagnosis.json, extended.toml, summary.md, readings.csv; pictures'."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def write(
         result.write(out / "diagnosis.json")
         text = page.text(result)
         (out / "summary.md").write_text(text, encoding="utf-8")
-        return Written(text, coupon_results.pictures(found))
+        return _written(text, coupon_results.pictures(found), out)
     fit = found.best
     try:
         extend.write(
@@ -53,7 +53,13 @@ def write(
     result.write(out / "diagnosis.json")
     text = page.text(result)
     (out / "summary.md").write_text(text, encoding="utf-8")
-    return Written(text, _pictures(found))
+    return _written(text, _pictures(found), out)
+
+
+def _written(text: str, pictures: dict[str, Any], out: Path) -> Written:
+    """What was written, with the readings beside it as a table."""
+    pictures["readings"].to_csv(out / "readings.csv", index=False)
+    return Written(text, pictures)
 
 
 def _pictures(found: Diagnosis) -> dict[str, Any]:

@@ -26,6 +26,7 @@ class Standing:
         done, failed: of them, with those of earlier calls.
         computed: stored by this call.
         classes: number of failed jobs of this call by class.
+        latest: the answer that was stored last by this call; None before the first.
     """
 
     total: int
@@ -33,10 +34,12 @@ class Standing:
     failed: int = 0
     computed: int = 0
     classes: dict[str, int] = field(default_factory=dict)
+    latest: Answer | None = None
 
     def count(self, answer: Answer) -> None:
         """Take an answer into account."""
         self.computed += 1
+        self.latest = answer
         if answer.status == "done":
             self.done += 1
             return

@@ -14,7 +14,7 @@ from dolfingrip.meshes.adoption.roles import Roles
 from dolfingrip.meshes.adoption.sizes import Measured, Wanted
 from dolfingrip.meshes.adoption.surface import Faces, consistent
 from dolfingrip.meshes.gmsh_model import current_mesh
-from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.meshes.solid import Floats, SolidMesh
 
 OPTIONS = {
     "Mesh.MeshSizeExtendFromBoundary": 1.0,
@@ -59,10 +59,8 @@ def meshed(roles: Roles, found: Measured, wanted: Wanted, *, curved: bool) -> So
         wanted: order of the elements.
         curved: whether faces can be curved.
     """
-    gmsh.option.setNumber("Mesh.MeshSizeMax", found.size_mm)
-    gmsh.option.setNumber("Mesh.MeshSizeMin", found.size_mm / 3)
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", SIZES.curved if curved else 0.0)
-    gmsh.model.mesh.generate(3)
+    _generate(found.size_mm)
     order = wanted.order or (2 if curved and not roles.surface.plane.all() else 1)
     _add_groups(roles)
     if order == 2:
@@ -70,6 +68,18 @@ def meshed(roles: Roles, found: Measured, wanted: Wanted, *, curved: bool) -> So
         if curved:
             gmsh.model.mesh.optimize("HighOrder")
     return in_frame(current_mesh(), roles)
+
+
+def _generate(size_mm: float) -> None:
+    """Mesh the current model, with smaller elements where there would be slivers."""
+    for smaller in SIZES.tried:
+        gmsh.model.mesh.clear()
+        gmsh.option.setNumber("Mesh.MeshSizeMax", smaller * size_mm)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", smaller * size_mm / 3)
+        gmsh.model.mesh.generate(3)
+        tags = gmsh.model.mesh.getElementsByType(4)[0]
+        if gmsh.model.mesh.getElementQualities(tags, "gamma").min(initial=1.0) >= SIZES.sliver:
+            return
 
 
 def in_frame(mesh: SolidMesh, roles: Roles) -> SolidMesh:
@@ -96,18 +106,21 @@ def _add_groups(roles: Roles) -> None:
     outer = [tag for _, tag in gmsh.model.getBoundary([(3, v) for v in volumes], oriented=False)]
     names: dict[str, list[int]] = {name: [] for name in groups.SURFACE_TAGS}
     near = SHAPES.near * roles.surface.extent
-    for tag in outer:
-        part = triangulated([tag])
-        on_plane = np.abs(part.points[:, 1]).max(initial=0.0) < 1e-2 * near
+    # all faces at once: a part of triangles has thousands
+    part = triangulated(outer)
+    rows, away = nearest(roles.surface.points, roles.surface.triangles, part.middles)
+    order = np.argsort(part.face, kind="stable")
+    starts = np.searchsorted(part.face[order], np.arange(1, len(outer)))
+    for tag, mine in zip(outer, np.split(order, starts), strict=True):
+        on_plane = np.abs(part.points[part.triangles[mine], 1]).max(initial=0.0) < 1e-2 * near
         if roles.half and on_plane:
             names[groups.SYMMETRY].append(tag)
             continue
-        rows, away = nearest(roles.surface.points, roles.surface.triangles, part.middles)
-        if away.mean() > 5 * near:  # of a cap: its outer side belongs to the face it closes
-            names[_of_cap(part, roles)].append(tag)
+        if away[mine].mean() > 5 * near:  # of a cap: its outer side belongs to the face it closes
+            names[_of_cap(part.middles[mine].mean(axis=0), roles)].append(tag)
             continue
-        of = roles.groups[rows]
-        votes = {name: float(part.areas[of == name].sum()) for name in np.unique(of)}
+        of = roles.groups[rows[mine]]
+        votes = {name: float(part.areas[mine][of == name].sum()) for name in np.unique(of)}
         name = max(votes, key=lambda each: votes[each])
         if roles.tip_from_mm is not None and name == groups.TIP:
             name = groups.SKIN
@@ -117,10 +130,9 @@ def _add_groups(roles: Roles) -> None:
             gmsh.model.addPhysicalGroup(2, tags, groups.SURFACE_TAGS[name], name)
 
 
-def _of_cap(part: Faces, roles: Roles) -> str:
+def _of_cap(middle: Floats, roles: Roles) -> str:
     """Group of a cap's side: that of the face with the opening outside, the cavity's inside."""
     near = SHAPES.near * roles.surface.extent
-    middle = part.middles.mean(axis=0)
     found: list[tuple[float, str]] = []
     for hollow, name in zip(roles.cavities, groups.CAVITIES, strict=False):
         for opening in hollow.openings:

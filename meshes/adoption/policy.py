@@ -35,6 +35,7 @@ class Roles:
     Attributes:
         end_deg: angle between an end's face and the long axis's normal plane.
         supplied: weight of an end's face into which air can be led.
+        alike_area: relative difference up to which two ends' faces are as large.
         tip_share: part of the length at the free end that is the tip where no face ends it.
         same_side: distance of the cavity's centre from the solid's, by the width across, from which
             it tells the side that bends outwards.
@@ -46,6 +47,7 @@ class Roles:
 
     end_deg: float = 25.0
     supplied: float = 1.5
+    alike_area: float = 1e-3
     tip_share: float = 0.05
     same_side: float = 0.01
     snap_deg: float = 10.0
@@ -70,6 +72,10 @@ class Sizes:
         most: largest number of elements that is made unasked.
         filled: volume of a tetrahedron by the cube of its size.
         cap_walls: thickness of a cap by the thinnest wall.
+        into_wall: how far a cap reaches into the wall around it, by that wall's thickness.
+        sliver: quality of tetrahedra (inscribed by circumscribed radius, 1 at best) below which
+            another size is tried.
+        tried: sizes that are tried, by the one that the walls ask for.
     """
 
     samples: int = 3000
@@ -82,6 +88,9 @@ class Sizes:
     most: int = 300_000
     filled: float = 0.118
     cap_walls: float = 1.5
+    into_wall: float = 0.4
+    sliver: float = 0.05
+    tried: tuple[float, ...] = (1.0, 0.93, 0.86, 0.8)
 
 
 SHAPES: Final = Shapes()

@@ -249,7 +249,10 @@ def _clamp(
 
 
 def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> int:
-    """The plane face with all of the part on one side, across the long axis, and largest."""
+    """The plane face with all of the part on one side, across the long axis, and largest.
+
+    Of two that are as large, it is the one that is nearer to the file's origin.
+    """
     near = SHAPES.near * surface.extent
     length = np.linalg.norm(surface.face_vectors, axis=1)
     faces = [f for f in np.unique(surface.face[free]) if surface.plane[f]]
@@ -257,10 +260,11 @@ def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> in
     middle = np.average(surface.middles, axis=0, weights=surface.areas)
     spread = (surface.middles - middle) * np.sqrt(surface.areas)[:, None]
     along = np.linalg.svd(spread, full_matrices=False)[2][0]
-    best: dict[bool, tuple[float, int]] = {}
+    best: dict[bool, tuple[float, float, int]] = {}
     for face in faces:
         normal = surface.face_vectors[face] / length[face]
-        level = surface.middles[surface.face == face][0] @ normal
+        own = surface.middles[surface.face == face]
+        level = own[0] @ normal
         if (points @ normal).max() > level + near:
             continue
         area = length[face]
@@ -269,14 +273,18 @@ def _largest_end(surface: Faces, free: np.ndarray, cavities: list[Hollow]) -> in
         if into:
             area = ROLES.supplied * (area + sum(opening.area_mm2 for opening in into))
         end = bool(abs(normal @ along) > np.cos(np.radians(ROLES.end_deg)))
-        if area > best.get(end, (0.0, 0))[0]:
-            best[end] = (area, int(face))
+        away = float(np.linalg.norm(own.mean(axis=0)))
+        most, its, _ = best.get(end, (0.0, 0.0, 0))
+        if area > (1 + ROLES.alike_area) * most or (
+            area > (1 - ROLES.alike_area) * most and away < its
+        ):
+            best[end] = (area, away, int(face))
     if not best:
         raise MeshError(
             "no plane face at an end to clamp; allowed: such a face, or --clamp with a point on "
             "another"
         )
-    return best.get(True, best.get(False, (0.0, 0)))[1]
+    return best.get(True, best.get(False, (0.0, 0.0, 0)))[2]
 
 
 def _nearest_triangle(surface: Faces, among: np.ndarray, point: Floats) -> int:

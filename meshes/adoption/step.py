@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from dolfingrip.meshes import groups
 from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward, triangulated
 from dolfingrip.meshes.adoption.hollows import Opening
-from dolfingrip.meshes.adoption.policy import SHAPES
+from dolfingrip.meshes.adoption.policy import SHAPES, SIZES
 from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
 from dolfingrip.meshes.adoption.sizes import Measured, Wanted, measured
 from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight, place
@@ -63,7 +63,7 @@ def _adopted(
         _place(solids, roles)
         for opening in roles.caps:
             near = [tags[i] for i in np.flatnonzero(united_to == opening.face)]
-            solids = _capped(solids, opening, near, roles, found.cap_mm)
+            solids = _capped(solids, opening, near, roles, found)
         _cut(solids, roles)
         try:
             mesh = meshed(roles, found, wanted, curved=True)
@@ -164,9 +164,11 @@ def _place(solids: dict[int, str], roles: Roles) -> None:
 
 
 def _capped(
-    solids: dict[int, str], opening: Opening, faces: list[int], roles: Roles, cap_mm: float
+    solids: dict[int, str], opening: Opening, faces: list[int], roles: Roles, found: Measured
 ) -> dict[int, str]:
     """The solids with an opening in some faces closed by a plug of the wall's material.
+
+    The plug reaches into the wall around it, so that it closes a hollow that turns or widens, too.
 
     Raises:
         MeshError: one line, if the opening is not plane.
@@ -182,7 +184,11 @@ def _capped(
     curves = [tag for _, tag in every if _away(tag, rim) < SHAPES.near * roles.surface.extent]
     loop = gmsh.model.occ.addCurveLoop(curves)
     disc = gmsh.model.occ.addPlaneSurface([loop])
-    plug = [pair for pair in gmsh.model.occ.extrude([(2, disc)], *(-cap_mm * normal))
+    centre = roles.rotation @ (opening.centre_mm - roles.origin_mm)
+    farthest = float(np.linalg.norm(rim - centre, axis=2).max())
+    larger = 1 + SIZES.into_wall * found.wall.mm / farthest
+    gmsh.model.occ.dilate([(2, disc)], *centre, larger, larger, larger)
+    plug = [pair for pair in gmsh.model.occ.extrude([(2, disc)], *(-found.cap_mm * normal))
             if pair[0] == 3]  # fmt: skip
     owner = next(
         tag for tag in solids

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import gmsh
+import numpy as np
 import pytest
 
 from dolfingrip.meshes.adoption.adopt import adopt
@@ -49,3 +50,66 @@ def test_a_file_that_is_no_part(tmp_path: Path) -> None:
     file.write_text("nothing", encoding="utf-8")
     with pytest.raises(MeshError, match=r"part\.step: not readable"):
         adopt(file, Asked(), Wanted())
+
+
+def bent_tube(file: Path) -> Path:
+    """A sixth of a torus around a circle of 60 mm, of radii 9 and 6 mm, open at both ends."""
+    occ = gmsh.model.occ
+    with session("bent tube"):
+        outer, inner = (occ.addTorus(60, 0, 0, 60, r, -1, math.pi / 3) for r in (9, 6))
+        occ.cut([(3, outer)], [(3, inner)])
+        occ.synchronize()
+        gmsh.write(str(file))
+    return file
+
+
+def test_a_cap_in_a_hollow_that_turns(tmp_path: Path) -> None:
+    found = adopt(bent_tube(tmp_path / "bent.step"), Asked(), Wanted())
+    outer = math.pi * 9**2 * 60 * math.pi / 3  # Pappus
+    sides = 2 if found.roles.half else 1
+    assert len(found.roles.caps) == 1
+    everything = sides * (found.quality.volume_mm3 + found.quality.cavity_mm3)
+    assert everything == pytest.approx(outer, rel=5e-3)
+    hollow = outer * 6**2 / 9**2 - math.pi * 6**2 * found.measured.cap_mm
+    assert sides * found.quality.cavity_mm3 == pytest.approx(hollow, rel=1e-2)
+
+
+def test_two_cavities_without_slivers(tmp_path: Path) -> None:
+    occ = gmsh.model.occ
+    with session("two cavities"):
+        body = occ.addBox(0, 0, 0, 20, 30, 80)
+        tools = [(3, occ.addBox(3, y, -1, 14, 10.5, 76)) for y in (3, 16.5)]
+        occ.cut([(3, body)], tools)
+        occ.synchronize()
+        gmsh.write(str(tmp_path / "two.step"))
+    found = adopt(tmp_path / "two.step", Asked(), Wanted())
+    assert {"cavity", "cavity_2"} <= set(found.mesh.facets)
+    assert found.quality.cavity_mm3 == pytest.approx(2 * 14 * 10.5 * 75)
+    # scaled Jacobian 0.018 with the first size that is tried
+    assert found.quality.scaled_jacobian_min > 0.05
+
+
+@pytest.mark.parametrize(
+    ("boxes", "drop", "said"),
+    [
+        ([(0, 20, 0, 20, 0, 60)], 1, "not watertight: a hole with an edge of"),
+        ([(0, 20, 0, 20, 0, 60), (5, 15, 5, 15, 5, 70)], 0, "intersects itself near (10, 10, "),
+        ([(0, 20, 0, 20, 0, 60), (30, 40, 5, 15, 5, 70)], 0, "falls into 2 parts; allowed: one"),
+    ],
+)
+def test_surfaces_that_enclose_no_solid(
+    tmp_path: Path, boxes: list[tuple[float, ...]], drop: int, said: str
+) -> None:
+    import pyvista as pv
+
+    parts = [pv.Box(box).triangulate() for box in boxes]
+    starts = np.cumsum([0, *(part.n_points for part in parts)])
+    points = np.concatenate([part.points for part in parts])
+    faces = np.concatenate(
+        [part.regular_faces + i for part, i in zip(parts, starts[:-1], strict=True)]
+    )
+    file = tmp_path / "part.stl"
+    pv.PolyData.from_regular_faces(points, faces[drop:]).save(file)
+    with pytest.raises(MeshError) as error:
+        adopt(file, Asked(), Wanted())
+    assert f"{file}: {said}" in str(error.value)

@@ -10,7 +10,9 @@
 import { element, formatted, joined, ticks } from './format.js';
 
 const NAMESPACE = 'http://www.w3.org/2000/svg';
-const MARGIN = { left: 56, right: 16, top: 14, bottom: 44 };
+const MARGIN = { right: 16, top: 14, bottom: 44 };
+const LEFT = { beside: 30, letter: 7, least: 56 }; // pixels: the label, a letter of a tick's number
+const LETTER = { size: 13, width: 0.56, least: 9.5 }; // of labels: pixels, width by size
 const NARROW = 420; // pixels below which an axis has fewer ticks
 const NEAR = 26; // pixels within which the pointer means a point
 
@@ -42,27 +44,34 @@ export function frame(box, { alt, x, y, xEnds, yEnds, height }) {
   box.replaceChildren();
   const root = svg(box, 'svg', { viewBox: `0 0 ${width} ${tall}`, role: 'img', 'aria-label': alt });
   const [right, bottom] = [width - MARGIN.right, tall - MARGIN.bottom];
-  const across = (v) => MARGIN.left + ((v - xEnds[0]) / (xEnds[1] - xEnds[0])) * (right - MARGIN.left);
+  const ups = ticks(...yEnds, 5);
+  const longest = Math.max(...ups.map((v) => formatted(v).length), 1);
+  const left = Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
+  const across = (v) => left + ((v - xEnds[0]) / (xEnds[1] - xEnds[0])) * (right - left);
   const up = (v) => bottom - ((v - yEnds[0]) / (yEnds[1] - yEnds[0])) * (bottom - MARGIN.top);
   const grid = svg(root, 'g', { class: 'grid' });
   for (const v of ticks(...xEnds, width < NARROW ? 4 : 6)) {
     svg(grid, 'line', { x1: across(v), x2: across(v), y1: MARGIN.top, y2: bottom });
     svg(root, 'text', { x: across(v), y: bottom + 17, class: 'tick middle' }, formatted(v));
   }
-  for (const v of ticks(...yEnds, 5)) {
-    svg(grid, 'line', { x1: MARGIN.left, x2: right, y1: up(v), y2: up(v) });
-    svg(root, 'text', { x: MARGIN.left - 7, y: up(v) + 4, class: 'tick end' }, formatted(v));
+  for (const v of ups) {
+    svg(grid, 'line', { x1: left, x2: right, y1: up(v), y2: up(v) });
+    svg(root, 'text', { x: left - 7, y: up(v) + 4, class: 'tick end' }, formatted(v));
   }
-  const [cx, cy] = [(MARGIN.left + right) / 2, (MARGIN.top + bottom) / 2];
-  svg(root, 'text', { x: cx, y: tall - 7, class: 'axis middle' }, x.label);
-  const turned = `rotate(-90 14 ${cy})`;
-  svg(root, 'text', { x: 14, y: cy, class: 'axis middle', transform: turned }, y.label);
+  const [cx, cy] = [(left + right) / 2, (MARGIN.top + bottom) / 2];
+  const label = (text, room, attributes) => {
+    const fits = room / (LETTER.width * Math.max(text.length, 1));
+    const made = svg(root, 'text', { class: 'axis middle', ...attributes }, text);
+    made.style.fontSize = `${Math.max(LETTER.least, Math.min(LETTER.size, fits))}px`;
+  };
+  label(x.label, right - left, { x: cx, y: tall - 7 });
+  label(y.label, tall, { x: 14, y: cy, transform: `rotate(-90 14 ${cy})` });
   const inverse = (clientX, clientY) => {
     const place = root.getBoundingClientRect();
     const scale = width / place.width;
     return [(clientX - place.left) * scale, (clientY - place.top) * scale];
   };
-  return { root, across, up, width, tall, right, bottom, top: MARGIN.top, left: MARGIN.left, inverse };
+  return { root, across, up, width, tall, right, bottom, top: MARGIN.top, left, inverse };
 }
 
 /** A box beside the pointer; it never leaves its chart. */
@@ -96,12 +105,14 @@ export class Tip {
 /** Draw again whenever the width of a box changes. */
 export function onWidth(box, draw) {
   let width = 0;
-  new ResizeObserver(() => {
+  const observer = new ResizeObserver(() => {
     if (Math.abs(box.clientWidth - width) < 2) return;
     width = box.clientWidth;
     draw();
-  }).observe(box);
+  });
+  observer.observe(box);
   draw();
+  return observer;
 }
 
 function path(points) {
@@ -243,8 +254,13 @@ export function lineChart(box, spec, { pick = () => {} } = {}) {
     }
   };
 
-  onWidth(box, draw);
-  return { mark, spec };
+  const observer = onWidth(box, draw);
+  const dispose = () => {
+    observer.disconnect();
+    tip.node.remove();
+    box.replaceChildren();
+  };
+  return { mark, spec, dispose };
 }
 
 /** The index of a series' point at the place of another one's; null if it has none close to it. */
@@ -258,10 +274,15 @@ function closest(series, x, known, [low, high]) {
   return best !== null && Math.abs(series.x[best] - x) <= 0.06 * (high - low) ? best : null;
 }
 
-/** Designs in the plane of two objectives; pointing at one, or focusing it, tells which. */
-export function scatterChart(box, spec, { choose = () => {} } = {}) {
+/**
+ * Designs in the plane of two objectives; pointing at one, or focusing it, tells which.
+ *
+ * `choose` is called with the design that is pointed at, `take` with one that is clicked on.
+ */
+export function scatterChart(box, spec, { choose = () => {}, take = () => {} } = {}) {
   const tip = new Tip(box);
   let chosen = -1;
+  let place = null;
   const { points, line } = spec;
   const xEnds = ends([...points.map((p) => p.x), ...(line?.x ?? [])]);
   const yEnds = ends([...points.map((p) => p.y), ...(line?.y ?? [])]);
@@ -300,23 +321,48 @@ export function scatterChart(box, spec, { choose = () => {} } = {}) {
         say(i);
       });
       node.addEventListener('blur', () => tip.hide());
+      node.addEventListener('keydown', (event) => event.key === 'Enter' && take(i));
       return node;
     });
     nodes[chosen]?.classList.add('on');
     f.root.addEventListener('pointermove', (event) => {
-      const [px, py] = f.inverse(event.clientX, event.clientY);
-      let best = -1;
-      let least = NEAR;
-      points.forEach((p, i) => {
-        const distance = Math.hypot(f.across(p.x) - px, f.up(p.y) - py);
-        if (distance < least) [best, least] = [i, distance];
-      });
+      const best = under(event);
       if (best < 0) return tip.hide();
       if (best !== chosen) select(best);
       return say(best);
     });
     f.root.addEventListener('pointerleave', () => tip.hide());
+    f.root.addEventListener('click', (event) => {
+      const found = under(event);
+      if (found >= 0) take(found);
+    });
+    cross();
+  };
+
+  /** The design under the pointer; -1 if there is none. */
+  const under = (event) => {
+    const [px, py] = f.inverse(event.clientX, event.clientY);
+    let best = -1;
+    let least = NEAR;
+    points.forEach((p, i) => {
+      const distance = Math.hypot(f.across(p.x) - px, f.up(p.y) - py);
+      if (distance < least) [best, least] = [i, distance];
+    });
+    return best;
+  };
+
+  const cross = () => {
+    f.root.querySelector('.here')?.remove();
+    if (!place) return;
+    const [x, y] = [f.across(place[0]), f.up(place[1])];
+    svg(f.root, 'path', { class: 'here', d: `M${x - 6} ${y - 6}l12 12M${x - 6} ${y + 6}l12-12` });
+  };
+
+  /** Mark a place by a cross; null takes it away. */
+  const here = (at) => {
+    place = at;
+    cross();
   };
   onWidth(box, draw);
-  return { select };
+  return { select, here };
 }

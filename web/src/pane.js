@@ -4,9 +4,12 @@ import { LINE, SURFACE, VERTEX } from './shaders.js';
 import {
   BufferAttribute,
   BufferGeometry,
+  CustomBlending,
   DoubleSide,
   LineSegments,
   Mesh,
+  OneFactor,
+  OneMinusSrcAlphaFactor,
   Scene,
   ShaderMaterial,
   Vector2,
@@ -94,9 +97,17 @@ class Part {
           this.still.creases,
           this.#material(LINE, mirror, [0.4, 0.4, 0.4, 0.6], 0, ghost),
         );
+        made.outline.material.depthWrite = false;
+        // the body is drawn over it: blended, yet before what three.js counts as transparent
+        for (const { material } of [made.ghost, made.outline]) {
+          material.transparent = false;
+          material.blending = CustomBlending;
+          material.blendSrcAlpha = OneFactor;
+          material.blendDstAlpha = OneMinusSrcAlphaFactor;
+        }
       }
       this.objects.push(made);
-      ['surface', 'lines', 'ghost', 'outline'].forEach((name, order) => {
+      ['ghost', 'outline', 'surface', 'lines'].forEach((name, order) => {
         if (!made[name]) return;
         made[name].frustumCulled = false;
         made[name].renderOrder = order;

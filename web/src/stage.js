@@ -44,11 +44,36 @@ export class Stage {
     this.palettes = palettes;
     this.models = [];
     this.listeners = [];
-    const first = scenes[0].kind;
-    this.shown = scenes.map((s, i) => i).filter((i) => scenes[i].kind === first).slice(0, 4);
+    this.shown = this.#first();
     this.time = 0;
     this.slider = $('time');
     this.#controls();
+  }
+
+  /** Scenes that are shown at first: those of the first one's kind. */
+  #first() {
+    const { kind } = this.scenes[0];
+    return this.scenes.map((s, i) => i).filter((i) => this.scenes[i].kind === kind).slice(0, 4);
+  }
+
+  /** Show other scenes at the same load; the camera stays where the kind of scene is the same. */
+  async replace(scenes) {
+    const before = this.scenes[this.lead];
+    const value = valueAt(before, this.time);
+    const loaded = before.steps > 1;
+    const same = scenes[0].kind === before.kind && loaded === scenes[0].steps > 1
+      && scenes.length === this.scenes.length;
+    this.scenes = scenes;
+    this.models = [];
+    this.shown = this.#first();
+    const lead = scenes[this.lead];
+    this.slider.max = lead.steps - 1;
+    this.slider.disabled = lead.steps < 2;
+    const alike = before.steps > 1 && before.control.label === lead.control.label;
+    this.time = (alike ? timeOf(lead, value) : null) ?? lead.steps - 1;
+    const shown = this.shown;
+    if (this.viewer) await this.#show(shown, same);
+    if (shown === this.shown) this.setTime(this.time);
   }
 
   /** Call a function with the time of each scene whenever it changes. */
@@ -110,17 +135,18 @@ export class Stage {
   }
 
   #label() {
-    const { control, steps } = this.scenes[this.lead];
+    const { control, steps, solved } = this.scenes[this.lead];
     const whole = Math.abs(this.time - Math.round(this.time)) < WHOLE;
     const value = formatted(valueAt(this.scenes[this.lead], this.time));
     const at = Math.round(this.time);
     const from = Math.floor(this.time);
     const name = (i) => joined(formatted(control.values[i]), control.unit);
     const branch = control.branches[whole ? at : from];
-    const said = whole
-      ? `solved step ${at + 1} of ${steps}`
-      : `interpolated between the solved steps at ${name(from)} and ${name(from + 1)}`;
-    $('now').textContent = joined(value, control.unit);
+    const step = solved ? 'solved step' : 'step';
+    let said = `interpolated between the ${step}s at ${name(from)} and ${name(from + 1)}`;
+    if (whole) said = `${step} ${at + 1} of ${steps}`;
+    if (!control.label) said = 'without load';
+    $('now').textContent = control.label ? joined(value, control.unit) : '';
     $('said').textContent = branch ? `${branch}, ${said}` : said;
     this.slider.setAttribute('aria-valuetext', `${$('now').textContent}, ${$('said').textContent}`);
     $('control').textContent = control.label;
@@ -174,10 +200,10 @@ export class Stage {
     this.#film();
   }
 
-  async #show(shown) {
+  async #show(shown, keepCamera = false) {
     await Promise.all(shown.map(async (i) => (this.models[i] ??= await unpack(this.scenes[i]))));
     if (shown !== this.shown) return;
-    this.viewer.show(shown.map((i) => this.models[i]));
+    this.viewer.show(shown.map((i) => this.models[i]), { keepCamera });
     const captions = $('captions');
     captions.replaceChildren();
     if (shown.length > 1) {
@@ -199,6 +225,8 @@ export class Stage {
     const highest = Math.max(
       ...this.shown.flatMap((i) => this.models[i].peaks[name] ?? [FIELDS[name].least]),
     );
+    // a shape without load has no scale
+    $('bar').parentElement.classList.toggle('still', this.scenes[this.lead].steps < 2);
     this.range = [FIELDS[name].least, Math.max(highest, FIELDS[name].least + 1e-6)];
     this.field = name;
     this.viewer.setField(name, this.range);
@@ -290,6 +318,7 @@ export class Stage {
 
   /** The film strip, once nothing else is to be done. */
   #film() {
+    if (!$('film')) return;
     clearTimeout(this.filming);
     this.filming = setTimeout(() => {
       const strip = $('film');
@@ -317,6 +346,7 @@ export class Stage {
 
   /** The picture that is printed, some time after the last change. */
   #later() {
+    if (!$('printed')) return;
     clearTimeout(this.printing);
     this.printing = setTimeout(() => {
       $('printed').src = this.viewer.image(PRINT.width, PRINT.height);

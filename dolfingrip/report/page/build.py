@@ -20,15 +20,13 @@ from dolfingrip.report.page import (
     diagnosis,
     finger,
     front,
-    gripper,
     key_numbers,
     runs,
     trust,
 )
 from dolfingrip.report.page.content import Page, Source
-from dolfingrip.report.page.numbers import said
-from dolfingrip.report.page.plate import plate
-from dolfingrip.report.page.scene import FINGER_VIEW, GRIPPER_VIEW, Load, Scene, towards
+from dolfingrip.report.page.run_scene import scene_of
+from dolfingrip.report.page.scene import Scene
 from dolfingrip.report.page.sources import Source as Found
 from dolfingrip.report.page.sources import read_json
 from dolfingrip.sections.errors import ConfigError
@@ -129,7 +127,9 @@ def _add_scene(page: Page, work: _Work, place: int, pictures: bool) -> None:
         page.remarks.append(f"{run.title} has no fields on disk, so it is not shown in 3D.")
         return
     try:
-        scene = _grasp(run) if run.experiment.pictures == "gripper" else _finger(run, work, place)
+        if run.experiment.pictures != "gripper":
+            work.fields[place] = finger.read(run.fields)
+        scene = scene_of(run, work.fields.get(place))
         page.scenes.append(scene.packed())
         if pictures:
             page.stills += _stills(run, scene)
@@ -141,38 +141,6 @@ def _add_scene(page: Page, work: _Work, place: int, pictures: bool) -> None:
         page.remarks.append(
             f"{run.title}: the 3D view has {shown} of {run.rows} steps, and shapes between them."
         )
-
-
-def _load(run: runs.Run, rows: np.ndarray) -> Load:
-    over = run.experiment.plot.over
-    values = run.column(over.name)
-    if values is None:
-        values = np.arange(run.rows, dtype=float)
-    branch = run.branch
-    several = len(set(branch)) > 1
-    names = [branch[row] if several else "" for row in rows]
-    return Load(over.label, over.symbol, values[rows], names, rows)
-
-
-def _finger(run: runs.Run, work: _Work, place: int) -> Scene:
-    fields = work.fields[place] = finger.read(run.fields)
-    clamped = "finger" in run.experiment.parts
-    name = "finger" if clamped else "coupon"
-    parts = finger.parts(fields, name, clamped=clamped)
-    if "plate" in run.experiment.parts:
-        parts.append(plate(run, fields))
-    load = _load(run, fields.rows)
-    alt = f"{run.title}: the deformed {name} in 3D, {said(load.values[-1], load.unit)} at the end"
-    return Scene(run.title, alt, run.experiment.name, parts, load, towards(FINGER_VIEW))
-
-
-def _grasp(run: runs.Run) -> Scene:
-    parts, rows = gripper.parts(run.folder, run.config, run.table)
-    outcome = (run.facts.get("outcome") or {}).get("kind", "")
-    alt = f"{run.title}: three fingers, food and table in 3D; {outcome}"
-    return Scene(
-        run.title, alt, run.experiment.name, parts, _load(run, rows), towards(GRIPPER_VIEW)
-    )
 
 
 def _stills(run: runs.Run, scene: Scene) -> list[tuple[str, bytes]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -76,11 +76,19 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Axis:
-    """An axis: its label with the unit, and the unit alone as printed."""
+    """An axis.
+
+    Attributes:
+        label: with the unit.
+        unit: alone, as printed.
+        short: label without the unit.
+        ends: what the axis spans; None: what the curves span.
+    """
 
     label: str
     unit: str = ""
     short: str = ""
+    ends: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +143,7 @@ class DiagnosisPart:
     """The section on a diagnosis.
 
     Attributes:
-        lines: the first ten lines.
+        lines: the first ten lines, each with its label, such as "FIT"; "" where it has none.
         bars: causes with their probabilities.
         charts: measured against simulated, residuals.
         tables: what causes explain, before and after, and the like.
@@ -143,7 +151,7 @@ class DiagnosisPart:
     """
 
     title: str
-    lines: Sequence[str]
+    lines: Sequence[tuple[str, str]]
     bars: Sequence[Bar] = ()
     charts: Sequence[Chart] = ()
     tables: Sequence[Table] = ()
@@ -159,6 +167,7 @@ class FrontPoint:
         group: "design" (of experiments), "front" (of the surrogate), "chosen", "original".
         rows: its parameters and outputs as text, uncertainties included.
         model: number of its shape among the front's models; None: it has none.
+        inputs: values of its parameters by key.
     """
 
     label: str
@@ -167,6 +176,7 @@ class FrontPoint:
     group: str
     rows: Sequence[tuple[str, str]]
     model: int | None = None
+    inputs: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS, Channel
+from dolfingrip.channels import CHANNELS, TIME, Channel
 from dolfingrip.report.columns import Columns, numbers, select_rows
 from dolfingrip.report.page.content import Axis, Chart, Series, Style, Table
 from dolfingrip.report.page.numbers import said
@@ -15,6 +15,9 @@ from dolfingrip.report.page.runs import Run, over
 
 BAND_STD: Final = 2.0
 """Half width of a measurement's noise band, in standard deviations."""
+
+SMALL: Final = 0.1
+"""Change of a reading, by an ordinary instrument's noise, below which it counts as none."""
 
 MOST_SERIES: Final = 8
 """Curves of one chart; more cannot be told apart."""
@@ -54,7 +57,7 @@ def _panels(run: Run) -> list[tuple[str, str, list[tuple[Channel, str]]]]:
     found = [(run.experiment.title, plot.label, main)]
     by_unit: dict[str, list[tuple[Channel, str]]] = {}
     for channel in run.experiment.table:
-        if channel.name in shown or channel.name in (run.experiment.control.name, over(run)):
+        if channel.name in shown | {TIME.name, run.experiment.control.name, over(run)}:
             continue
         by_unit.setdefault(channel.symbol, []).append((channel, channel.short or channel.title))
     for symbol, channels in by_unit.items():
@@ -105,9 +108,20 @@ def _chart(
     symbol = channels[0][0].symbol
     alt = f"{title}: {label} over {axis.label}. The table below has the numbers."
     return Chart(
-        title, alt, Axis(axis.label, axis.symbol), Axis(label, symbol), series,
+        title, alt, Axis(axis.label, axis.symbol),
+        Axis(label, symbol, ends=_ends(series, channels[0][0])), series,
         _table(axis.label, columns, symbol),
     )  # fmt: skip
+
+
+def _ends(series: Sequence[Series], channel: Channel) -> tuple[float, float] | None:
+    """Ends of the axis of readings that hardly change, so that round-off is not blown up."""
+    values = np.concatenate([np.asarray(each.y, dtype=float) for each in series])
+    low, high = np.nanmin(values), np.nanmax(values)
+    if high - low >= SMALL * channel.noise:
+        return None
+    middle = round((low + high) / 2, 6)
+    return middle - channel.noise, middle + channel.noise
 
 
 def _measured(

@@ -32,8 +32,16 @@ def design_shape(base: Config, inputs: Mapping[str, float]) -> Scene:
         for each in tables:
             table = table.setdefault(each, {})
         table[name] = value
-    config = configuration.from_dict(data).changed(mesh={"order": 1})
-    mesh = solid(config)
+    return unloaded_shape(configuration.from_dict(data))
+
+
+def unloaded_shape(config: Config) -> Scene:
+    """The scene of a design without load.
+
+    Raises:
+        ConfigError: one line, if it cannot be meshed.
+    """
+    mesh = solid(config.changed(mesh={"order": 1}))
     corners = mesh.shape.corners
     fields = FieldMesh(mesh.points, mesh.cells[:, :corners], np.arange(len(mesh.points)))
     load = Load("", "", np.zeros(1), [""], np.zeros(1, dtype=np.int64))

@@ -8,8 +8,8 @@ branch, pressure_kPa, displacement_mm, value, noise (one standard deviation), co
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, Final
 
@@ -62,7 +62,8 @@ def read(folder: Path) -> DiagnosisPart:
     readings = _readings(folder)
     charts = [] if readings is None else [*_overlays(readings), *_residuals(readings)]
     return DiagnosisPart(
-        "Diagnosis", _lines(folder, found), _bars(found), charts, _tables(found),
+        "Diagnosis", [_labelled(line) for line in _lines(folder, found)], _bars(found), charts,
+        _tables(found),
         _unexplained(found, readings),
     )  # fmt: skip
 
@@ -129,6 +130,13 @@ def _lines(folder: Path, found: Mapping[str, Any]) -> list[str]:
     return lines[:LINES]
 
 
+def _labelled(line: str) -> tuple[str, str]:
+    """A line's label in capitals, such as "NOT EXPLAINED", and the rest."""
+    words = line.split(" ")
+    label = list(takewhile(lambda word: word.isalpha() and word.isupper(), words))
+    return " ".join(label), " ".join(words[len(label) :])
+
+
 def _in_words(value: Any) -> str:
     if isinstance(value, float | int) and not isinstance(value, bool):
         return said(float(value))
@@ -157,11 +165,13 @@ def _tables(found: Mapping[str, Any]) -> list[Table]:
     fits = [each for each in _list(found, "fits") if isinstance(each, Mapping)]
     if fits:
         rows = []
+        best = max(float(fit.get("log_evidence") or 0) for fit in fits)
         for fit in sorted(fits, key=lambda each: -float(each.get("log_evidence") or 0)):
             values = "; ".join(f"{p.get('key')} = {_interval(p)}" for p in _list(fit, "parameters"))
             name = " with ".join(map(str, fit.get("effects") or ())) or "none"
-            rows.append([name.replace("_", " "), said(fit.get("log_evidence")), values])
-        headings = ["Cause", "ln evidence against none", "Fitted (central 90 %)"]
+            below = float(fit.get("log_evidence") or 0) - best
+            rows.append([name.replace("_", " "), f"{below:z.1f}", values])
+        headings = ["Cause", "ln evidence less the best", "Fitted (central 90 %)"]
         tables.append(Table(headings, rows, "What each cause explains"))
     gain = [each for each in _list(found, "gain") if isinstance(each, Mapping)]
     if gain:
@@ -170,7 +180,8 @@ def _tables(found: Mapping[str, Any]) -> list[Table]:
              *(said(each.get(key)) for key in ("before", "nuisances", "process", "cause"))]
             for each in gain
         ]  # fmt: skip
-        headings = ["Error on readings left out", "as configured", "nuisances", "process", "cause"]
+        headings = ["Error on readings left out", "as configured", "nuisances fitted",
+                    "free curve fitted", "with the cause"]  # fmt: skip
         tables.append(Table(headings, rows, "Before and after"))
     downstream = _table(found, "downstream")
     designs = [each for each in _list(downstream, "designs") if isinstance(each, Mapping)]
@@ -202,9 +213,11 @@ def _interval(parameter: Mapping[str, Any]) -> str:
 def _unexplained(found: Mapping[str, Any], readings: pd.DataFrame | None) -> list[str]:
     """What stays unexplained, and where."""
     lines = []
-    verdict = _table(found, "verdict")
-    if verdict.get("unexplained"):
-        lines.append(f"unexplained by the verdict: {_in_words(verdict['unexplained'])}")
+    brief, share = _table(found, "brief"), _table(found, "verdict").get("unexplained")
+    if brief.get("not_explained"):
+        lines.append(f"Of what the model misses: {brief['not_explained']}")
+    elif isinstance(share, float | int):
+        lines.append(f"Of what the model misses: {100 * share:.2g} %")
     for key in ("unexplained", "not_reached", "suspicions", "warnings"):
         lines += [_in_words(each) for each in _list(found, key)]
     lines += [_in_words(each) for each in _list(_table(found, "noise"), "doubts")]
@@ -229,21 +242,14 @@ def _label(channel: str) -> str:
 
 def _readings(folder: Path) -> pd.DataFrame | None:
     """The table of readings; None if there is none that can be drawn."""
-    for name in ("readings.csv", "readings.parquet", "readings.json"):
-        file = folder / name
-        if not file.is_file():
-            continue
-        if file.suffix == ".csv":
-            table = pd.read_csv(file)
-        elif file.suffix == ".parquet":
-            table = pd.read_parquet(file)
-        else:
-            table = pd.DataFrame(json.loads(file.read_text(encoding="utf-8")))
-        needed = {"channel", "experiment", "value", "noise"}
-        if needed <= set(table.columns) and len(table):
-            table = table[table["channel"].isin(list(CHANNELS))]
-            return table if len(table) else None
-    return None
+    file = folder / "readings.csv"
+    if not file.is_file():
+        return None
+    table = pd.read_csv(file)
+    if not {"channel", "experiment", "value", "noise"} <= set(table.columns):
+        return None
+    table = table[table["channel"].isin(list(CHANNELS))]
+    return table if len(table) else None
 
 
 def _panels(readings: pd.DataFrame) -> list[tuple[str, str, pd.DataFrame]]:

@@ -16,7 +16,7 @@ from dolfingrip.config import Config
 from dolfingrip.report.design import LABELS
 from dolfingrip.report.page.content import Axis, Chart, Front, FrontPoint, Series, Table
 from dolfingrip.report.page.design_shape import design_shape
-from dolfingrip.report.page.numbers import said
+from dolfingrip.report.page.numbers import said, with_error
 from dolfingrip.report.page.sources import read_json
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.units import unit
@@ -68,8 +68,13 @@ class _Design:
     failure: str = ""
 
 
-def front(loop: Loop) -> Front | None:
-    """The front of a design loop; None if fewer than two outputs are known."""
+def front(loop: Loop, most_shapes: int = POLICY.shapes) -> Front | None:
+    """The front of a design loop; None if fewer than two outputs are known.
+
+    Args:
+        loop: what is known of it.
+        most_shapes: designs with a shape.
+    """
     facts = read_json(loop.surrogate / "surrogate.json") if loop.surrogate else {}
     found = [*_chosen(loop.optimum), *_along(loop.optimum), *_computed(loop)]
     outputs = list(facts.get("outputs", {})) or _outputs(found)
@@ -77,8 +82,7 @@ def front(loop: Loop) -> Front | None:
         return None
     across, up = outputs[:2]
     errors = {k: v.get("test") for k, v in facts.get("rms_error", {}).items()}
-    base = _base(loop, facts)
-    shapes = _Shapes(base)
+    shapes = _Shapes(base_of(loop), most_shapes)
     points = []
     for each in found:
         values = {**each.predicted, **each.computed}
@@ -87,7 +91,7 @@ def front(loop: Loop) -> Front | None:
         points.append(
             FrontPoint(
                 each.label, values[across], values[up], each.group,
-                _rows(each, outputs, errors), shapes.of(each.inputs),
+                _rows(each, outputs, errors), shapes.of(each.inputs), each.inputs,
             )
         )  # fmt: skip
     if not points:
@@ -142,8 +146,8 @@ def _cell(text: str) -> str:
 class _Shapes:
     """Unloaded shapes of designs, each packed once."""
 
-    def __init__(self, base: Config | None) -> None:
-        self._base = base
+    def __init__(self, base: Config | None, most: int) -> None:
+        self._base, self._most = base, most
         self._known: dict[tuple[tuple[str, float], ...], int | None] = {}
         self.packed: list[dict[str, Any]] = []
         self.missed = 0
@@ -156,7 +160,7 @@ class _Shapes:
         return self._known[key]
 
     def _made(self, inputs: Mapping[str, float]) -> int | None:
-        if self._base is None or len(self.packed) >= POLICY.shapes:
+        if self._base is None or len(self.packed) >= self._most:
             self.missed += 1
             return None
         try:
@@ -168,8 +172,9 @@ class _Shapes:
         return len(self.packed) - 1
 
 
-def _base(loop: Loop, facts: Mapping[str, Any]) -> Config | None:
+def base_of(loop: Loop) -> Config | None:
     """The configuration that a design's inputs are set in."""
+    facts = read_json(loop.surrogate / "surrogate.json") if loop.surrogate else {}
     data = (facts.get("campaign") or {}).get("base")
     if data is None and loop.designs:
         data = loop.designs[0].get("config")
@@ -189,8 +194,9 @@ def _chosen(optimum: Path | None) -> list[_Design]:
     found = []
     for one in read_json(optimum / "optimum.json").get("designs", ()):
         limit = one.get("cog_max_mm")
-        label = "Original" if limit is None else f"Chosen, COG offset ≤ {said(limit, 'mm')}"
-        group = "original" if one.get("role") == "original" else "chosen"
+        role = str(one.get("role", "chosen"))
+        label = role.capitalize() + (f", COG offset ≤ {said(limit, 'mm')}" if limit else "")
+        group = "original" if role == "original" else "chosen"
         found.append(
             _Design(
                 label, group, dict(one["inputs"]), dict(one.get("surrogate") or {}),
@@ -261,9 +267,8 @@ def _rows(
         if name in design.computed:
             found.append((f"{_label(name)}, finite elements", said(design.computed[name])))
         if name in design.predicted:
-            told = said(design.predicted[name])
-            if error is not None:
-                told += f" ± {said(error)}"
+            value = design.predicted[name]
+            told = said(value) if error is None else with_error(value, error)
             found.append((f"{_label(name)}, surrogate", told))
     if design.failure:
         found.append(("Finite elements", f"failed: {design.failure}"))

@@ -56,8 +56,8 @@ def parts(
         for number, name in enumerate(NAMES)
     ]
     food = np.array([moments[row].food - up * moments[row].table_mm for row in rows])
-    found.append(_food(body, food))
-    found.append(_table(np.concatenate([frames[0], food[0]])))
+    found.append(food_part(body, np.concatenate([food[:1], food])))
+    found.append(table_part(np.concatenate([frames[0], food[0]])))
     return [part for part in found if len(part.skin.triangles)], rows
 
 
@@ -83,16 +83,18 @@ def _finger(
     )  # fmt: skip
 
 
-def _food(body: GraspedBody, places: Floats) -> Part:
+def food_part(body: GraspedBody, places: Floats) -> Part:
+    """The food at places of its surface's points, shape (frames, points, 3)."""
     surface: Any = body.surface.polydata()
     triangles = np.asarray(surface.regular_faces, dtype=np.int64)
     none = np.zeros((0, 2), dtype=np.int64)
     count = len(body.surface.points)
     skin = Skin(places[0], np.arange(count), np.ones(count), triangles, none, none)
-    return Part("food", skin, np.concatenate([places[:1], places]), colour=FOOD)
+    return Part("food", skin, places, colour=FOOD)
 
 
-def _table(around: Floats) -> Part:
+def table_part(around: Floats) -> Part:
+    """A table under points, shape (points, 3)."""
     low, high = around.min(axis=0) - AROUND_MM, around.max(axis=0) + AROUND_MM
     low[2], high[2] = -TABLE_MM, 0.0
     skin = box_skin(low, high)

@@ -9,16 +9,17 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, Final
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 import dolfingrip
-from dolfingrip.report.page.content import Page, as_data
+from dolfingrip.report.page.content import Chart, Front, Page, as_data
 from dolfingrip.report.page.scene import palettes
 
 LARGEST_MB: Final = 15.0
@@ -56,35 +57,43 @@ def written(page: Page, file: Path) -> Path:
 
 def rendered(page: Page) -> str:
     """The HTML of a page."""
-    scripts = [_script("vendor.js"), _script("report.js")]
-    style = _asset("report.css")
-    environment = Environment(
-        loader=PackageLoader(PACKAGE, "templates"),
+    scripts = [script("vendor.js"), script("report.js")]
+    style = asset("report.css")
+    charts = [{"id": f"chart-{i}", **e} for i, e in enumerate(charts_data(page.all_charts()))]
+    return (
+        templates()
+        .get_template("report.html.j2")
+        .render(
+            page=page,
+            charts=charts,
+            version=dolfingrip.__version__,
+            policy=content_policy(scripts, style),
+            style=Markup(style),
+            scripts=[Markup(each) for each in scripts],
+            data=Markup(json_text(_data(page, charts))),
+            licences=licences("report.js"),
+            stills=[(alt, _image(content)) for alt, content in page.stills],
+            sign={"pass": "✓", "fail": "✗", "open": "○", "": ""},
+            colours=COLOURS,
+        )
+    )
+
+
+def templates(*packages: str) -> Environment:
+    """Templates of these packages and of this one; what they print is escaped."""
+    return Environment(
+        loader=ChoiceLoader([PackageLoader(each, "templates") for each in (*packages, PACKAGE)]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    charts = [{"id": f"chart-{i}", **each} for i, each in enumerate(_charts(page))]
-    return environment.get_template("report.html.j2").render(
-        page=page,
-        charts=charts,
-        version=dolfingrip.__version__,
-        policy=_policy(scripts, style),
-        style=Markup(style),
-        scripts=[Markup(each) for each in scripts],
-        data=Markup(_json(_data(page, charts))),
-        licences=licences(),
-        stills=[(alt, _image(content)) for alt, content in page.stills],
-        sign={"pass": "✓", "fail": "✗", "open": "○", "": ""},
-        colours=COLOURS,
-    )
 
 
-def licences() -> list[Licence]:
-    """Full texts of the licences of what is inside a page."""
-    facts = json.loads(_asset("bundle.json"))
-    own = _asset("gpl-3.0.txt")
+def licences(script: str) -> list[Licence]:
+    """Full texts of the licences of what is inside the page with this script of its own."""
+    facts = json.loads(asset("bundle.json"))
+    own = asset("gpl-3.0.txt")
     return [
         Licence(
             part["name"],
@@ -94,12 +103,14 @@ def licences() -> list[Licence]:
             part["licence_text"] or own,
         )
         for part in facts["parts"]
+        if part["file"] in ("vendor.js", script)
     ]
 
 
-def _charts(page: Page) -> list[dict[str, Any]]:
+def charts_data(charts: Sequence[Chart]) -> list[dict[str, Any]]:
+    """Charts as ``web/src/chart.js`` reads them, with colours."""
     found = []
-    for chart in page.all_charts():
+    for chart in charts:
         data = as_data(chart)
         colours = _colours([each["style"] for each in data["series"]])
         for series, colour in zip(data["series"], colours, strict=True):
@@ -116,33 +127,50 @@ def _colours(styles: list[str]) -> list[str]:
 
 def _data(page: Page, charts: list[dict[str, Any]]) -> dict[str, Any]:
     shown = [{k: v for k, v in chart.items() if k != "table"} for chart in charts]
-    front = as_data(page.front) if page.front else None
-    if front is not None and page.front is not None:
-        front["models"] = list(page.front.models)  # packed already
-        line = front["line"]
-        front["line"] = None if line is None else {"x": line[0], "y": line[1]}
-        front["alt"] = front["title"]
+    front = front_data(page.front) if page.front else None
     return {"scenes": page.scenes, "charts": shown, "front": front, "palettes": palettes()}
 
 
-def _json(content: dict[str, Any]) -> str:
+def front_data(front: Front) -> dict[str, Any]:
+    """A front as ``web/src/chart.js`` reads it."""
+    models = list(front.models)  # packed already
+    found = as_data(replace(front, models=[]))
+    line = found["line"]
+    return {
+        **found,
+        "models": models,
+        "line": None if line is None else {"x": line[0], "y": line[1]},
+        "alt": front.title,
+    }
+
+
+def json_text(content: dict[str, Any]) -> str:
+    """Data of scripts, to stand in a page."""
     text = json.dumps(content, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
-def _script(name: str) -> str:
-    text = _asset(name)
+def script(name: str) -> str:
+    """A bundled script, to stand in a page."""
+    text = asset(name)
     # what would end the element, or open a comment in it
     assert not any(mark in text.lower() for mark in ("</script", "<!--")), name
     return text
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """A bundled text."""
     return resources.files(PACKAGE).joinpath("bundle", name).read_text(encoding="utf-8")
 
 
-def _policy(scripts: list[str], style: str) -> str:
-    """Content-Security-Policy: these scripts and this style alone, no request at all."""
+def content_policy(scripts: list[str], style: str, connect: str = "'none'") -> str:
+    """Content-Security-Policy: these scripts and this style alone.
+
+    Args:
+        scripts: texts of the page's scripts.
+        style: text of its style sheet.
+        connect: where scripts may connect to.
+    """
 
     def hashes(texts: list[str]) -> str:
         digests = (hashlib.sha256(text.encode("utf-8")).digest() for text in texts)
@@ -150,7 +178,7 @@ def _policy(scripts: list[str], style: str) -> str:
 
     return (
         f"default-src 'none'; script-src {hashes(scripts)}; style-src {hashes([style])}; "
-        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+        f"img-src data: blob:; connect-src {connect}; base-uri 'none'; form-action 'none'"
     )
 
 

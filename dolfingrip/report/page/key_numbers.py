@@ -39,7 +39,7 @@ def numbers_of(
         chosen = [point for point in front.points if point.group == "chosen"]
         for point in chosen[:1]:
             value = said(point.y, front.y.unit)
-            at = f"at {said(point.x, front.x.unit)} {front.x.short.lower()}"
+            at = f"at {said(point.x, front.x.unit)} of {front.x.short}"
             found.append(KeyNumber(f"{front.y.short} of the chosen design", value, "", at))
     summary = _summary(checks)
     return found[: MOST - len(summary)] + summary

@@ -84,6 +84,7 @@ class Scene:
         alt: what is seen, in words.
         kind: the experiment's name; scenes of one kind are shown side by side at first.
         towards: direction from the model to the eye.
+        solved: whether its steps were solved; else they are interpolated between solutions.
     """
 
     title: str
@@ -92,6 +93,7 @@ class Scene:
     parts: Sequence[Part]
     load: Load
     towards: Floats
+    solved: bool = True
 
     def packed(self) -> dict[str, Any]:
         """The scene as ``web/src/packed.js`` reads it."""
@@ -107,6 +109,7 @@ class Scene:
                 "alt": self.alt,
                 "kind": self.kind,
                 "steps": steps,
+                "solved": self.solved,
                 "view": self.towards,
                 "stretch": ends,
                 "control": {

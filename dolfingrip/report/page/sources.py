@@ -20,8 +20,8 @@ MARKS: Final = {
 }
 """The file by which each kind of result is known; of two, the first counts."""
 
-PARTS: Final = {"optimise": ("fem",), "diagnose": ("simulations",)}
-"""Folders inside a result that are parts of it, and no results of their own."""
+EXPLORED: Final = "explore"
+"""Name of a folder that the explorer keeps its solutions in; they are no results of a page."""
 
 DEEPEST: Final = 3
 """How many folders deep results are looked for: a demo's loop is two deep."""
@@ -69,7 +69,8 @@ def _below(folder: Path, depth: int) -> Iterator[Source]:
         yield Source(kind, folder)
         return
     if depth < DEEPEST:
-        for each in sorted(path for path in folder.iterdir() if path.is_dir()):
+        inside = (path for path in folder.iterdir() if path.is_dir() and path.name != EXPLORED)
+        for each in sorted(inside):
             yield from _below(each, depth + 1)
 
 

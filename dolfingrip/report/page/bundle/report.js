@@ -35,7 +35,9 @@
 
   // src/chart.js
   var NAMESPACE = "http://www.w3.org/2000/svg";
-  var MARGIN = { left: 56, right: 16, top: 14, bottom: 44 };
+  var MARGIN = { right: 16, top: 14, bottom: 44 };
+  var LEFT = { beside: 30, letter: 7, least: 56 };
+  var LETTER = { size: 13, width: 0.56, least: 9.5 };
   var NARROW = 420;
   var NEAR = 26;
   function svg(parent, name, attributes = {}, text = null) {
@@ -60,29 +62,36 @@
     const width = Math.max(240, box.clientWidth);
     const tall = height ?? Math.round(Math.min(320, Math.max(230, width * 0.6)));
     box.replaceChildren();
-    const root2 = svg(box, "svg", { viewBox: `0 0 ${width} ${tall}`, role: "img", "aria-label": alt });
+    const root3 = svg(box, "svg", { viewBox: `0 0 ${width} ${tall}`, role: "img", "aria-label": alt });
     const [right, bottom] = [width - MARGIN.right, tall - MARGIN.bottom];
-    const across = (v) => MARGIN.left + (v - xEnds[0]) / (xEnds[1] - xEnds[0]) * (right - MARGIN.left);
+    const ups = ticks(...yEnds, 5);
+    const longest = Math.max(...ups.map((v) => formatted(v).length), 1);
+    const left = Math.max(LEFT.least, LEFT.beside + LEFT.letter * longest);
+    const across = (v) => left + (v - xEnds[0]) / (xEnds[1] - xEnds[0]) * (right - left);
     const up = (v) => bottom - (v - yEnds[0]) / (yEnds[1] - yEnds[0]) * (bottom - MARGIN.top);
-    const grid2 = svg(root2, "g", { class: "grid" });
+    const grid2 = svg(root3, "g", { class: "grid" });
     for (const v of ticks(...xEnds, width < NARROW ? 4 : 6)) {
       svg(grid2, "line", { x1: across(v), x2: across(v), y1: MARGIN.top, y2: bottom });
-      svg(root2, "text", { x: across(v), y: bottom + 17, class: "tick middle" }, formatted(v));
+      svg(root3, "text", { x: across(v), y: bottom + 17, class: "tick middle" }, formatted(v));
     }
-    for (const v of ticks(...yEnds, 5)) {
-      svg(grid2, "line", { x1: MARGIN.left, x2: right, y1: up(v), y2: up(v) });
-      svg(root2, "text", { x: MARGIN.left - 7, y: up(v) + 4, class: "tick end" }, formatted(v));
+    for (const v of ups) {
+      svg(grid2, "line", { x1: left, x2: right, y1: up(v), y2: up(v) });
+      svg(root3, "text", { x: left - 7, y: up(v) + 4, class: "tick end" }, formatted(v));
     }
-    const [cx, cy] = [(MARGIN.left + right) / 2, (MARGIN.top + bottom) / 2];
-    svg(root2, "text", { x: cx, y: tall - 7, class: "axis middle" }, x.label);
-    const turned = `rotate(-90 14 ${cy})`;
-    svg(root2, "text", { x: 14, y: cy, class: "axis middle", transform: turned }, y.label);
+    const [cx, cy] = [(left + right) / 2, (MARGIN.top + bottom) / 2];
+    const label = (text, room, attributes) => {
+      const fits = room / (LETTER.width * Math.max(text.length, 1));
+      const made = svg(root3, "text", { class: "axis middle", ...attributes }, text);
+      made.style.fontSize = `${Math.max(LETTER.least, Math.min(LETTER.size, fits))}px`;
+    };
+    label(x.label, right - left, { x: cx, y: tall - 7 });
+    label(y.label, tall, { x: 14, y: cy, transform: `rotate(-90 14 ${cy})` });
     const inverse = (clientX, clientY) => {
-      const place = root2.getBoundingClientRect();
+      const place = root3.getBoundingClientRect();
       const scale = width / place.width;
       return [(clientX - place.left) * scale, (clientY - place.top) * scale];
     };
-    return { root: root2, across, up, width, tall, right, bottom, top: MARGIN.top, left: MARGIN.left, inverse };
+    return { root: root3, across, up, width, tall, right, bottom, top: MARGIN.top, left, inverse };
   }
   var Tip = class {
     constructor(box) {
@@ -110,12 +119,14 @@
   };
   function onWidth(box, draw) {
     let width = 0;
-    new ResizeObserver(() => {
+    const observer = new ResizeObserver(() => {
       if (Math.abs(box.clientWidth - width) < 2) return;
       width = box.clientWidth;
       draw();
-    }).observe(box);
+    });
+    observer.observe(box);
     draw();
+    return observer;
   }
   function path(points) {
     let text = "";
@@ -252,8 +263,13 @@
         svg(drawn.marks, "circle", { cx: at, cy: drawn.up(y), r: 5.5, class: `now ${series.colour}` });
       }
     };
-    onWidth(box, draw);
-    return { mark, spec };
+    const observer = onWidth(box, draw);
+    const dispose = () => {
+      observer.disconnect();
+      tip.node.remove();
+      box.replaceChildren();
+    };
+    return { mark, spec, dispose };
   }
   function closest(series, x, known, [low, high]) {
     if (known !== null) return known;
@@ -265,9 +281,11 @@
     return best !== null && Math.abs(series.x[best] - x) <= 0.06 * (high - low) ? best : null;
   }
   function scatterChart(box, spec, { choose = () => {
+  }, take = () => {
   } } = {}) {
     const tip = new Tip(box);
     let chosen = -1;
+    let place = null;
     const { points, line } = spec;
     const xEnds = ends([...points.map((p) => p.x), ...line?.x ?? []]);
     const yEnds = ends([...points.map((p) => p.y), ...line?.y ?? []]);
@@ -309,25 +327,45 @@
           say(i);
         });
         node.addEventListener("blur", () => tip.hide());
+        node.addEventListener("keydown", (event) => event.key === "Enter" && take(i));
         return node;
       });
       nodes[chosen]?.classList.add("on");
       f.root.addEventListener("pointermove", (event) => {
-        const [px, py] = f.inverse(event.clientX, event.clientY);
-        let best = -1;
-        let least = NEAR;
-        points.forEach((p, i) => {
-          const distance = Math.hypot(f.across(p.x) - px, f.up(p.y) - py);
-          if (distance < least) [best, least] = [i, distance];
-        });
+        const best = under(event);
         if (best < 0) return tip.hide();
         if (best !== chosen) select(best);
         return say(best);
       });
       f.root.addEventListener("pointerleave", () => tip.hide());
+      f.root.addEventListener("click", (event) => {
+        const found = under(event);
+        if (found >= 0) take(found);
+      });
+      cross();
+    };
+    const under = (event) => {
+      const [px, py] = f.inverse(event.clientX, event.clientY);
+      let best = -1;
+      let least = NEAR;
+      points.forEach((p, i) => {
+        const distance = Math.hypot(f.across(p.x) - px, f.up(p.y) - py);
+        if (distance < least) [best, least] = [i, distance];
+      });
+      return best;
+    };
+    const cross = () => {
+      f.root.querySelector(".here")?.remove();
+      if (!place) return;
+      const [x, y] = [f.across(place[0]), f.up(place[1])];
+      svg(f.root, "path", { class: "here", d: `M${x - 6} ${y - 6}l12 12M${x - 6} ${y + 6}l12-12` });
+    };
+    const here = (at) => {
+      place = at;
+      cross();
     };
     onWidth(box, draw);
-    return { select };
+    return { select, here };
   }
 
   // src/packed.js
@@ -446,11 +484,14 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var {
     BufferAttribute,
     BufferGeometry,
+    CustomBlending,
     DataTexture,
     DoubleSide,
     LinearFilter,
     LineSegments,
     Mesh,
+    OneFactor,
+    OneMinusSrcAlphaFactor,
     OrbitControls,
     PerspectiveCamera,
     Scene,
@@ -579,9 +620,16 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
             this.still.creases,
             this.#material(LINE, mirror, [0.4, 0.4, 0.4, 0.6], 0, ghost)
           );
+          made.outline.material.depthWrite = false;
+          for (const { material } of [made.ghost, made.outline]) {
+            material.transparent = false;
+            material.blending = CustomBlending;
+            material.blendSrcAlpha = OneFactor;
+            material.blendDstAlpha = OneMinusSrcAlphaFactor;
+          }
         }
         this.objects.push(made);
-        ["surface", "lines", "ghost", "outline"].forEach((name, order) => {
+        ["ghost", "outline", "surface", "lines"].forEach((name, order) => {
           if (!made[name]) return;
           made[name].frustumCulled = false;
           made[name].renderOrder = order;
@@ -1109,11 +1157,33 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.palettes = palettes;
       this.models = [];
       this.listeners = [];
-      const first = scenes[0].kind;
-      this.shown = scenes.map((s, i) => i).filter((i) => scenes[i].kind === first).slice(0, 4);
+      this.shown = this.#first();
       this.time = 0;
       this.slider = $2("time");
       this.#controls();
+    }
+    /** Scenes that are shown at first: those of the first one's kind. */
+    #first() {
+      const { kind } = this.scenes[0];
+      return this.scenes.map((s, i) => i).filter((i) => this.scenes[i].kind === kind).slice(0, 4);
+    }
+    /** Show other scenes at the same load; the camera stays where the kind of scene is the same. */
+    async replace(scenes) {
+      const before = this.scenes[this.lead];
+      const value = valueAt(before, this.time);
+      const loaded = before.steps > 1;
+      const same = scenes[0].kind === before.kind && loaded === scenes[0].steps > 1 && scenes.length === this.scenes.length;
+      this.scenes = scenes;
+      this.models = [];
+      this.shown = this.#first();
+      const lead = scenes[this.lead];
+      this.slider.max = lead.steps - 1;
+      this.slider.disabled = lead.steps < 2;
+      const alike = before.steps > 1 && before.control.label === lead.control.label;
+      this.time = (alike ? timeOf(lead, value) : null) ?? lead.steps - 1;
+      const shown = this.shown;
+      if (this.viewer) await this.#show(shown, same);
+      if (shown === this.shown) this.setTime(this.time);
     }
     /** Call a function with the time of each scene whenever it changes. */
     onTime(listener) {
@@ -1167,15 +1237,18 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.viewer?.setTheme(dark);
     }
     #label() {
-      const { control, steps } = this.scenes[this.lead];
+      const { control, steps, solved } = this.scenes[this.lead];
       const whole = Math.abs(this.time - Math.round(this.time)) < WHOLE;
       const value = formatted(valueAt(this.scenes[this.lead], this.time));
       const at = Math.round(this.time);
       const from = Math.floor(this.time);
       const name = (i) => joined(formatted(control.values[i]), control.unit);
       const branch = control.branches[whole ? at : from];
-      const said = whole ? `solved step ${at + 1} of ${steps}` : `interpolated between the solved steps at ${name(from)} and ${name(from + 1)}`;
-      $2("now").textContent = joined(value, control.unit);
+      const step = solved ? "solved step" : "step";
+      let said = `interpolated between the ${step}s at ${name(from)} and ${name(from + 1)}`;
+      if (whole) said = `${step} ${at + 1} of ${steps}`;
+      if (!control.label) said = "without load";
+      $2("now").textContent = control.label ? joined(value, control.unit) : "";
       $2("said").textContent = branch ? `${branch}, ${said}` : said;
       this.slider.setAttribute("aria-valuetext", `${$2("now").textContent}, ${$2("said").textContent}`);
       $2("control").textContent = control.label;
@@ -1226,10 +1299,10 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.setTime(Math.round(share * (steps - 1)));
       this.#film();
     }
-    async #show(shown) {
+    async #show(shown, keepCamera = false) {
       await Promise.all(shown.map(async (i) => this.models[i] ??= await unpack(this.scenes[i])));
       if (shown !== this.shown) return;
-      this.viewer.show(shown.map((i) => this.models[i]));
+      this.viewer.show(shown.map((i) => this.models[i]), { keepCamera });
       const captions = $2("captions");
       captions.replaceChildren();
       if (shown.length > 1) {
@@ -1250,6 +1323,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       const highest = Math.max(
         ...this.shown.flatMap((i) => this.models[i].peaks[name] ?? [FIELDS[name].least])
       );
+      $2("bar").parentElement.classList.toggle("still", this.scenes[this.lead].steps < 2);
       this.range = [FIELDS[name].least, Math.max(highest, FIELDS[name].least + 1e-6)];
       this.field = name;
       this.viewer.setField(name, this.range);
@@ -1335,6 +1409,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     /** The film strip, once nothing else is to be done. */
     #film() {
+      if (!$2("film")) return;
       clearTimeout(this.filming);
       this.filming = setTimeout(() => {
         const strip = $2("film");
@@ -1361,6 +1436,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     /** The picture that is printed, some time after the last change. */
     #later() {
+      if (!$2("printed")) return;
       clearTimeout(this.printing);
       this.printing = setTimeout(() => {
         $2("printed").src = this.viewer.image(PRINT.width, PRINT.height);
@@ -1369,14 +1445,12 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
   };
 
-  // src/report.js
+  // src/theme.js
   var root = document.documentElement;
-  var data = JSON.parse(document.getElementById("data").textContent);
   var KEY = "dolfingrip-theme";
   var NEXT = { auto: "light", light: "dark", dark: "auto" };
   var SIGN = { auto: "◐ Auto", light: "☀ Light", dark: "☾ Dark" };
-  var views = [];
-  function themes() {
+  function themes(views2) {
     const system = matchMedia("(prefers-color-scheme: dark)");
     const button = document.getElementById("theme");
     let choice = "auto";
@@ -1388,7 +1462,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       const dark = choice === "dark" || choice === "auto" && system.matches;
       root.dataset.theme = dark ? "dark" : "light";
       button.textContent = SIGN[choice] ?? SIGN.auto;
-      for (const view of views) view.setTheme(dark);
+      for (const view of views2) view.setTheme(dark);
     };
     button.addEventListener("click", () => {
       choice = NEXT[choice] ?? "auto";
@@ -1402,9 +1476,14 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     apply();
     return apply;
   }
+
+  // src/report.js
+  var root2 = document.documentElement;
+  var data = JSON.parse(document.getElementById("data").textContent);
+  var views = [];
   async function begin() {
-    root.classList.add("scripted");
-    const apply = themes();
+    root2.classList.add("scripted");
+    const apply = themes(views);
     const there = webgl().there;
     const stage = data.scenes.length ? new Stage(data.scenes, data.palettes) : null;
     const charts = data.charts.map(
@@ -1418,15 +1497,15 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
         for (const chart of charts) chart.mark(now);
       });
       stage.setTime(data.scenes[stage.lead].steps - 1);
-      root.classList.toggle("webgl", there);
+      root2.classList.toggle("webgl", there);
       if (there) {
-        await stage.begin(root.dataset.theme === "dark");
+        await stage.begin(root2.dataset.theme === "dark");
         views.push(stage);
       }
     }
     if (data.front) views.push(new Front(data.front, data.palettes, there));
     apply();
-    root.dataset.ready = there ? "webgl" : "flat";
+    root2.dataset.ready = there ? "webgl" : "flat";
   }
   begin();
 })();

@@ -1,0 +1,187 @@
+"""What a tab shows of a design: its shape, curves, numbers, and where they come from."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from dolfingrip.channels import ANGLE, CHANNELS, FORCE, PRESSURE
+from dolfingrip.experiments.derivatives.gradients import cog_offset_mm
+from dolfingrip.experiments.index import find
+from dolfingrip.explore.library import Blend, Library
+from dolfingrip.explore.placed import placed
+from dolfingrip.explore.space import EXPERIMENTS, Space
+from dolfingrip.explore.wanted import Wanted
+from dolfingrip.report.design import LABELS
+from dolfingrip.report.page import html, runs
+from dolfingrip.report.page.content import Axis, Chart, Series, Table
+from dolfingrip.report.page.design_shape import unloaded_shape
+from dolfingrip.report.page.numbers import said, with_error
+from dolfingrip.report.page.run_scene import scene_of
+from dolfingrip.report.page.scene import Scene
+
+READINGS: Final = {"bending": ANGLE, "blocked_force": FORCE}
+"""The reading that is shown of each experiment."""
+
+NAMES: Final = {"bending": "Tip angle, free", "blocked_force": "Blocked force"}
+
+COG: Final = "cog_offset_mm"
+
+
+def described(space: Space, library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
+    """What a tab shows of a design, as plain data.
+
+    Args:
+        space: what varies.
+        library: solved designs.
+        wanted: the design.
+        solved: folder where the design's own solution is, if it is solved.
+
+    Raises:
+        ConfigError: one line, if there is no such design.
+    """
+    if wanted.view == "grasp":
+        return _grasp(library, wanted, solved)
+    blend = library.blend(wanted)
+    if blend is None:
+        scene, where = unloaded_shape(wanted.config), "not solved: the shape without load"
+    else:
+        scene, where = blend.scene(), _where(blend)
+    failed = _failed(wanted, solved)
+    if failed is not None:
+        scene, where = failed
+    blends = {kind: library.blend(wanted, kind) for kind in EXPERIMENTS}
+    charts = [_chart(kind, found, kind == wanted.view) for kind, found in blends.items() if found]
+    return {
+        "scenes": [replace(scene, title=find(wanted.view).title, kind=wanted.view).packed()],
+        "charts": html.charts_data(charts),
+        "numbers": _numbers(space, wanted, blends),
+        "said": where,
+        "solved": failed is not None or (blend is not None and blend.exact),
+        "place": _place(space, wanted),
+    }
+
+
+def _where(blend: Blend) -> str:
+    if blend.exact:
+        return "solved by finite elements"
+    if len(blend.of) == 1:
+        return "not solved: the shape is that of the one solved design"
+    text = f"interpolated between {len(blend.of)} solved designs"
+    return f"{text}, which this one lies outside of" if blend.outside else text
+
+
+def _failed(wanted: Wanted, solved: Path) -> tuple[Scene, str] | None:
+    """The scene of a solution that ended early; None if there is none."""
+    if not (solved / "fields.pvd").is_file() or not (solved / "run.json").is_file():
+        return None
+    run = runs.read(solved)
+    failure = run.facts.get("failure")
+    return None if failure is None else (scene_of(run), f"{run.title} {failure['sentence']}")
+
+
+def _chart(kind: str, blend: Blend, shown: bool) -> Chart:
+    """A reading over the pressure, with the interpolation's error as a band."""
+    channel, title = READINGS[kind], NAMES[kind]
+    x, y = blend.reading(PRESSURE.name), blend.reading(channel.name)
+    error = blend.error(channel.name)
+    series = Series(
+        "solved" if blend.exact else "interpolated", x, y, "line", 0 if shown else None,
+        None if error is None else y - error, None if error is None else y + error,
+    )  # fmt: skip
+    cells = [[said(a), said(b)] for a, b in zip(x, y, strict=True)]
+    label = f"{title} ({channel.symbol})"
+    note = "" if error is None else "Band: ± the interpolation's error on designs left out."
+    return Chart(
+        title, f"{title} over the pressure; the table below has the numbers.",
+        Axis(PRESSURE.label, PRESSURE.symbol), Axis(label, channel.symbol), [series],
+        Table([PRESSURE.label, label], cells), note=note,
+    )  # fmt: skip
+
+
+def _numbers(space: Space, wanted: Wanted, blends: dict[str, Blend | None]) -> list[dict[str, str]]:
+    """Readings at the highest pressure: by finite elements, the surrogate and interpolation."""
+    predicted = _predicted(space, wanted)
+    largest = said(wanted.config.experiment.max_pressure_kPa, "kPa")
+    found = [
+        {"name": LABELS[COG].partition(" (")[0], "value": said(_offset(wanted), "mm"),
+         "said": "of the unloaded shape's mesh"}
+    ]  # fmt: skip
+    for kind, channel in READINGS.items():
+        name = f"{NAMES[kind]} at {largest}"
+        if channel.name in predicted:
+            value, error = predicted[channel.name]
+            found.append(
+                {"name": name, "value": _told(value, error, channel.symbol), "said": "surrogate"}
+            )
+        blend = blends[kind]
+        if blend is None:
+            if channel.name not in predicted:
+                found.append({"name": name, "value": "–", "said": "not solved yet"})
+            continue
+        value = float(blend.reading(channel.name)[-1])
+        errors = blend.error(channel.name)
+        told = _told(value, None if errors is None else float(errors[-1]), channel.symbol)
+        found.append({"name": name, "value": told, "said": _where(blend)})
+    return found
+
+
+def _told(value: float, error: float | None, unit: str) -> str:
+    return said(value, unit) if error is None else with_error(value, error, unit)
+
+
+def _offset(wanted: Wanted) -> float:
+    return cog_offset_mm(wanted.config, ())[0]
+
+
+def _predicted(space: Space, wanted: Wanted) -> dict[str, tuple[float, float | None]]:
+    """The surrogate's outputs with their errors, by name; none outside of what it learnt."""
+    surrogate = space.surrogate
+    if surrogate is None or not set(surrogate.input_names) <= set(wanted.inputs):
+        return {}
+    inputs = np.array([[wanted.inputs[name] for name in surrogate.input_names]])
+    low, high = surrogate.inputs.low, surrogate.inputs.high
+    slack = 1e-9 * (high - low)
+    if ((inputs < low - slack) | (inputs > high + slack)).any():
+        return {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        values = surrogate.predict(inputs)[0]
+    names = surrogate.output_names
+    return {n: (float(v), space.errors.get(n)) for n, v in zip(names, values, strict=True)}
+
+
+def _place(space: Space, wanted: Wanted) -> dict[str, float]:
+    """Where the design lies in the plane of the front, by the surrogate."""
+    return {name: value for name, (value, _) in _predicted(space, wanted).items()}
+
+
+def _grasp(library: Library, wanted: Wanted, solved: Path) -> dict[str, Any]:
+    """A grasp that was solved, or the gripper before it."""
+    if (solved / "run.json").is_file() and (solved / "fields.pvd").is_file():
+        run = runs.read(solved)
+        outcome = run.facts.get("outcome") or {}
+        kind, sentence = str(outcome.get("kind", "no outcome")), str(outcome.get("sentence", ""))
+        numbers = [{"name": "Grasp", "value": kind, "said": sentence}]
+        for name in ("normal_A_N", "normal_B_N", "slip_mm", "object_height_mm"):
+            column, channel = run.column(name), CHANNELS[name]
+            if column is not None:
+                value = said(float(column[-1]), channel.symbol)
+                numbers.append({"name": channel.title, "value": value, "said": "at the end"})
+        return {
+            "scenes": [scene_of(run).packed()], "charts": [], "numbers": numbers,
+            "said": "solved by finite elements", "solved": True, "place": {},
+        }  # fmt: skip
+    blend = library.blend(wanted, "bending")
+    finger = unloaded_shape(wanted.config) if blend is None else blend.scene()
+    where = "not solved: the fingers without load"
+    if blend is not None:
+        where = "not solved: the fingers bend freely here and do not feel the food"
+    return {
+        "scenes": [placed(wanted.config, finger).packed()], "charts": [], "numbers": [],
+        "said": where, "solved": False, "place": {},
+    }  # fmt: skip

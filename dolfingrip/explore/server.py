@@ -1,0 +1,207 @@
+"""The explorer's server: a page, a websocket for its tabs, and downloads."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import json
+import socket
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from dolfingrip.config import ConfigError
+from dolfingrip.explore import page
+from dolfingrip.explore.guard import HEADERS, LOOPBACK, Guard
+from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore.session import Session, parsed
+from dolfingrip.report.page.sources import EXPLORED
+
+
+def application(session: Session, token: str, host: str, port: int) -> ASGIApp:
+    """The guarded application.
+
+    Args:
+        session: answers tabs.
+        token: that tabs must have.
+        host: address that it listens at.
+        port: of the server.
+    """
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        await session.start()
+        yield
+        await session.close()
+
+    async def index(request: Request) -> Response:
+        text, policy = page.rendered(session.space)
+        return HTMLResponse(text, headers={**HEADERS, "Content-Security-Policy": policy})
+
+    async def export(request: Request) -> Response:
+        suffix = f".{request.path_params['suffix']}"
+        try:
+            content = await session.work(
+                session.export, suffix, parsed(request.query_params.get("design", ""))
+            )
+        except ConfigError as error:
+            return PlainTextResponse(str(error), 422, HEADERS)
+        named = {"Content-Disposition": f'attachment; filename="design{suffix}"'}
+        return Response(content, 200, {**HEADERS, **named}, "application/octet-stream")
+
+    async def tab(socket: WebSocket) -> None:
+        await socket.accept()
+        await Tab(session, socket).serve()
+
+    routes = [
+        Route("/", index),
+        Route("/export/{suffix}", export),
+        WebSocketRoute("/tab", tab),
+    ]
+    hosts = LOOPBACK if host in LOOPBACK else None
+    return Guard(Starlette(routes=routes, lifespan=lifespan), token, port, hosts)
+
+
+class Tab:
+    """One open page: of its requests for a design only the newest is answered."""
+
+    def __init__(self, session: Session, socket: WebSocket) -> None:
+        self._session, self._socket = session, socket
+        self._outbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self._newest: dict[str, Any] | None = None
+        self._asked = asyncio.Event()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def serve(self) -> None:
+        """Serve until the page is closed."""
+        tell = self._outbox.put_nowait
+        self._session.tabs.add(tell)
+        tell(self._session.state())
+        self._begin(self._send())
+        self._begin(self._show())
+        try:
+            while True:
+                self._take(await self._socket.receive_text())
+        except WebSocketDisconnect:
+            pass
+        finally:
+            self._session.tabs.discard(tell)
+            for task in self._tasks:
+                task.cancel()
+
+    def _begin(self, work: Any) -> None:
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def _take(self, text: str) -> None:
+        try:
+            message = parsed(text)
+        except ConfigError as error:
+            self._outbox.put_nowait({"is": "error", "about": "message", "text": str(error)})
+            return
+        what = message.get("do")
+        if what == "show":
+            self._newest = message
+            self._asked.set()
+        elif what in ("solve", "cancel", "rig", "plan"):
+            self._begin(self._do(str(what), message))
+        else:
+            told = f"do = {what}: allowed: show, solve, cancel, rig, plan"
+            self._outbox.put_nowait({"is": "error", "about": "message", "text": told})
+
+    async def _do(self, what: str, message: dict[str, Any]) -> None:
+        tell, session = self._outbox.put_nowait, self._session
+        try:
+            if what == "solve":
+                await session.solve(message)
+            elif what == "cancel":
+                await session.cancel()
+            elif what == "rig":
+                tell(await session.rig(message))
+            else:
+                await session.plan(message, tell)
+        except ConfigError as error:
+            tell({"is": "error", "about": what, "text": str(error)})
+
+    async def _show(self) -> None:
+        while True:
+            await self._asked.wait()
+            self._asked.clear()
+            message = self._newest
+            assert message is not None
+            try:
+                found = await self._session.show(message)
+            except (ConfigError, ValueError, OSError) as error:
+                found = {"is": "error", "about": "show", "id": message.get("id"),
+                         "text": str(error)}  # fmt: skip
+            self._outbox.put_nowait(found)
+
+    async def _send(self) -> None:
+        while True:
+            await self._socket.send_text(json.dumps(await self._outbox.get(), allow_nan=False))
+
+
+def bound(host: str, port: int | None) -> socket.socket:
+    """A socket that listens at an address.
+
+    Args:
+        host: address.
+        port: None: the first free one from ``POLICY.port`` on; 0: any.
+
+    Raises:
+        ConfigError: one line, if it cannot be had.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    tried = [port] if port is not None else [POLICY.port + i for i in range(POLICY.ports)]
+    for each in tried:
+        found = socket.socket(family, socket.SOCK_STREAM)
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            found.bind((host, each))
+            return found
+        except OSError as error:
+            found.close()
+            if error.errno != errno.EADDRINUSE:
+                raise ConfigError(f"--host {host}: {error.strerror}") from None
+    raise ConfigError(f"--port {tried[0]}: in use; allowed: another, or 0 for any")
+
+
+def serve(
+    session: Session, token: str, listening: socket.socket, host: str, say: Callable[[str], None]
+) -> None:
+    """Serve until Ctrl-C.
+
+    Args:
+        session: answers tabs.
+        token: that tabs must have.
+        listening: from :func:`bound`.
+        host: its address.
+        say: called with the address to open, once it answers.
+    """
+    port = int(listening.getsockname()[1])
+    name = f"[{host}]" if ":" in host else host
+    settings = uvicorn.Config(
+        application(session, token, host, port),
+        log_level="critical", access_log=False, server_header=False,
+        ws_max_size=POLICY.largest_message, timeout_graceful_shutdown=1,
+    )  # fmt: skip
+    listening.listen()  # a browser may come before the loop runs
+    say(f"http://{name}:{port}/?token={token}")
+    uvicorn.Server(settings).run(sockets=[listening])
+
+
+def state_folder(results: Path | None, out: Path | None) -> Path:
+    """Where solutions of the explorer are kept: ``explore`` beside the results by default."""
+    if out is not None:
+        return out
+    return Path("out") / EXPLORED if results is None else results / EXPLORED

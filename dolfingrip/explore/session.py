@@ -1,0 +1,224 @@
+"""What the server does for its tabs: one worker for all of them, one library of solutions."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+from dolfingrip import config as configuration
+from dolfingrip.config import ConfigError
+from dolfingrip.explore import describe, rig
+from dolfingrip.explore.library import Library
+from dolfingrip.explore.solve import FUNCTION
+from dolfingrip.explore.space import Space
+from dolfingrip.explore.wanted import Wanted, read
+from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.single import Single
+from dolfingrip.report import printable
+
+EXPORTS: Final = (*printable.FORMATS, ".toml")
+"""Formats of exports, by their suffix."""
+
+Tell = Callable[[dict[str, Any]], None]
+"""Sends a message to one tab; called in the server's loop."""
+
+
+class Session:
+    """Answers requests of tabs.
+
+    Args:
+        space: what varies.
+        library: solutions that are there.
+        out: folder for new ones.
+    """
+
+    def __init__(self, space: Space, library: Library, out: Path) -> None:
+        self.space, self.library, self.out = space, library, out
+        self.tabs: set[Tell] = set()
+        # Gmsh and the meshes are one thread's
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="explore")
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._single = Single(out / "spool", self._heard, self._answered)
+        self._asked: dict[str, Wanted] = {}
+        self._progress: dict[str, Any] | None = None
+        self._plan: asyncio.subprocess.Process | None = None
+
+    async def start(self) -> None:
+        """Take up what was solved before."""
+        self._loop = asyncio.get_running_loop()
+        for folder in sorted((self.out / "solved").glob("*")):
+            await self.work(self.library.add, folder)
+
+    async def close(self) -> None:
+        """End the worker and the plan."""
+        if self._plan is not None and self._plan.returncode is None:
+            self._plan.terminate()
+        await asyncio.to_thread(self._single.close)
+        self._thread.shutdown(cancel_futures=True)
+
+    async def work[T](self, function: Callable[..., T], *arguments: Any) -> T:
+        """Call a function in the thread that may mesh."""
+        assert self._loop is not None
+        return await self._loop.run_in_executor(self._thread, function, *arguments)
+
+    def state(self) -> dict[str, Any]:
+        """What every tab is told: solved designs, and how far the worker is."""
+        return {"is": "state", "counts": self.library.counts(), "working": self._progress}
+
+    async def show(self, message: Mapping[str, Any]) -> dict[str, Any]:
+        """Describe a design.
+
+        Raises:
+            ConfigError: one line.
+        """
+        wanted = read(self.space, message)
+        found = await self.work(
+            describe.described, self.space, self.library, wanted, self.folder(wanted)
+        )
+        return {"is": "shown", "id": message.get("id"), "view": wanted.view, **found}
+
+    def folder(self, wanted: Wanted) -> Path:
+        """Where the solution of a design is."""
+        return self.out / "solved" / f"{wanted.view}-{wanted.key[:16]}"
+
+    async def solve(self, message: Mapping[str, Any]) -> None:
+        """Solve a design in place of what is being solved.
+
+        Raises:
+            ConfigError: one line.
+        """
+        wanted = read(self.space, message)
+        key, folder = wanted.key, self.folder(wanted)
+        known = self._single.known(key)
+        if known is not None and known.status == "done" and (folder / "run.json").is_file():
+            await self.work(self.library.add, folder)
+            self._everyone(self.state())
+            return
+        self._single.forget(key)
+        before = self._single.job
+        if before is not None and before.key != key:
+            self._everyone({"is": "replaced"})
+        arguments = {
+            "config": wanted.config.model_dump(mode="json", exclude_none=True),
+            "experiment": wanted.view,
+            "out": str(folder),
+        }
+        self._asked[key] = wanted
+        self._progress = {"done": 0, "total": 0, "note": "starting", "view": wanted.view}
+        self._everyone(self.state())
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        await asyncio.to_thread(self._single.ask, Job(key, FUNCTION, arguments))
+
+    async def cancel(self) -> None:
+        """Give up what is being solved."""
+        await asyncio.to_thread(self._single.cancel)
+        self._progress = None
+        self._everyone(self.state())
+
+    def export(self, suffix: str, message: Mapping[str, Any]) -> bytes:
+        """A design as a file; called in the thread that may mesh.
+
+        Raises:
+            ConfigError: one line.
+        """
+        if suffix not in EXPORTS:
+            raise ConfigError(f"{suffix}: allowed: {', '.join(EXPORTS)}")
+        wanted = read(self.space, message)
+        if suffix == ".toml":
+            return configuration.dumps(wanted.config).encode()
+        with TemporaryDirectory() as folder:
+            file = Path(folder) / f"design{suffix}"
+            printable.write(wanted.config, file)
+            return file.read_bytes()
+
+    async def rig(self, message: Mapping[str, Any]) -> dict[str, Any]:
+        """The files of a measurement.
+
+        Raises:
+            ConfigError: one line.
+        """
+        wanted = read(self.space, message)
+        answers = message.get("answers")
+        found = await self.work(
+            rig.files, answers if isinstance(answers, Mapping) else {}, wanted.config
+        )
+        return {"is": "rig", "setup": found.setup, "plan": found.plan, "header": found.header,
+                "readings": found.readings}  # fmt: skip
+
+    async def plan(self, message: Mapping[str, Any], tell: Tell) -> None:
+        """Run ``plan-experiment`` for a rig; a newer plan takes the place of an older one.
+
+        Raises:
+            ConfigError: one line.
+        """
+        made = await self.rig(message)
+        if self._plan is not None and self._plan.returncode is None:
+            self._plan.terminate()
+        self.out.mkdir(parents=True, exist_ok=True)
+        file, out = self.out / "rig.toml", self.out / "plan"
+        file.write_text(made["plan"], encoding="utf-8")
+        process = self._plan = await asyncio.create_subprocess_exec(
+            *rig.command(file, out),
+            stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.STDOUT,
+        )  # fmt: skip
+        assert process.stdout is not None
+        last = ""
+        async for line in process.stdout:
+            last = line.decode(errors="replace").strip() or last
+            tell({"is": "planning", "text": last})
+        if await process.wait():
+            tell({"is": "error", "about": "plan", "text": last.removeprefix("dolfingrip: ")})
+            return
+        text = (out / "plan.md").read_text(encoding="utf-8")
+        tell({"is": "planned", "text": text, "folder": str(out)})
+
+    def _heard(self, key: str, done: int, total: int, note: str) -> None:
+        """Take progress from the worker's thread."""
+        assert self._loop is not None
+        self._loop.call_soon_threadsafe(self._in_progress, key, done, total, note)
+
+    def _in_progress(self, key: str, done: int, total: int, note: str) -> None:
+        wanted = self._asked.get(key)
+        view = None if wanted is None else wanted.view
+        self._progress = {"done": done, "total": total, "note": note, "view": view}
+        self._everyone(self.state())
+
+    def _answered(self, answer: Answer) -> None:
+        """Take an answer from the worker's thread."""
+        assert self._loop is not None
+        asyncio.run_coroutine_threadsafe(self._take(answer), self._loop)
+
+    async def _take(self, answer: Answer) -> None:
+        wanted = self._asked.pop(answer.key, None)
+        self._progress = None
+        if answer.status == "done" and answer.result is not None:
+            await self.work(self.library.add, Path(answer.result["folder"]))
+            self._everyone({"is": "solved", "wall_s": answer.wall_s})
+        else:
+            view = "" if wanted is None else f"{wanted.view.replace('_', ' ')}: "
+            self._everyone({"is": "error", "about": "solve", "text": f"{view}{answer.failure}"})
+        self._everyone(self.state())
+
+    def _everyone(self, message: dict[str, Any]) -> None:
+        for tell in list(self.tabs):
+            tell(message)
+
+
+def parsed(text: str) -> dict[str, Any]:
+    """A message of a tab.
+
+    Raises:
+        ConfigError: one line.
+    """
+    try:
+        found = json.loads(text)
+    except ValueError:
+        raise ConfigError("message: not JSON") from None
+    if not isinstance(found, dict):
+        raise ConfigError("message: allowed: a JSON object")
+    return found

@@ -1,0 +1,51 @@
+"""The job of the explorer's worker: one experiment, with its fields on disk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+from dolfingrip.jobs.job import Data, JobFailure
+from dolfingrip.jobs.single import tell
+
+FUNCTION: Final = "dolfingrip.explore.solve:solve"
+"""Import path of :func:`solve`."""
+
+
+def solve(config: Data, experiment: str, out: str) -> Data:
+    """Run an experiment and keep its folder.
+
+    Args:
+        config: resolved.
+        experiment: its name.
+        out: folder for the result.
+
+    Returns:
+        The folder, and the time it took in s.
+
+    Raises:
+        JobFailure: nothing could be solved.
+        ConfigError: there is no such design.
+    """
+    from mpi4py import MPI
+
+    from dolfingrip import config as configuration
+    from dolfingrip.experiments import run
+    from dolfingrip.experiments.index import find
+
+    resolved = configuration.from_dict(config)
+    kind = find(experiment)
+    total = len(kind.schedule(kind.settings(resolved)))
+    done = 0
+    tell(done, total, "mesh and forms")
+
+    def advance(row: dict[str, Any]) -> None:
+        nonlocal done
+        done += 1
+        over = kind.plot.over
+        tell(done, total, f"{row[over.name]:zg} {over.symbol}")
+
+    result = run(kind, resolved, out=Path(out), comm=MPI.COMM_SELF, progress=advance)
+    if result.failure is not None and len(result.rows) < 2:
+        raise JobFailure(str(result.failure.kind), result.failure.sentence())
+    return {"folder": out, "wall_s": result.facts["wall_s"]}

@@ -1,0 +1,146 @@
+"""What can be explored: a configuration, parameters with their ranges, a design loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign.space import Varied, parse
+from dolfingrip.design.surrogate import surrogate as surrogates
+from dolfingrip.design.surrogate.surrogate import Surrogate
+from dolfingrip.explore.policy import POLICY
+from dolfingrip.report.design import LABELS
+from dolfingrip.report.page import front
+from dolfingrip.report.page.sources import Source, read_json
+from dolfingrip.sections.units import unit
+
+DEFAULTS: Final = ("morph.xi1=-0.2:1", "morph.xi2=-0.5:1", "finger.wall_mm=1:3")
+"""Parameters of a bellows finger where nothing says which."""
+
+EXPERIMENTS: Final = ("bending", "blocked_force")
+"""Experiments of one finger that the explorer shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Space:
+    """Designs that can be explored.
+
+    Attributes:
+        base: configuration that parameters are put into.
+        varied: parameters, and between what.
+        surrogate: of the designs; None if there is none.
+        errors: its root mean square error on designs held out, by output.
+        loop: campaign, surrogate and optimum of a design loop.
+    """
+
+    base: Config
+    varied: tuple[Varied, ...]
+    surrogate: Surrogate | None
+    errors: Mapping[str, float]
+    loop: front.Loop
+
+    @property
+    def sliders(self) -> list[dict[str, Any]]:
+        """A slider for each parameter, as the page makes them."""
+        found = []
+        for each in self.varied:
+            value = min(max(each.parameter.value(self.base), each.low), each.high)
+            whole = each.parameter.integer
+            found.append(
+                {
+                    "key": each.key,
+                    "label": LABELS.get(each.key, each.key),
+                    "unit": unit(each.key),
+                    "low": each.low,
+                    "high": each.high,
+                    "value": value,
+                    "step": 1 if whole else "any",
+                }
+            )
+        return found
+
+
+def of_results(
+    found: Sequence[Source],
+    designs: Mapping[Path, Sequence[Mapping[str, Any]]],
+    file: Path | None,
+    overrides: Sequence[str],
+    parameters: Sequence[str],
+) -> Space:
+    """The space of a design loop, of runs, or of a configuration.
+
+    Args:
+        found: folders with results.
+        designs: the designs of each campaign among them.
+        file: configuration in place of that of the results.
+        overrides: assignments ``KEY=VALUE`` on top of it.
+        parameters: ``KEY=LOW:HIGH`` of each slider; none: those of the results.
+
+    Raises:
+        ConfigError: one line.
+    """
+    folders = {kind: [each.folder for each in found if each.kind == kind]
+               for kind in ("train", "optimise", "doe", "run")}  # fmt: skip
+    rows = [row for folder in folders["doe"] for row in designs.get(folder, ())]
+    trained = folders["train"][0] if folders["train"] else None
+    loop = front.Loop(trained, folders["optimise"][0] if folders["optimise"] else None, rows)
+    surrogate = surrogates.load(trained) if trained else None
+    base = None if file is not None else front.base_of(loop) or _of_runs(folders["run"])
+    base = configuration.load(file, overrides) if base is None else base.overridden(overrides)
+    asked = [text.partition("=")[0].strip() for text in overrides]
+    if "experiment.step_kPa" not in asked and not folders["run"]:
+        largest = base.experiment.max_pressure_kPa
+        step = min(base.experiment.step_kPa, largest / POLICY.steps)
+        base = base.changed(experiment={"step_kPa": step})
+    varied = [parse(text) for text in parameters] or _ranges(surrogate, rows, base)
+    facts = read_json(trained / "surrogate.json") if trained else {}
+    errors = {name: float(each["test"]) for name, each in facts.get("rms_error", {}).items()
+              if each.get("test") is not None}  # fmt: skip
+    for each in varied:
+        try:
+            each.parameter.value(base)
+        except (AttributeError, KeyError, IndexError, TypeError):
+            raise ConfigError(
+                f"--parameter {each.key}: not in this configuration; allowed: one that is"
+            ) from None
+    return Space(base, tuple(varied), surrogate, errors, loop)
+
+
+def _of_runs(folders: Sequence[Path]) -> Config | None:
+    """The configuration of the first run of a finger."""
+    for folder in folders:
+        facts = read_json(folder / "run.json")
+        if facts.get("experiment") in EXPERIMENTS:
+            data = {key: table for key, table in facts["config"].items() if table}
+            return configuration.from_dict(data)
+    return None
+
+
+def _ranges(
+    surrogate: Surrogate | None, rows: Sequence[Mapping[str, Any]], base: Config
+) -> list[Varied]:
+    """The parameters that the results vary, within the ranges there."""
+    ranges: dict[str, tuple[float, float]] = {}
+    if surrogate is not None:
+        known = surrogate.inputs
+        for i, name in enumerate(surrogate.input_names):
+            ranges[name] = float(known.low[i]), float(known.high[i])
+    for row in rows:
+        for name, value in row["inputs"].items():
+            if isinstance(value, int | float):
+                low, high = ranges.get(name, (value, value))
+                ranges[name] = min(low, value), max(high, value)
+    found = [
+        parse(f"{n}={low:.12g}:{high:.12g}") for n, (low, high) in ranges.items() if low < high
+    ]
+    if found:
+        return found
+    if base.finger.kind != "bellows":
+        raise ConfigError(
+            "--parameter: nothing says what varies; allowed: KEY=LOW:HIGH for each slider"
+        )
+    return [parse(text) for text in DEFAULTS]

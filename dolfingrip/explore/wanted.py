@@ -1,0 +1,102 @@
+"""What one tab asks for: a design, the experiment, and for a grasp the gripper and the food."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.decisive import decisive, digest_of
+from dolfingrip.experiments.index import find
+from dolfingrip.explore.policy import POLICY
+from dolfingrip.explore.space import EXPERIMENTS, Space
+from dolfingrip.jobs.job import content_key
+
+VIEWS: Final = (*EXPERIMENTS, "grasp")
+"""What can be shown."""
+
+GRIPPER: Final = ("pose", "alpha_deg", "L_mm", "W_mm", "R_mm")
+"""Keys of the gripper that have a control; one without a value follows from the pose."""
+
+FOOD: Final = ("kind", "friction", "turn_deg")
+"""Keys of the food that have one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """A design to show.
+
+    Attributes:
+        view: one of :data:`VIEWS`.
+        inputs: values of the parameters, by key.
+        config: with these, checked.
+    """
+
+    view: str
+    inputs: Mapping[str, float]
+    config: Config
+
+    @property
+    def key(self) -> str:
+        """Hash of all that its solution depends on."""
+        settings = find(self.view).settings(self.config).model_dump(mode="json")
+        digest = digest_of(self.config.mesh.file)
+        return content_key({"experiment": self.view, "config": decisive(settings, digest)})
+
+
+def read(space: Space, message: Mapping[str, Any]) -> Wanted:
+    """A checked request.
+
+    Raises:
+        ConfigError: one line naming the key, its value and what is allowed.
+    """
+    view = message.get("view")
+    if view not in VIEWS:
+        raise ConfigError(f"view = {view}: allowed: {', '.join(VIEWS)}")
+    given = _table(message, "inputs")
+    inputs = {}
+    for each in space.varied:
+        value = _number(each.key, given.get(each.key, each.parameter.value(space.base)))
+        if not each.low <= value <= each.high:
+            raise ConfigError(f"{each.key} = {value:g}: allowed: {each.low:g} to {each.high:g}")
+        inputs[each.key] = float(round(value)) if each.parameter.integer else value
+    whole = {each.key for each in space.varied if each.parameter.integer}
+    config = space.base.overridden(
+        [f"{k}={int(v) if k in whole else repr(v)}" for k, v in inputs.items()]
+    )
+    if view == "grasp":
+        config = _grasping(config, message)
+    return Wanted(view, inputs, config)
+
+
+def _grasping(config: Config, message: Mapping[str, Any]) -> Config:
+    """The configuration with the gripper, the food and the pressure of a grasp."""
+    gripper, food = _table(message, "gripper"), _table(message, "food")
+    tables: dict[str, dict[str, Any]] = {"gripper": {"preset": "coarse"}, "food": {}}
+    for name, given, keys in (("gripper", gripper, GRIPPER), ("food", food, FOOD)):
+        for key in keys:
+            value = given.get(key)
+            if value is None or value == "":
+                continue
+            tables[name][key] = value if isinstance(value, str) else _number(key, value)
+    if "kind" in tables["food"]:  # the size of the configuration's own food is of another kind
+        tables["food"] |= {"width_mm": None, "length_mm": None, "height_mm": None}
+    pressure = _number("pressure_kPa", message.get("pressure_kPa", 150.0))
+    tables["experiment"] = {
+        "max_pressure_kPa": pressure, "step_kPa": min(POLICY.grasp_step_kPa, pressure),
+    }  # fmt: skip
+    return config.changed(**tables)
+
+
+def _table(message: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = message.get(key) or {}
+    if not isinstance(found, Mapping):
+        raise ConfigError(f"{key}: allowed: a table")
+    return found
+
+
+def _number(key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ConfigError(f"{key} = {value}: allowed: a number")
+    return float(value)

@@ -1,0 +1,75 @@
+"""Interpolation between solved designs, and the wizard's files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, seed
+from hypothesis import strategies as st
+
+from dolfingrip import config
+from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.data import rig as rigs
+from dolfingrip.explore import rig
+from dolfingrip.explore.library import weights
+
+
+@seed(1)
+@given(st.integers(1, 3), st.integers(1, 12), st.integers(0, 2**32 - 1))
+def test_weights_reproduce_what_is_known(parameters: int, count: int, draw: int) -> None:
+    """Values at the places themselves; linear functions where there are places enough for them."""
+    random = np.random.default_rng(draw)
+    places = random.random((count, parameters))
+    at = random.random(parameters)
+    found = weights(places, at)
+    assert found.sum() == pytest.approx(1.0, abs=1e-9)
+    np.testing.assert_allclose(weights(places, places[0]), np.eye(count)[0], atol=1e-6)
+    if count > parameters + 1:
+        slope = random.random(parameters)
+        assert found @ (places @ slope) == pytest.approx(at @ slope, abs=1e-6)
+
+
+def test_the_files_of_a_measurement(tmp_path: Path) -> None:
+    design = config.load(None, ["finger.wall_mm=1.8", "morph.xi1=0.3"])
+    answers = {
+        "experiments": ["bending", "blocked_force"], "rate_kPa_per_s": 10, "gap_mm": 1.5,
+        "angle_deg": 0.3, "force_N": None, "gauge_length_mm": "",
+        "protocol": {"highest_pressure_kPa": 100, "step_kPa": 50, "cycles": 1, "tip": True},
+    }  # fmt: skip
+    found = rig.files(answers, design)
+    assert found.header == (
+        "experiment,specimen,cycle,branch,time_s,pressure_kPa,angle_deg,force_N,tip_x_mm,tip_z_mm"
+    )
+    assert "protocol" not in found.setup
+    file = tmp_path / "rig.toml"
+    file.write_text(found.plan, encoding="utf-8")
+    measurement, _ = rigs.read(file, config.Config())
+    assert not measurement.warnings
+    assert found.readings == len(measurement.readings) == 2 * 3
+    setup = measurement.tests[1].setup
+    assert setup.rate == 10
+    assert setup.noise["angle_deg"] == 0.3
+    applied = setup.applied(config.Config())
+    assert (applied.finger.wall_mm, applied.morph.xi1, applied.plate.gap_mm) == (1.8, 0.3, 1.5)
+
+
+@pytest.mark.parametrize(
+    ("answers", "said"),
+    [
+        ({}, "experiments: none; allowed: bending, blocked_force, coupon"),
+        ({"experiments": ["bending"], "gap_mm": "x"}, "gap_mm = x: allowed: a number"),
+        (
+            {"experiments": ["bending"], "protocol": {"cycles": 0}},
+            "cycles = 0: allowed: at least 1",
+        ),
+        ({"experiments": ["bending"], "rate_kPa_per_s": -1}, "rate_kPa_per_s = -1"),
+    ],
+)
+def test_answers_that_are_not_allowed(answers: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        rig.files(answers, config.Config())
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+    assert "/tmp" not in str(error.value)

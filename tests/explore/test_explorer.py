@@ -1,0 +1,200 @@
+"""The explorer in a real browser, with a real server that is killed and started again."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import chromium
+import pytest
+import pyvista as pv
+from playwright.sync_api import Browser, BrowserContext, Page
+
+SHORT = (
+    "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8",
+    "experiment.max_pressure_kPa=60", "experiment.step_kPa=30",
+)  # fmt: skip
+SOLVE_MS = 120_000
+
+
+class Server:
+    """An explorer of two parameters of a short coarse finger."""
+
+    def __init__(self, out: Path) -> None:
+        self.out = out
+        self.port = 0
+        self.address = ""
+        self.process: subprocess.Popen[str] | None = None
+
+    def start(self) -> None:
+        options = [text for each in SHORT for text in ("--set", each)]
+        varied = ["--parameter", "morph.xi1=0:0.4", "--parameter", "finger.wall_mm=1.8:2.2"]
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "dolfingrip", "explore", "-o", str(self.out),
+             "--port", str(self.port), *options, *varied],
+            stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        found = re.fullmatch(r"explorer: (http://127\.0\.0\.1:(\d+)/\?token=\S+)\n", line)
+        assert found, line
+        self.address, self.port = found[1], int(found[2])
+
+    def kill(self) -> None:
+        assert self.process is not None
+        os.kill(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    found = Server(tmp_path_factory.mktemp("explorer"))
+    found.start()
+    yield found
+    found.kill()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium.browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def context(browser: Browser) -> BrowserContext:
+    return browser.new_context(viewport={"width": 1280, "height": 900})
+
+
+@pytest.fixture(scope="module")
+def page(context: BrowserContext, server: Server) -> Page:
+    found = context.new_page()
+    found.goto(server.address)
+    found.wait_for_selector("html[data-ready]")
+    return found
+
+
+def asked(page: Page) -> int:
+    return int(chromium.state(page, "shown"))
+
+
+def test_a_slider_changes_the_design(page: Page) -> None:
+    said = chromium.heard(page)
+    before = page.inner_text("#numbers"), page.locator("#view").screenshot()
+    assert "COG offset" in before[0]
+    assert page.inner_text("#where") == "not solved: the shape without load"
+    last = asked(page)
+    page.locator("#p-0").press("End")
+    page.wait_for_selector(f"html[data-shown='{last + 1}']")
+    page.wait_for_timeout(200)
+    assert page.inner_text("#o-0") == "0.4"
+    assert page.inner_text("#numbers") != before[0]
+    assert page.locator("#view").screenshot() != before[1]
+    assert not said.errors
+
+
+def test_a_design_is_solved_and_exported(page: Page, server: Server, tmp_path: Path) -> None:
+    page.click("#solve")
+    page.wait_for_selector("html[data-solved='1']", timeout=SOLVE_MS)
+    page.wait_for_selector("html[data-origin='solved by finite elements']")
+    assert page.inner_text("#state") == "solved: 1 of free bending, 0 of blocked force"
+    assert page.inner_text("#now") == "60 kPa"
+    (folder,) = (server.out / "solved").iterdir()
+    with (folder / "result.csv").open(encoding="utf-8", newline="") as stream:
+        angle = float(list(csv.DictReader(stream))[-1]["angle_deg"])
+    told = re.search(r"at 60 kPa\s+([\d.]+)°", page.inner_text("#numbers"))
+    assert told
+    assert float(told[1]) == pytest.approx(angle, rel=6e-3)  # three digits
+    volumes = {}
+    for suffix in ("stl", "step", "toml"):
+        with page.expect_download() as loading:
+            page.click(f"#{suffix}")
+        file = tmp_path / loading.value.suggested_filename
+        loading.value.save_as(file)
+        volumes[suffix] = file
+    solid = pv.read(volumes["stl"]).clean()
+    assert solid.is_manifold
+    assert solid.n_open_edges == 0
+    assert solid.volume > 1000
+    assert volumes["step"].read_text().startswith("ISO-10303-21;")
+    assert re.search(r"^xi1 = 0\.4", volumes["toml"].read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_two_tabs_have_a_design_each(context: BrowserContext, page: Page, server: Server) -> None:
+    other = context.new_page()
+    other.goto(f"http://127.0.0.1:{server.port}/")  # with the cookie of the first
+    other.wait_for_selector("html[data-ready]")
+    assert other.inner_text("#state").startswith("solved: 1 of free bending")
+    assert other.inner_text("#where") == ("not solved: the shape is that of the one solved design")
+    assert (page.inner_text("#o-0"), other.inner_text("#o-0")) == ("0.4", "0")
+    other.click("#solve")
+    other.wait_for_selector("html[data-solved='1']", timeout=SOLVE_MS)
+    page.wait_for_selector("html[data-solved='2']")
+    assert page.inner_text("#state").startswith("solved: 2 of free bending")
+    # between the two
+    last = asked(page)
+    slider = page.locator("#p-0")
+    slider.evaluate("node => { node.value = 0.2; node.dispatchEvent(new Event('input')); }")
+    page.wait_for_selector(f"html[data-shown='{last + 1}']")
+    assert page.inner_text("#where") == "interpolated between 2 solved designs"
+    other.close()
+
+
+def test_the_gripper_is_placed(page: Page) -> None:
+    said = chromium.heard(page)
+    last = asked(page)
+    page.click("[data-view=grasp]")
+    page.wait_for_selector(f"html[data-shown='{last + 1}']")
+    assert page.locator("#gripper").is_visible()
+    assert "do not feel the food" in page.inner_text("#where")
+    pinch = page.locator("#view").screenshot()
+    page.select_option("#pose", "claw")
+    page.wait_for_selector(f"html[data-shown='{last + 2}']")
+    page.wait_for_timeout(200)
+    assert page.inner_text("#o-alpha") == "0°"
+    assert page.locator("#view").screenshot() != pinch
+    page.fill("#R_mm", "0.1")
+    page.locator("#R_mm").blur()
+    page.wait_for_selector("#error:not([hidden])")
+    assert re.match(r"gripper: .*allowed: larger", page.inner_text("#error"))
+    page.fill("#R_mm", "")
+    page.locator("#R_mm").blur()
+    page.wait_for_selector("#error[hidden]", state="attached")
+    page.click("[data-view=bending]")
+    assert not said.errors
+
+
+def test_the_wizard(page: Page) -> None:
+    page.click("#make")
+    page.wait_for_selector("#made:not([hidden])")
+    assert "wall_mm" in page.inner_text("#setup")
+    assert page.inner_text("#csv-header").startswith("experiment,specimen,cycle,branch,")
+    page.fill("#cycles", "0")
+    page.click("#make")
+    page.wait_for_selector("#rig-error:not([hidden])")
+    assert page.inner_text("#rig-error") == "cycles = 0: allowed: at least 1 and at most 100"
+
+
+def test_a_phone(context: BrowserContext, server: Server) -> None:
+    page = context.new_page()
+    page.set_viewport_size({"width": 400, "height": 800})
+    page.goto(f"http://127.0.0.1:{server.port}/")
+    page.wait_for_selector("html[data-ready]")
+    assert chromium.overflow_px(page) <= 0
+    page.close()
+
+
+def test_a_server_that_is_killed_and_started_again(page: Page, server: Server) -> None:
+    page.locator("#p-0").press("End")
+    server.kill()
+    page.wait_for_selector("html[data-connected=false]")
+    assert page.inner_text("#state").startswith("not connected")
+    server.start()
+    page.wait_for_selector("html[data-connected=true]")
+    page.wait_for_selector("html[data-origin='solved by finite elements']")
+    assert page.inner_text("#state").startswith("solved: 2 of free bending")

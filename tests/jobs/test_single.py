@@ -1,0 +1,105 @@
+"""One worker for one job: the newest wins, answers are kept, a lost worker is answered for."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+import pytest
+
+from dolfingrip.jobs.job import WORKER_LOST, Answer, Job
+from dolfingrip.jobs.single import Single, tell
+
+LIMIT_S = 60.0
+
+
+def wait(start: str, seconds: float) -> dict[str, Any]:
+    """A job: say where it runs, and wait."""
+    Path(start).write_text(str(os.getpid()), encoding="ascii")
+    tell(1, 2, "waiting")
+    time.sleep(seconds)
+    return {"waited_s": seconds}
+
+
+class Heard:
+    """What a worker said."""
+
+    def __init__(self) -> None:
+        self.answers: SimpleQueue[Answer] = SimpleQueue()
+        self.progress: SimpleQueue[tuple[Any, ...]] = SimpleQueue()
+
+    def tell(self, *progress: Any) -> None:
+        self.progress.put(progress)
+
+
+@pytest.fixture
+def heard() -> Heard:
+    return Heard()
+
+
+@pytest.fixture
+def single(tmp_path: Path, heard: Heard, monkeypatch: pytest.MonkeyPatch) -> Iterator[Single]:
+    # the worker imports this file by its name
+    folder = str(Path(__file__).parent)
+    monkeypatch.setattr(sys, "path", [folder, *sys.path])
+    found = Single(tmp_path / "spool", heard.tell, heard.answers.put)
+    yield found
+    found.close()
+
+
+def job(tmp_path: Path, name: str, seconds: float) -> Job:
+    arguments = {"start": str(tmp_path / f"{name}.pid"), "seconds": seconds}
+    return Job(name, "test_single:wait", arguments)
+
+
+def begun(file: Path) -> int:
+    """Process of a job, once it runs."""
+    limit = time.monotonic() + LIMIT_S
+    while not (file.is_file() and file.read_text()):
+        assert time.monotonic() < limit
+        time.sleep(0.02)
+    return int(file.read_text())
+
+
+def test_the_newest_wins_and_its_answer_is_kept(
+    tmp_path: Path, single: Single, heard: Heard
+) -> None:
+    single.ask(job(tmp_path, "old", 600))
+    old = begun(tmp_path / "old.pid")
+    single.ask(job(tmp_path, "new", 0))
+    answer = heard.answers.get(timeout=LIMIT_S)
+    assert (answer.key, answer.status, answer.result) == ("new", "done", {"waited_s": 0})
+    assert heard.progress.get(timeout=LIMIT_S) == ("old", 1, 2, "waiting")
+    assert heard.progress.get(timeout=LIMIT_S) == ("new", 1, 2, "waiting")
+    with pytest.raises(ProcessLookupError):
+        os.kill(old, 0)
+    assert single.job is None
+    assert single.known("old") is None
+    kept = Single(tmp_path / "spool", heard.tell, heard.answers.put).known("new")
+    assert kept is not None
+    assert kept.result == {"waited_s": 0}
+
+
+def test_a_worker_that_dies_is_answered_for(tmp_path: Path, single: Single, heard: Heard) -> None:
+    single.ask(job(tmp_path, "lost", 600))
+    os.kill(begun(tmp_path / "lost.pid"), signal.SIGKILL)
+    answer = heard.answers.get(timeout=LIMIT_S)
+    assert (answer.key, answer.failure_class) == ("lost", WORKER_LOST)
+    single.ask(job(tmp_path, "next", 0))  # another worker takes its place
+    assert heard.answers.get(timeout=LIMIT_S).status == "done"
+
+
+def test_a_job_that_is_cancelled_has_no_answer(
+    tmp_path: Path, single: Single, heard: Heard
+) -> None:
+    single.ask(job(tmp_path, "cancelled", 600))
+    begun(tmp_path / "cancelled.pid")
+    single.cancel()
+    assert single.job is None
+    assert heard.answers.empty()

@@ -1,0 +1,275 @@
+"""The page of a report, in a real browser: one page of two runs, a front and a diagnosis."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import chromium
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Page
+from report import synthetic
+
+from dolfingrip import config
+from dolfingrip.report.page import build, front, html, sources
+from dolfingrip.report.page.content import Axis, Front, FrontPoint
+from dolfingrip.report.page.design_shape import unloaded_shape
+
+HOSTILE = "</script><script>window.stolen = 1</script>"
+COARSE = (
+    "finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8",
+)  # fmt: skip
+LAST = len(synthetic.PRESSURES_KPA) - 1
+
+
+@dataclass
+class Opened:
+    """The page, and what it said since it was opened."""
+
+    page: Page
+    said: chromium.Heard
+
+
+def write_run(folder: Path) -> None:
+    """A synthetic run with the facts that a report reads."""
+    folder.mkdir()
+    synthetic.write_run(folder, 1, cell="hexahedron")
+    facts = {
+        "experiment": "bending", "complete": True, "command": ["bend", HOSTILE],
+        "config": config.load(None, COARSE).model_dump(mode="json", exclude_none=True),
+        "mesh": {"elements": 120, "half": True}, "wall_s": 1.0, "ranks": 1,
+        "versions": {"dolfingrip": "0"},
+    }  # fmt: skip
+    (folder / "run.json").write_text(json.dumps(facts), encoding="utf-8")
+
+
+def write_diagnosis(folder: Path) -> None:
+    """A diagnosis whose cause removes a difference of ten sigma."""
+    folder.mkdir()
+    lines = [f"LINE {i} says something" for i in range(12)]
+    (folder / "summary.md").write_text("\n".join(lines), encoding="utf-8")
+    verdict = {"answer": "cause", "class": ["yeoh"], "probability": 0.9}
+    facts = {"verdict": verdict, "classes": [{"effects": ["yeoh"], "probability": 0.9}]}
+    (folder / "diagnosis.json").write_text(json.dumps(facts), encoding="utf-8")
+    with (folder / "readings.csv").open("w", encoding="utf-8", newline="") as stream:
+        rows = csv.writer(stream)
+        names = ("channel", "experiment", "specimen", "branch", "pressure_kPa", "value", "noise",
+                 "configured", "before", "after")  # fmt: skip
+        rows.writerow(names)
+        for p in np.linspace(0, 200, 9):
+            for branch, lag in (("loading", 0.0), ("unloading", 2.0)):
+                angle = 0.5 * p + lag
+                told = (p, angle, 0.5, angle - 5, angle - 5, angle)
+                rows.writerow(("angle_deg", "bending", "A", branch, *told))
+
+
+def two_designs() -> Front:
+    """A front of two designs with a shape each."""
+    models, points = [], []
+    for number, xi in enumerate((0.0, 0.3)):
+        shape = unloaded_shape(config.load(None, [*COARSE, f"morph.xi2={xi}"]))
+        models.append(shape.packed())
+        group = "chosen" if number else "design"
+        rows = [("ξ₂", f"{xi}"), ("Blocked force (N), surrogate", "3.00 ± 0.12")]
+        points.append(FrontPoint(f"Design {number + 1}", xi, 2 + xi, group, rows, number))
+    axes = Axis("COG offset (mm)", "mm", "COG offset"), Axis("Blocked force (N)", "N", "Force")
+    return Front("Designs", *axes, points, ([0.0, 0.3], [2.0, 2.3]), models, 1, ["Two designs."])
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("page")
+    for name in ("a", "b"):
+        write_run(folder / name)
+    write_diagnosis(folder / "diagnosed")
+    page = build.build(sources.find([folder]), designs={})
+    page.front = two_designs()
+    return html.written(page, folder / "report.html")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium.browser() as found:
+        yield found
+
+
+def opened(browser: Browser, file: Path, *, width: int = 1280, flat: bool = False) -> Opened:
+    page = browser.new_page(viewport={"width": width, "height": 900})
+    said = chromium.heard(page)
+    if flat:
+        page.add_init_script("HTMLCanvasElement.prototype.getContext = () => null")
+    page.goto(file.as_uri())
+    page.wait_for_selector("html[data-ready]")
+    return Opened(page, said)
+
+
+@pytest.fixture(scope="module")
+def seen(browser: Browser, file: Path) -> Opened:
+    found = opened(browser, file)
+    found.page.wait_for_selector("html[data-film]")
+    return found
+
+
+def test_it_says_no_error_and_asks_for_nothing(seen: Opened, file: Path) -> None:
+    assert seen.said == chromium.Heard()
+    assert file.stat().st_size < 1e6 * html.LARGEST_MB
+    assert chromium.state(seen.page, "ready") == "webgl"
+    # text of data is text
+    assert seen.page.evaluate("window.stolen") is None
+    assert HOSTILE in (seen.page.locator(".source").first.text_content() or "")
+
+
+def test_only_its_own_scripts_run(browser: Browser, file: Path) -> None:
+    page = browser.new_page()
+    said = chromium.heard(page)
+    text = file.read_text(encoding="utf-8")
+    spoilt = file.with_name("spoilt.html")
+    spoilt.write_text(text.replace("</body>", "<script>window.stolen = 1</script></body>"))
+    page.goto(spoilt.as_uri())
+    assert page.evaluate("window.stolen") is None
+    assert "Content Security Policy" in said.errors[0]
+
+
+def test_the_slider_goes_from_step_to_step(seen: Opened) -> None:
+    page = seen.page
+    slider = page.locator("#time")
+    slider.focus()
+    page.keyboard.press("Home")
+    assert page.inner_text("#now") == "0 kPa"
+    assert page.inner_text("#said") == f"loading, solved step 1 of {LAST + 1}"
+    page.keyboard.press("ArrowRight")
+    assert page.inner_text("#now") == "50 kPa"
+    slider.evaluate("node => { node.value = 0.5; node.dispatchEvent(new Event('input')); }")
+    assert page.inner_text("#now") == "25 kPa"
+    assert "interpolated between the solved steps at 0 kPa and 50 kPa" in page.inner_text("#said")
+    assert slider.get_attribute("aria-valuetext")
+
+
+def test_curves_and_the_slider_move_each_other(seen: Opened) -> None:
+    page = seen.page
+    chart = page.locator("#chart-0")
+    page.locator("#time").press("Home")
+    before = chart.locator(".now").first.get_attribute("cx")
+    for _ in range(2):
+        page.locator("#time").press("ArrowRight")
+    assert chart.locator(".now").first.get_attribute("cx") != before
+    # the other way: a click on the third point of the first curve
+    page.locator("#time").press("Home")
+    chart.locator("svg > .dot").nth(2).click(force=True)
+    assert page.inner_text("#now") == "100 kPa"
+
+
+def test_values_under_the_pointer(seen: Opened) -> None:
+    page = seen.page
+    page.locator("#chart-0 svg > .dot").nth(2).hover(force=True)
+    tip = page.locator("#chart-0 + .tip")
+    assert "100 kPa" in tip.inner_text()
+    assert re.search(r"a: .*50°", tip.inner_text())
+    page.locator("#time").press("Home")
+    page.locator("#time").press("ArrowRight")
+    box = page.locator("#view canvas").bounding_box()
+    assert box is not None
+    place = {"x": 0.2 * box["width"], "y": box["height"] / 2}
+    page.locator("#view canvas").hover(position=place, force=True)
+    page.wait_for_selector("#probe:not([hidden])")
+    assert re.fullmatch(r"finger: [\d.]+ mm", page.inner_text("#probe"))
+
+
+def test_the_scale_marks_the_present_maximum(seen: Opened) -> None:
+    page = seen.page
+    at = "getComputedStyle(document.querySelector('#bar u')).getPropertyValue('--at')"
+    page.locator("#time").press("Home")
+    assert page.evaluate(at) == "0%"
+    assert page.inner_text("#peak") == "largest now: 0 mm"
+    for _ in range(4):  # the largest pressure
+        page.locator("#time").press("ArrowRight")
+    assert page.evaluate(at) == "100%"
+
+
+def test_two_runs_side_by_side_and_their_section(seen: Opened) -> None:
+    page = seen.page
+    assert page.locator("#captions span").all_inner_texts() == [
+        "Free bending, a",
+        "Free bending, b",
+    ]
+    assert page.locator("#film img").count() == min(6, LAST + 1)
+    whole = page.locator("#view").screenshot()
+    page.click("#section")
+    page.wait_for_timeout(300)
+    assert page.locator("#view").screenshot() != whole
+    page.click("#section")
+    page.click("[data-scene='1']")
+    page.wait_for_selector("#captions:not(:has(span))", state="attached")
+    page.click("[data-scene='1']")
+    page.wait_for_selector("#captions:has(span)", state="attached")
+
+
+def test_pointing_at_the_front_shows_the_design(seen: Opened) -> None:
+    page = seen.page
+    assert page.inner_text("#design-name") == "Design 2"
+    page.locator("#front-chart .point.design").hover(force=True)
+    page.wait_for_selector("html[data-design='Design 1']")
+    assert page.inner_text("#design-name") == "Design 1"
+    assert "3.00 ± 0.12" in page.inner_text("#design-rows")
+    page.locator("#front-chart .point.chosen").focus()
+    page.wait_for_selector("html[data-design='Design 2']")
+
+
+def test_the_diagnosis_begins_with_ten_lines(seen: Opened) -> None:
+    section = seen.page.locator("section.diagnosis")
+    lines = section.locator(".lines li").all_inner_texts()
+    assert lines == [f"LINE {i} says something" for i in range(10)]
+    titles = section.locator("figure h3").all_inner_texts()
+    assert titles == ["bending, A: tip angle", "bending, A: residuals of the tip angle"]
+    assert section.locator("figure path.line").count() == 10  # three ways and two, by two branches
+    assert section.locator("figure path.band").count() == 2
+
+
+def test_dark_and_light(seen: Opened) -> None:
+    page = seen.page
+    colour = "getComputedStyle(document.body).backgroundColor"
+    light = page.evaluate(colour)
+    page.emulate_media(color_scheme="dark")
+    page.wait_for_selector("html[data-theme=dark]")
+    assert page.evaluate(colour) != light
+    page.emulate_media(color_scheme="light")
+    page.wait_for_selector("html[data-theme=light]")
+    assert page.evaluate(colour) == light
+
+
+def test_print(seen: Opened) -> None:
+    page = seen.page
+    page.wait_for_selector("#printed[src]", state="attached")
+    page.emulate_media(media="print")
+    assert page.locator("#printed").is_visible()
+    assert not page.locator("#section").is_visible()
+    printed = page.pdf(format="A4")
+    page.emulate_media(media="screen")
+    assert printed.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type\s*/Page\b", printed)) >= 2
+
+
+def test_a_phone(browser: Browser, file: Path) -> None:
+    found = opened(browser, file, width=400)
+    assert chromium.overflow_px(found.page) <= 0
+    assert found.said == chromium.Heard()
+    found.page.close()
+
+
+def test_without_webgl_there_are_pictures_and_curves(browser: Browser, file: Path) -> None:
+    page = opened(browser, file, flat=True).page
+    assert chromium.state(page, "ready") == "flat"
+    assert page.locator(".stills img").first.is_visible()
+    assert page.locator("#chart-0 path.line").count() > 0
+    page.locator("#time").press("Home")
+    assert page.inner_text("#now") == "0 kPa"
+    page.close()
+
+
+def test_a_front_without_shapes() -> None:
+    assert front.front(front.Loop(None, None, ())) is None

@@ -1,0 +1,83 @@
+"""Exported solids: closed, of the volume that the dimensions and the morph give.
+
+References: the volume of a design's mesh (half of it, by the divergence theorem), and OpenCASCADE's
+of the STEP file as it is read again.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import gmsh
+import pytest
+import pyvista as pv
+
+from dolfingrip import config
+from dolfingrip.cli import app as cli
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.rigs.undeformed import solid
+from dolfingrip.meshes.gmsh_model import session
+from dolfingrip.meshes.measures import jacobians
+from dolfingrip.report import printable
+
+SHORT = ("finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8")
+DESIGNS = {
+    "bellows": SHORT,
+    "morphed": (*SHORT, "morph.xi1=0.4", "morph.xi2=-0.3"),
+    "tetrahedra": (*SHORT, "solver.element=P2"),
+    "whole": (*SHORT, "mesh.half=false"),
+    "cast": ("finger.kind=cast", "mesh.size_mm=8", "mesh.edge_size_mm=8"),
+    "pneunet": ("finger.kind=pneunet", "mesh.size_mm=8", "mesh.edge_size_mm=8"),
+}
+
+
+def whole_mm3(design: Config) -> float:
+    """Volume of a whole design by its linear mesh, of parallelepipeds and tetrahedra."""
+    mesh = solid(design.changed(mesh={"order": 1}))
+    share = jacobians(mesh).mean(axis=1) / (6 if mesh.shape.corners == 4 else 1)
+    return float(share.sum()) * (2 if design.mesh.half else 1)
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_closed_and_of_the_right_volume(tmp_path: Path, name: str) -> None:
+    design = config.load(None, DESIGNS[name])
+    expected = whole_mm3(design)
+    stl, step = tmp_path / "design.stl", tmp_path / "design.step"
+    assert printable.write(design, stl) == pytest.approx(expected, rel=1e-9)
+    read = pv.read(stl).clean()
+    assert read.is_manifold
+    assert read.n_open_edges == 0
+    assert read.volume == pytest.approx(expected, rel=1e-6)
+    assert printable.write(design, step) == pytest.approx(expected, rel=1e-9)
+    with session("read again"):
+        gmsh.model.occ.importShapes(str(step))
+        volumes = [gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.occ.getEntities(3)]
+    assert volumes == pytest.approx([expected], rel=1e-9)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["design.step", "design.stl"]
+
+
+def test_a_mesh_file_has_no_step(tmp_path: Path) -> None:
+    from dolfingrip.meshes import files
+
+    design = config.load(None, [*SHORT, "mesh.order=1"])
+    files.write(tmp_path / "finger.msh", solid(design))
+    design = design.changed(mesh={"file": tmp_path / "finger.msh"})
+    with pytest.raises(ConfigError, match=r"\.step: a mesh file has no boxes; allowed: \.stl"):
+        printable.write(design, tmp_path / "a.step")
+    assert printable.write(design, tmp_path / "a.stl") > 0
+
+
+def test_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    files = [tmp_path / f"a.{suffix}" for suffix in ("stl", "step", "toml")]
+    options = [text for each in SHORT for text in ("--set", each)]
+    monkeypatch.setattr(sys, "argv", ["dolfingrip", "export", *map(str, files), *options])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    said = capfd.readouterr()
+    assert not said.err
+    assert [line.split(": ")[0] for line in said.out.splitlines()] == [f"wrote {f}" for f in files]
+    assert config.load(files[2]).finger.length_mm == 38
