@@ -36,6 +36,9 @@ class SeriesPolicy:
         near: distance of the states in differences that give derivatives, in the path's unit.
             Membranes are so stiff that at a hundredth the third term is 1.7 times too large;
             rounding stays below 1e-5 of the first term.
+        farther: that distance where the last term is too large by ``near``. There rounding is a
+            thousandth: by ``near`` it makes the third term of a stiff, thin layer 1.4 times the
+            first one.
         falling: largest ratio of the last and the first term over the longest step; where it is
             larger, the path starts with a shorter step.
         easy: that ratio over the shorter step.
@@ -45,6 +48,7 @@ class SeriesPolicy:
 
     order: int = 3
     near: float = 1e-3
+    farther: float = 1e-2
     falling: float = 0.3
     easy: float = 0.03
     nearest: float = 1 / 32

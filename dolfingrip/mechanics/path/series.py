@@ -28,6 +28,10 @@ def terms(
     Damil & Potier-Ferry, Int. J. Numer. Methods Eng. 37, 1994). r is a central difference here, so
     that it is valid for every energy, contact and extension.
 
+    Where the last term does not fall, the terms are taken from a longer difference, too, and those
+    with the smaller last term are kept. Rounding enlarges the last term of the shorter difference,
+    as with a stiff, thin layer; higher orders enlarge that of the longer one.
+
     Args:
         model: model at a solution; its state does not change.
         tangent: returns K⁻¹ at the model's state; not called if the state does not depend on s.
@@ -49,26 +53,34 @@ def terms(
         model.assemble_equations(equations)
         return equations.array_r.copy()
 
-    def difference(order: int) -> np.ndarray:
-        ahead, back = residual(policy.near), residual(-policy.near)
+    def difference(order: int, near: float) -> np.ndarray:
+        ahead, back = residual(near), residual(-near)
         both = ahead - back if order % 2 else ahead + back - 2 * residual(0.0)
-        return both / (2 * policy.near**order)
+        return both / (2 * near**order)
 
     try:
-        change = difference(1)
+        change = difference(1, policy.near)
         if not model.comm.allreduce(bool(change.any()), MPI.LOR):
             return []
         model.unknowns.set_local(start)
         model.prescribe(controls)
         solve = tangent()
-        found.append(model.unknowns.to_local(-solve(change)))
-        for order in range(2, policy.order + 1):
-            found.append(model.unknowns.to_local(-solve(difference(order))))
+        first = model.unknowns.to_local(-solve(change))
+        kept: list[np.ndarray] = []
+        for near in (policy.near, policy.farther):
+            found = [first]  # what ``residual`` follows
+            for order in range(2, policy.order + 1):
+                found.append(model.unknowns.to_local(-solve(difference(order, near))))
+            if not kept or _length(model, found[-1]) < _length(model, kept[-1]):
+                kept = found
+            model.unknowns.set_local(start)
+            if reach(model, kept, policy.falling) == 1.0 or not _admits(model, kept, policy):
+                break
     finally:
         model.unknowns.set_local(start)
         model.prescribe(controls)
         equations.destroy()
-    return found
+    return kept
 
 
 def reach(model: Model, terms: Sequence[np.ndarray], falling: float) -> float:
@@ -80,6 +92,13 @@ def reach(model: Model, terms: Sequence[np.ndarray], falling: float) -> float:
     if last < falling * first:
         return 1.0
     return float((falling * first / last) ** (1 / (len(terms) - 1)))
+
+
+def _admits(model: Model, terms: Sequence[np.ndarray], policy: SeriesPolicy) -> bool:
+    """Whether the states of the longer difference are admissible, as they are not near contact."""
+    zero = np.zeros_like(terms[0])
+    ways = (along(zero, terms, s) for s in (-policy.farther, policy.farther))
+    return all(model.admissible_step(way)[0] == 1.0 for way in ways)
 
 
 def along(start: np.ndarray, terms: Sequence[np.ndarray], s: float) -> np.ndarray:
