@@ -24,6 +24,11 @@ class Solver(Section):
         "27, and 8 for the change of volume, which locks at 27 where nu is near 0.5; default: "
         "reduced for bellows and mesh files, selective for other kinds of geometry",
     )
+    linear: Literal["auto", "direct", "iterative"] = Field(
+        "auto",
+        description="linear systems: a factorisation; multigrid of elements P2 and S2; or auto, "
+        "multigrid from 50,000 unknowns on",
+    )
     rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(

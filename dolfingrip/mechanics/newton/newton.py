@@ -22,6 +22,7 @@ from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.lagging import LagRules
+from dolfingrip.mechanics.newton.linear_solver import LinearSolver
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.policy import NewtonPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
@@ -43,6 +44,7 @@ class Newton:
 
     Attributes:
         counts: counts of iterations, factorisations and damped solves.
+        linear_solver: how it solves with tangents.
     """
 
     def __init__(
@@ -61,9 +63,14 @@ class Newton:
         self._policy = policy = policy or NewtonPolicy()
         mixed = len(model.unknowns.fields) > 1
         self.tangent = MixedTangent(model) if mixed else Tangent(model)
-        # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
-        graph = None if mixed else self.tangent.graph
-        self._factors = Factors(PREFIX, graph, policy.factors, self.counts)
+        self.linear_solver = linear = LinearSolver(model, self.tangent, settings)
+        self._factors = Factors(
+            PREFIX,
+            linear.inverse(PREFIX),
+            policy.multigrid if linear.iterative else policy.factors,
+            self.counts,
+            spare=lambda: linear.factors(PREFIX + "spare_"),
+        )
         self._residual = model.unknowns.create_vector()
         # SNES never gets u's own vector: values are copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
@@ -72,7 +79,11 @@ class Newton:
         self._globalisation = Globalisation(model, settings, self._residual_along, policy.steps)
         self._lagging = LagRules(model, policy.lag)
         self._damping = Damping(
-            PREFIX + "damped_", model, self.tangent, policy.damping, self.counts
+            lambda: linear.with_inertia(PREFIX + "damped_"),
+            model,
+            self.tangent,
+            policy.damping,
+            self.counts,
         )
         self._condensation = Condensation(model) if mixed else None
         self._damped = False
