@@ -27,7 +27,10 @@ class Solver(Section):
     linear: Literal["auto", "direct", "iterative"] = Field(
         "auto",
         description="linear systems: a factorisation; multigrid of elements P2 and S2; or auto, "
-        "multigrid from 50,000 unknowns on",
+        "multigrid from 120,000 unknowns of P2 on, and from 400,000 of S2",
+    )
+    memory_GB: float | None = Field(
+        None, gt=0, description="largest memory that a run may need; default: what is free"
     )
     rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")

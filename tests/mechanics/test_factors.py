@@ -28,7 +28,7 @@ class System:
         self.counts = Counts()
         self.factors = Factors(
             "test_factors_",
-            Factorisation("test_factors_", None, MPI.COMM_SELF),
+            Factorisation("test_factors_", MPI.COMM_SELF),
             FactorPolicy(),
             self.counts,
         )

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-import scipy.sparse as sp
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.newton import workspace
-from dolfingrip.mechanics.newton.ordering import AUTOMATIC, cheapest
+from dolfingrip.mechanics.newton.ordering import AUTOMATIC
 
 
 class Inverse(Protocol):
@@ -42,9 +41,8 @@ class Factorisation:
 
     Args:
         prefix: prefix of PETSc's options.
-        graph: (owned nodes, nodes) nodes that the matrix couples; the elimination order follows
-            from it. None: MUMPS chooses the order.
         comm: ranks.
+        order: elimination order; default: MUMPS chooses it.
         counts_pivots: whether all negative pivots must count: the last front is on one rank then.
     """
 
@@ -53,8 +51,8 @@ class Factorisation:
     def __init__(
         self,
         prefix: str,
-        graph: sp.csr_matrix | None,
         comm: MPI.Comm,
+        order: int = AUTOMATIC,
         *,
         counts_pivots: bool = False,
     ) -> None:
@@ -67,7 +65,7 @@ class Factorisation:
         if counts_pivots:
             options["mat_mumps_icntl_13"] = 1
         else:
-            options["mat_mumps_icntl_7"] = AUTOMATIC if graph is None else cheapest(graph, comm)
+            options["mat_mumps_icntl_7"] = order
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Factorise ``matrix``."""

@@ -32,6 +32,8 @@ class LinearLevel:
         model: model with a displacement of second order, its only field.
 
     Attributes:
+        parents: (nodes of all ranks, 2) nodes of the linear level that a node is the mean of; a
+            corner's are one, twice.
         nodes: (nodes,) whether a block of unknowns, owned, is a node's and not of global unknowns.
     """
 
@@ -46,15 +48,14 @@ class LinearLevel:
         self._rows = coarse.size_local + own_pads
         self._first = coarse.local_range[0]
         self._count = coarse.size_global + pads
-        # two parents for each node of all ranks; that of a corner is one, twice
         parents = _parents(space, linear)
         own = [np.concatenate(comm.allgather(parents)), np.zeros((pads, 2), dtype=np.int64)]
         own[1] += (coarse.size_global + np.arange(pads))[:, None]
-        self._parents = np.concatenate(own)
+        self.parents = np.concatenate(own)
         free = np.concatenate(comm.allgather(model.free)).reshape(-1, BLOCK)
-        single = np.flatnonzero(self._parents[:, 0] == self._parents[:, 1])
+        single = np.flatnonzero(self.parents[:, 0] == self.parents[:, 1])
         coarse_free = np.zeros((self._count, BLOCK))
-        coarse_free[self._parents[single, 0]] = free[single]
+        coarse_free[self.parents[single, 0]] = free[single]
         self._free = coarse_free
         self._matrix: PETSc.Mat | None = None
         self._keys = np.empty(0, dtype=np.int64)
@@ -64,7 +65,7 @@ class LinearLevel:
 
     def _interpolation(self, rows: np.ndarray, free: np.ndarray) -> PETSc.Mat:
         """P as a matrix of scalars, without what supports hold."""
-        parents = self._parents[rows]
+        parents = self.parents[rows]
         weights = np.where(parents[:, :1] == parents[:, 1:], [[1.0, 0.0]], [[0.5, 0.5]])
         data = weights[:, None, :] * free[rows][:, :, None]
         columns = BLOCK * parents[:, None, :] + np.arange(BLOCK)[:, None]
@@ -178,9 +179,9 @@ class LinearLevel:
         keys, which, weights, turns = [], [], [], []
         for a in (0, 1):
             for b in (0, 1):
-                up, along = self._parents[row, a], self._parents[column, b]
+                up, along = self.parents[row, a], self.parents[column, b]
                 double = [
-                    self._parents[nodes, 0] != self._parents[nodes, 1] for nodes in (row, column)
+                    self.parents[nodes, 0] != self.parents[nodes, 1] for nodes in (row, column)
                 ]
                 kept = (double[0] | (a == 0)) & (double[1] | (b == 0))
                 weight = np.where(double[0], 0.5, 1.0) * np.where(double[1], 0.5, 1.0)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton import memory
 from dolfingrip.mechanics.newton.inverse import Factorisation, Inverse
 from dolfingrip.mechanics.newton.multigrid import Multigrid
-from dolfingrip.mechanics.newton.policy import LINEAR
+from dolfingrip.mechanics.newton.ordering import AUTOMATIC, Order, cheapest
+from dolfingrip.mechanics.newton.policy import LINEAR, MEMORY
 from dolfingrip.mechanics.newton.tangent import Tangent
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.numerics import Solver
@@ -16,29 +20,56 @@ class LinearSolver:
 
     A factorisation is quick for small models, but its time and memory grow faster than the
     unknowns. Multigrid needs a linear element below a quadratic one. The saddle points of a
-    pressure field and of a volume that is prescribed are factorised.
+    pressure field are factorised.
 
     Args:
         model: model whose tangent is inverted.
         tangent: the tangent.
-        settings: which solver is asked for.
+        settings: which solver is asked for, and the memory that it may take.
 
     Attributes:
         iterative: whether inverses are approximate.
+        forecast_MB: largest memory that the run will need on all ranks.
 
     Raises:
-        ConfigError: one line, if the element has no multigrid.
+        ConfigError: one line, if the element has no multigrid, or the model will not fit.
     """
 
     def __init__(self, model: Model, tangent: Tangent, settings: Solver) -> None:
         self._model, self._tangent = model, tangent
         self._mixed = len(model.unknowns.fields) > 1
-        quadratic = model.u.function_space.ufl_element().degree == 2
-        if settings.linear == "iterative" and (self._mixed or not quadratic):
+        element = model.u.function_space.ufl_element()
+        quadratic = element.degree == 2 and not self._mixed
+        if settings.linear == "iterative" and not quadratic:
             raise ConfigError('solver.linear = "iterative": allowed: with elements P2 and S2')
-        saddle = self._mixed or any(each.multiplier for each in model.unknowns.global_unknowns)
-        large = settings.linear == "iterative" or model.dofs >= LINEAR.iterative_from
-        self.iterative = settings.linear != "direct" and quadratic and not saddle and large
+        large = {
+            "tetrahedron": LINEAR.iterative_from,
+            "hexahedron": LINEAR.iterative_from_hexahedra,
+        }[model.domain.mesh.ufl_cell().cellname()]
+        wanted = settings.linear == "iterative" or model.dofs >= large
+        self.iterative = settings.linear != "direct" and quadratic and wanted
+        self.forecast_MB = memory.refuse_too_large(
+            model.dofs,
+            self._needed_MB(),
+            settings.memory_GB,
+            model.comm,
+            "iterative" if self.iterative else "direct",
+            "" if self.iterative or not quadratic else ', or solver.linear = "iterative"',
+        )
+
+    @cached_property
+    def _order(self) -> Order:
+        # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
+        if self._mixed:
+            return Order(AUTOMATIC)
+        return cheapest(self._tangent.graph, self._model.comm)
+
+    def _needed_MB(self) -> float:
+        """Memory of the solver on all ranks (10⁶ bytes)."""
+        thousands = self._model.dofs / 1e3
+        if self.iterative:
+            return (MEMORY.tangent_kB + MEMORY.multigrid_kB) * thousands
+        return MEMORY.tangent_kB * thousands + memory.of_factors_MB(self._order.entries)
 
     def inverse(self, prefix: str) -> Inverse:
         """The inverse for solves of Newton's method."""
@@ -46,9 +77,7 @@ class LinearSolver:
 
     def factors(self, prefix: str) -> Factorisation:
         """A factorisation, whatever the choice is."""
-        # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
-        graph = None if self._mixed else self._tangent.graph
-        return Factorisation(prefix, graph, self._model.comm)
+        return Factorisation(prefix, self._model.comm, self._order.number)
 
     def with_inertia(self, prefix: str) -> Inverse:
         """An inverse that tells the tangent's negative eigenvalues.
@@ -58,4 +87,4 @@ class LinearSolver:
         """
         if self.iterative:
             return Multigrid(prefix, self._model)
-        return Factorisation(prefix, None, self._model.comm, counts_pivots=True)
+        return Factorisation(prefix, self._model.comm, counts_pivots=True)

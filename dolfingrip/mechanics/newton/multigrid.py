@@ -8,6 +8,7 @@ from petsc4py import PETSc
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.mechanics.newton.linear_level import BLOCK, LinearLevel
+from dolfingrip.mechanics.newton.ordering import cheapest
 from dolfingrip.mechanics.newton.policy import MULTIGRID
 
 
@@ -16,7 +17,8 @@ class Multigrid:
 
     Chebyshev's iteration on the blocks of the diagonal smooths (Adams, Brezina, Hu & Tuminaro, J.
     Comput. Phys. 188, 2003). The linear level is factorised. It has an eighth of a tetrahedral
-    mesh's unknowns and a fourth of a hexahedral one's. Global unknowns are left to the linear level.
+    mesh's unknowns and a fourth of a hexahedral one's. Global unknowns are left to the linear
+    level.
 
     Args:
         prefix: prefix of PETSc's options of the factorisation.
@@ -44,7 +46,8 @@ class Multigrid:
         self._matrix = matrix
         coarse, diagonal = self._level.assemble(matrix)
         if self._coarse is None:
-            self._coarse = Factorisation(self._prefix, self._level.graph, self._comm)
+            order = cheapest(self._level.graph, self._comm).number
+            self._coarse = Factorisation(self._prefix, self._comm, order)
         self._coarse.set_up(coarse)
         self._invert(diagonal)
         if not self._vectors:

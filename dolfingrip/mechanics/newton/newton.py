@@ -26,6 +26,7 @@ from dolfingrip.mechanics.newton.linear_solver import LinearSolver
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.policy import NewtonPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
+from dolfingrip.mechanics.newton.watch import Watch
 from dolfingrip.sections.numerics import Solver
 
 PREFIX = "dolfingrip_"
@@ -45,6 +46,7 @@ class Newton:
     Attributes:
         counts: counts of iterations, factorisations and damped solves.
         linear_solver: how it solves with tangents.
+        watch: tells how a long solve goes on.
     """
 
     def __init__(
@@ -86,13 +88,16 @@ class Newton:
             self.counts,
         )
         self._condensation = Condensation(model) if mixed else None
+        self.watch = Watch()
         self._damped = False
         self._before: Mapping[str, float] = {}
         self._snes = self._make_snes()
 
     def of(self, model: Model) -> Newton:
         """A solver of another model with these settings and counts."""
-        return Newton(model, self.settings, self.profile, self._policy, self.counts)
+        made = Newton(model, self.settings, self.profile, self._policy, self.counts)
+        made.watch.tell = self.watch.tell
+        return made
 
     def _make_snes(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.model.comm)
@@ -182,6 +187,7 @@ class Newton:
                 fraction = self._globalisation.fraction(step)
                 if self._damped:
                     self._damping.adapt(fraction)
+            self.watch.stepped(fraction, self._globalisation.bound)
             step *= fraction
             self.model.carried.follow(*self.model.unknowns.parts(step))
             y.array[:] = -self.model.unknowns.owned_part(step)
@@ -192,6 +198,7 @@ class Newton:
     ) -> int:
         rules, scale = self._globalisation, self.model.scale_N()
         verdict = rules.judge(iteration, norms[2], scale)
+        self.watch.judged(iteration, norms[2], rules.tolerance_N(scale))
         if self._takes_anew(verdict, norms[2]):
             self.model.assemble_equations(self._residual)  # which SNES goes on with
             norm = float(self._residual.norm())
@@ -234,6 +241,7 @@ class Newton:
         here = self.model.unknowns.local()
         lagged = self.model.lagged_state()
         self._before = before or {}
+        self.watch.start()
         solve = self._iterate(guess, damped=damped)
         if again and not solve.converged and self._lagging.overshot:
             self.model.unknowns.set_local(here)

@@ -176,14 +176,16 @@ class LinearPolicy:
 
     Attributes:
         condensation_rtol: relative tolerance of the equations of further fields.
-        iterative_from: unknowns of a displacement of second order from which on its tangent is solved
-            with by multigrid.
+        iterative_from: unknowns of quadratic tetrahedra from which on multigrid takes less time.
+        iterative_from_hexahedra: of hexahedra of 20 nodes, in walls of one element: linear ones
+            cannot bend, so the linear level says less.
         smallest_graph: number of nodes below which no elimination order is sought; PORD ends the
             process on tiny graphs.
     """
 
     condensation_rtol: float = 1e-12
-    iterative_from: int = 50_000
+    iterative_from: int = 120_000
+    iterative_from_hexahedra: int = 400_000
     smallest_graph: int = 1000
 
 
@@ -206,7 +208,34 @@ class MultigridPolicy:
     rows_at_once: int = 50_000
 
 
+@dataclass(frozen=True, slots=True)
+class MemoryPolicy:
+    """What solvers need, for the forecast; see :mod:`~.memory`.
+
+    Attributes:
+        workspace: memory of a factorisation by that of the factors' entries.
+        tangent_kB: memory for each unknown of a tangent, its assembly and the carried stress.
+        multigrid_kB: for each unknown, of multigrid with its linear level.
+    """
+
+    workspace: float = 1.4
+    tangent_kB: float = 2.0
+    multigrid_kB: float = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class WatchPolicy:
+    """When a solve tells how it goes on; see :class:`~.watch.Watch`.
+
+    Attributes:
+        patience_s: time after which it does.
+    """
+
+    patience_s: float = 2.0
+
+
 WORKSPACE, LINEAR, MULTIGRID = WorkspacePolicy(), LinearPolicy(), MultigridPolicy()
+MEMORY, WATCH = MemoryPolicy(), WatchPolicy()
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,6 +253,6 @@ class NewtonPolicy:
     lag: LagPolicy = field(default_factory=LagPolicy)
     correction: CorrectionPolicy = field(default_factory=CorrectionPolicy)
     factors: FactorPolicy = field(default_factory=FactorPolicy)
-    multigrid: FactorPolicy = FactorPolicy(iterations=14, worn=11)
+    multigrid: FactorPolicy = FactorPolicy(rtol=1e-7, iterations=30, worn=25)
     damping: DampingPolicy = field(default_factory=DampingPolicy)
     guess_residual_ratio: float = np.inf
