@@ -115,7 +115,7 @@ class FactorPolicy:
     worn: int = 5
     fresh: int = 200
     restart: int = 60
-    exact_rtol: float = 1e-12
+    exact_rtol: float = 1e-10
     operator_rtol: float = 1e-2
     operator_iterations: int = 12
     operator_iterations_at_most: int = 40
