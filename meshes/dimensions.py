@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from dolfingrip.meshes.solid import Floats, MeshError
-from dolfingrip.sections.geometry.boxes import TOLERANCE_MM
+from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, BoxSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 
 
@@ -29,7 +29,9 @@ def moved(points: Floats, dimensions: Geometry, changed: Geometry) -> Floats:
         MeshError: one line, if the two fingers differ in the order of their planes.
     """
     found = points.copy()
-    solids = dimensions.solid(), changed.solid()
+    solids = [each for each in (dimensions.solid(), changed.solid()) if isinstance(each, BoxSolid)]
+    if len(solids) < 2:
+        raise MeshError(f"{dimensions.table()}: no mesh of round faces moves; remesh it")
     for axis in range(3):
         before, after = (solid.planes(axis) for solid in solids)
         if len(before) != len(after):

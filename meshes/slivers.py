@@ -22,8 +22,9 @@ def refuse_slivers(geometry: Geometry) -> None:
                 f"{geometry.table()}.{key} = {getattr(geometry, key)}: leaves {distance:.3g} mm "
                 f"between two faces; allowed: at least {THINNEST_MM} mm"
             )
-    if not distances:
-        _refuse_near_planes(geometry.solid(), geometry.table())
+    solid = geometry.solid()
+    if not distances and isinstance(solid, BoxSolid):
+        _refuse_near_planes(solid, geometry.table())
 
 
 def _refuse_near_planes(solid: BoxSolid, table: str) -> None:

@@ -1,6 +1,8 @@
-"""A solid of boxes in the OpenCASCADE kernel."""
+"""A solid of boxes, or of cylinders and blocks, in the OpenCASCADE kernel."""
 
 from __future__ import annotations
+
+import math
 
 import gmsh
 
@@ -8,6 +10,7 @@ from dolfingrip.meshes import groups
 from dolfingrip.meshes.slivers import refuse_slivers
 from dolfingrip.meshes.solid import MeshError
 from dolfingrip.sections.geometry.boxes import TOLERANCE_MM, Box, BoxSolid
+from dolfingrip.sections.geometry.cylinders import Cylinder, CylinderSolid
 from dolfingrip.sections.geometry.geometry import Geometry
 
 
@@ -25,31 +28,57 @@ def build(finger: Geometry, half: bool) -> None:
     _add_groups(add_solid(finger.solid(), half), finger, half)
 
 
-def add_solid(boxes: BoxSolid, half: bool) -> int:
+def add_solid(shape: BoxSolid | CylinderSolid, half: bool) -> int:
     """Add a block with its hollows to the current Gmsh model; the volume's tag.
 
     Args:
-        boxes: the block.
+        shape: the block.
         half: only y >= 0.
 
     Raises:
         MeshError: if it falls into parts.
     """
-
-    def add(box: Box) -> tuple[int, int]:
-        x, (y0, y1), z = box
-        y0 = 0.0 if half else y0
-        return 3, gmsh.model.occ.addBox(x[0], y0, z[0], x[1] - x[0], y1 - y0, z[1] - z[0])
-
-    channel, *chambers = map(add, boxes.cavity)
-    # The cavity is united before the cut. Its coplanar faces become one; they would divide the
-    # mesh otherwise.
-    cavity = gmsh.model.occ.fuse([channel], chambers)[0] if chambers else [channel]
-    solid, _ = gmsh.model.occ.cut([add(boxes.body)], [*map(add, boxes.gaps), *cavity])
+    solid = _of_boxes(shape, half) if isinstance(shape, BoxSolid) else _of_cylinders(shape, half)
     gmsh.model.occ.synchronize()
     if len(solid) != 1:
         raise MeshError(f"finger: falls into {len(solid)} parts; allowed: one solid")
     return int(solid[0][1])
+
+
+def _add_box(box: Box, half: bool) -> tuple[int, int]:
+    x, (y0, y1), z = box
+    y0 = 0.0 if half else y0
+    return 3, gmsh.model.occ.addBox(x[0], y0, z[0], x[1] - x[0], y1 - y0, z[1] - z[0])
+
+
+def _of_boxes(boxes: BoxSolid, half: bool) -> list[tuple[int, int]]:
+    """Add the body without its gaps and its cavity."""
+    channel, *chambers = (_add_box(box, half) for box in boxes.cavity)
+    # The cavity is united before the cut. Its coplanar faces become one; they would divide the
+    # mesh otherwise.
+    cavity = gmsh.model.occ.fuse([channel], chambers)[0] if chambers else [channel]
+    gaps = [_add_box(box, half) for box in boxes.gaps]
+    return list(gmsh.model.occ.cut([_add_box(boxes.body, half)], [*gaps, *cavity])[0])
+
+
+def _of_cylinders(shape: CylinderSolid, half: bool) -> list[tuple[int, int]]:
+    """Add blocks and cylinders without the cavities."""
+
+    def add(cylinder: Cylinder) -> tuple[int, int]:
+        start, end = cylinder.along_mm
+        # half a cylinder about z lies at y >= 0
+        angle = math.pi if half else 2 * math.pi
+        return 3, gmsh.model.occ.addCylinder(
+            cylinder.axis_mm, 0.0, start, 0.0, 0.0, end - start, cylinder.radius_mm, angle=angle
+        )
+
+    hollows = [
+        gmsh.model.occ.fuse([add(first)], [add(each) for each in others])[0]
+        for first, *others in shape.cavities
+    ]
+    first, *others = (_add_box(box, half) for box in shape.blocks)
+    body, _ = gmsh.model.occ.fuse([first], [*others, *(add(each) for each in shape.cylinders)])
+    return list(gmsh.model.occ.cut(body, [part for hollow in hollows for part in hollow])[0])
 
 
 def _add_groups(volume: int, finger: Geometry, half: bool) -> None:
@@ -62,12 +91,23 @@ def _add_groups(volume: int, finger: Geometry, half: bool) -> None:
     }
     walls = set(surfaces) - set(named[groups.SYMMETRY])
     outside = _connected(named[groups.CLAMP][0], walls)
-    named[groups.CAVITY] = sorted(walls - outside)
+    named |= _cavities(walls - outside)
     named[groups.SKIN] = sorted(outside - set(named[groups.CLAMP]) - set(named[groups.TIP]))
     gmsh.model.addPhysicalGroup(3, [volume], groups.SOLID_TAG, groups.SOLID)
     for name, tag in groups.SURFACE_TAGS.items():
         if named.get(name):
             gmsh.model.addPhysicalGroup(2, named[name], tag, name)
+
+
+def _cavities(walls: set[int]) -> dict[str, list[int]]:
+    """The surfaces of each cavity by its name, the one farthest from the contact face first."""
+    found = []
+    while walls:
+        joined = _connected(min(walls), walls)
+        walls = walls - joined
+        found.append(sorted(joined))
+    found.sort(key=lambda cavity: -min(gmsh.model.getBoundingBox(2, each)[0] for each in cavity))
+    return dict(zip(groups.CAVITIES, found, strict=False))
 
 
 def _lies_in(surface: int, axis: int, value: float) -> bool:

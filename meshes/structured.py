@@ -73,6 +73,7 @@ def grid(dimensions: Geometry, mesh: Mesh) -> Grid:
     """A grid refined towards concave edges; all faces of the finger lie in its planes."""
     size, edge = mesh.hexahedra_mm(dimensions)
     boxes = dimensions.solid()
+    assert isinstance(boxes, BoxSolid)  # no other solid is meshed in hexahedra
     walls = [_unique(boxes.planes(axis)) for axis in range(3)]
     if mesh.half:
         walls[1] = walls[1][walls[1] > -THINNEST_MM]

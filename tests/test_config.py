@@ -12,6 +12,7 @@ import pytest
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.sections import units
+from dolfingrip.sections.setup import KINDS
 
 DIMENSIONLESS = {
     "finger.bellows",
@@ -38,6 +39,7 @@ DIMENSIONLESS = {
     "food.table_friction",
     "cast.chambers",
     "pneunet.chambers",
+    "round_bellows.convolutions",
 }
 """Numbers without a unit: counts, ratios and directions."""
 
@@ -262,7 +264,8 @@ def test_every_number_has_its_unit_in_its_name() -> None:
 
 def test_every_key_is_printed_with_its_meaning() -> None:
     own = ["finger.kind=adopted", "mesh.file=part.msh"]
-    kinds = ([], ["finger.kind=cast"], ["finger.kind=pneunet"], own)
+    made = [[f"finger.kind={kind}"] for kind in KINDS if not KINDS[kind].of_file]
+    kinds = ([], *made, own)
     lines = [line for kind in kinds for line in config.dumps(config.load(None, kind)).splitlines()]
     for key, info in _keys().items():
         name = key.partition(".")[2]

@@ -142,3 +142,13 @@ def test_a_grasp_foretells_its_time(compiled_s: float) -> None:
         foretold = 3600 * hours + 60 * minutes + seconds
         truth = sum(took[done - 1 :])
         assert foretold == pytest.approx(truth, rel=0.45, abs=12)
+
+
+def test_what_is_told_between_readings_is_no_reading() -> None:
+    """The time between two readings counts whole, whatever is shown on the way."""
+    now = [0.0]
+    forecast = progress.Forecast([1, 1, 1, 1], clock=lambda: now[0])
+    for moment, done in ((0.0, 1), (5.0, 1), (10.0, 2), (15.0, 2), (20.0, 3)):
+        now[0] = moment
+        text = forecast.text(done, 4)
+    assert text == "0:00:10 left"

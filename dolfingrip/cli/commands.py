@@ -23,6 +23,7 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.index import find
 from dolfingrip.experiments.results.result import Result, Row
 from dolfingrip.mechanics.model.domain import on_root
+from dolfingrip.mechanics.newton.watch import Tell
 from dolfingrip.report import curve, render
 from dolfingrip.report.table import tabulate
 
@@ -102,7 +103,10 @@ def synthetic_measurement(
     """
     channels = synthetic.noise_from(noise)
     check_writable(out)
-    with _bar("Synthetic measurement", [find(kind) for kind in kinds], config, console) as advance:
+    with _bar("Synthetic measurement", [find(kind) for kind in kinds], config, console) as (
+        advance,
+        _,
+    ):
         found = synthetic.measure(
             kinds,
             config,
@@ -187,31 +191,35 @@ def _run(
     gradients: Sequence[str] | None = None,
 ) -> Result:
     runs = 1 + len(choices(experiment.settings(config), gradients))
-    with _bar(experiment.title, runs * [experiment], config, console) as advance:
-        return run(experiment, config, out=out, progress=advance, gradients=gradients)
+    with _bar(experiment.title, runs * [experiment], config, console) as (advance, tell):
+        return run(experiment, config, out=out, progress=advance, gradients=gradients, tell=tell)
 
 
 @contextmanager
 def _bar(
     title: str, experiments: Sequence[Experiment], config: Config, console: Console
-) -> Iterator[Callable[[Row], None]]:
-    """Yield the function to call with each row of the experiments."""
+) -> Iterator[tuple[Callable[[Row], None], Tell]]:
+    """Yield what to call with each row of the experiments, and with a line about an iteration."""
     controls = {each.name: each.control for each in experiments}
     efforts = [effort for each in experiments for effort in each.efforts(each.settings(config))]
     total = len(efforts)
-    rows = 0
+    rows, reached = 0, ""
     what = f"{title.lower()} readings"
     forecast = progress.Forecast(efforts)
     with progress.shown(console, what, total=total, note="mesh and forms", pace=forecast) as show:
 
         def advance(row: Row) -> None:
-            nonlocal rows
+            nonlocal rows, reached
             rows += 1
             control = controls[row["experiment"]]
             # nobody knows the stops after a change to volume control before it
-            show(rows, max(rows, total), f"{row[control.name]:zg} {control.symbol}")
+            reached = f"{row[control.name]:zg} {control.symbol}"
+            show(rows, max(rows, total), reached)
 
-        yield advance
+        def tell(line: str) -> None:
+            show(rows, max(rows, total), ", ".join(filter(None, (reached, line))))
+
+        yield advance, tell
 
 
 def _pictures(

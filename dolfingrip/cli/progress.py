@@ -97,7 +97,8 @@ class Forecast:
             effort = sum(self._efforts[self._last[0] : done])
             if effort > 0:
                 self._costs.append((now - self._last[1]) / effort)
-        self._last = (done, now)
+        if self._last is None or done > self._last[0]:
+            self._last = (done, now)
         left = sum(self._efforts[done:])
         if len(self._costs) < self.LEAST or left <= 0:
             return ""

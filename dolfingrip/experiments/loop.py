@@ -21,6 +21,7 @@ from dolfingrip.experiments.recorder import Recorder, write_outcome
 from dolfingrip.experiments.results.result import Result, Row, facts
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.watch import Tell
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 
@@ -34,6 +35,7 @@ def run(
     progress: Callable[[Row], None] = lambda row: None,
     visit: Callable[[Any, Row], None] = lambda specimen, row: None,
     gradients: Sequence[str] | None = None,
+    tell: Tell | None = None,
 ) -> Result:
     """Run an experiment.
 
@@ -49,6 +51,8 @@ def run(
         gradients: keys of parameters that all readings are derived by; (): all parameters; None:
             no derivatives. The key of a choice of the model (``extensions.coarse_mesh``) asks
             for a second run with the other choice, and for the difference of both runs.
+        tell: called on every rank with a line about each iteration of a load step that takes longer
+            than two seconds.
 
     Raises:
         ConfigError: one line about bad input.
@@ -57,9 +61,9 @@ def run(
         experiment = find(experiment)
     config = experiment.settings(config or Config())
     asked = choices(config, gradients)
-    result = _run(experiment, config, out, comm, progress, visit, gradients)
+    result = _run(experiment, config, out, comm, progress, visit, gradients, tell)
     for choice in asked:
-        other = _run(experiment, choice.other, None, comm, progress)
+        other = _run(experiment, choice.other, None, comm, progress, tell=tell)
         result.second_runs[choice.key] = other.failure
         result.sensitivities += choice.differences(result.rows, other.rows, COLUMNS)
     if asked:
@@ -81,12 +85,14 @@ def _run(
     progress: Callable[[Row], None],
     visit: Callable[[Any, Row], None] = lambda specimen, row: None,
     gradients: Sequence[str] | None = None,
+    tell: Tell | None = None,
 ) -> Result:
     """Run an experiment once, without second runs; the arguments are those of :func:`run`."""
     start = time.perf_counter()
     profile = Profile()
     stops = experiment.schedule(config)
     rig = experiment.prepare(config, comm, profile)
+    rig.newton.watch.tell = tell
     result = Result(experiment.name, config)
     sensitivities = None
     parameters = [] if gradients is None else chosen(config, gradients)

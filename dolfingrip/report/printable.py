@@ -19,6 +19,7 @@ from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.skin import extract_skin
 from dolfingrip.sections.errors import ConfigError
 from dolfingrip.sections.geometry.boxes import Box, BoxSolid
+from dolfingrip.sections.geometry.cylinders import CylinderSolid
 
 STL: Final = (".stl",)
 STEP: Final = (".step", ".stp")
@@ -99,8 +100,8 @@ def _write_step(config: Config, file: Path) -> float:
     return volume
 
 
-def morphed(config: Config) -> BoxSolid:
-    """The boxes of a design with the morph, which keeps planes x = const planes."""
+def morphed(config: Config) -> BoxSolid | CylinderSolid:
+    """The solid of a design; its boxes have the morph, which keeps planes x = const planes."""
     moved = morph(config).moved
 
     def box(each: Box) -> Box:
@@ -108,6 +109,8 @@ def morphed(config: Config) -> BoxSolid:
         return (low, high), *each[1:]
 
     found = config.geometry.solid()
+    if not isinstance(found, BoxSolid):
+        return found
     return replace(
         found,
         body=box(found.body),

@@ -24,6 +24,14 @@ class Solver(Section):
         "27, and 8 for the change of volume, which locks at 27 where nu is near 0.5; default: "
         "reduced for bellows and mesh files, selective for other kinds of geometry",
     )
+    linear: Literal["auto", "direct", "iterative"] = Field(
+        "auto",
+        description="linear systems: a factorisation; multigrid of elements P2 and S2; or auto, "
+        "multigrid from 120,000 unknowns of P2 on, and from 400,000 of S2",
+    )
+    memory_GB: float | None = Field(
+        None, gt=0, description="largest memory that a run may need; default: what is free"
+    )
     rtol: float = Field(1e-6, gt=0, lt=1, description="residual, relative to the step's first")
     atol_N: float = Field(1e-9, gt=0, description="residual, absolute (N)")
     max_iterations: int = Field(

@@ -78,6 +78,10 @@ class Sections(Section):
                 raise outside(
                     "finger.kind", kind, 'made of hexahedra; allowed: with solver.element = "S2"'
                 )
+            if self.mesh.file is None and self.hexahedra and not KINDS[kind].hexahedra:
+                raise outside(
+                    "finger.kind", kind, 'made of tetrahedra; allowed: with solver.element = "P2"'
+                )
         return self
 
     @model_validator(mode="after")
@@ -128,8 +132,10 @@ class Sections(Section):
     @model_validator(mode="after")
     def _known_cavities(self) -> Self:
         for name in self.cavity.all:
-            if self.mesh.file is None and name != "cavity":
-                raise outside(f"cavity.{name}", "a table", "allowed: cavity, or with mesh.file")
+            known = self.geometry.cavities()
+            if self.mesh.file is None and name not in known:
+                allowed = f"allowed: {', '.join(known)}, or with mesh.file"
+                raise outside(f"cavity.{name}", "a table", allowed)
         ratios = {self.cavity.ratio(name) for name in self.cavity.all} | {1.0}
         if len(ratios) > 1 and self.experiment.control != "pressure":
             raise outside(
@@ -194,7 +200,8 @@ class Sections(Section):
     def hexahedra(self) -> bool:
         """Whether the finger is meshed in hexahedra, if no mesh file is given."""
         if self.solver.element is None:
-            return self.mesh.target_elements is None
+            kind = GEOMETRIES[self.finger.kind]
+            return kind.hexahedra and self.mesh.target_elements is None
         return self.solver.element == "S2"
 
     @property

@@ -24,6 +24,7 @@ UNITS = {
     "Nmm_per_rad": "N mm/rad",
     "degC": "°C",
     "per_degC": "1/°C",
+    "GB": "GB",
 }
 """Units by the ending of a key."""
 

@@ -10,6 +10,7 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.newton.counts import Counts
 from dolfingrip.mechanics.newton.factors import Factors
+from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 from dolfingrip.mechanics.newton.symmetric import symmetric
 
@@ -25,7 +26,12 @@ class System:
         self.rng = np.random.default_rng(SEED)
         self.matrix = self.band(np.full(SIZE, 3.0))
         self.counts = Counts()
-        self.factors = Factors("test_factors_", None, FactorPolicy(), self.counts)
+        self.factors = Factors(
+            "test_factors_",
+            Factorisation("test_factors_", MPI.COMM_SELF),
+            FactorPolicy(),
+            self.counts,
+        )
         self.ksp = PETSc.KSP().create(MPI.COMM_SELF)
         self.ksp.setType(PETSc.KSP.Type.PREONLY)
         self.ksp.getPC().setType(PETSc.PC.Type.PYTHON)

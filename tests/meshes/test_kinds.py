@@ -14,6 +14,7 @@ from dolfingrip.config import ConfigError, Mesh
 from dolfingrip.experiments.rigs.undeformed import load_domain, solid
 from dolfingrip.meshes import files
 from dolfingrip.meshes.dimensions import moved
+from dolfingrip.meshes.generate import finger_mesh
 from dolfingrip.meshes.measures import jacobians
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import MeshError, SolidMesh, assemble, second_order
@@ -21,7 +22,9 @@ from dolfingrip.meshes.structured import structured_mesh
 from dolfingrip.parameter import every
 from dolfingrip.sections.geometry.cast import Cast
 from dolfingrip.sections.geometry.pneunet import Pneunet
+from dolfingrip.sections.geometry.round_bellows import RoundBellows
 
+PAIR = ("cavity", "cavity_2")
 SMALL = Mesh(size_mm=20, edge_size_mm=20)
 
 
@@ -192,3 +195,35 @@ def test_a_file_whose_regions_are_not_those_asked_for(tmp_path: Path) -> None:
         load_domain(asked, MPI.COMM_SELF)
     found = config.load(None, [f"mesh.file='{file}'", "material.film.mu_MPa=3"])
     assert set(load_domain(found, MPI.COMM_SELF).parts) == {"film", "rest"}
+
+
+def test_round_bellows_are_cylinders_in_closed_form() -> None:
+    """Half of the actuator: volumes by hand, to the chords of a mesh's triangles."""
+    shape = RoundBellows(convolutions=2, crown_radius_mm=6.0)
+    mesh = finger_mesh(shape, Mesh(size_mm=1.5))
+    found = check(mesh)
+    hollow = 2 * (7.0 - 2.5 - 1.6) * np.pi * (5.2**2 - 2.2**2) + 14.0 * np.pi * 2.2**2
+    outer = 2 * (7.0 - 2.5) * np.pi * (6.0**2 - 3.0**2) + 14.0 * np.pi * 3.0**2
+    blocks = 2 * 5.0 * 12.0 * 26.0
+    print(found.summary(), hollow, outer - hollow + blocks / 2)
+    assert found.cavity_mm3 == pytest.approx(hollow, rel=0.05)  # half of each of the two
+    assert found.volume_mm3 == pytest.approx(outer - hollow + blocks / 2, rel=0.03)
+    centres = [mesh.points[mesh.facets[name]].reshape(-1, 3).mean(axis=0) for name in PAIR]
+    assert [centre[0] for centre in centres] == pytest.approx([20.0, 6.0], abs=0.3)
+    assert np.unique(mesh.points[mesh.facets["clamp"]][..., 2]) == pytest.approx([0.0])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "said"),
+    [
+        (("round_bellows.pitch_mm=4",), "round_bellows.pitch_mm = 4.0: leaves no cavity in a "),
+        (("round_bellows.neck_radius_mm=0.8",), "round_bellows.neck_radius_mm = 0.8: closes "),
+        (("round_bellows.crown_radius_mm=3",), "round_bellows.crown_radius_mm = 3.0: allowed: "),
+        (("solver.element=S2",), "finger.kind = round_bellows: made of tetrahedra; allowed: "),
+        (("cavity.cavity_3.pressure_ratio=0",), "cavity.cavity_3 = "),
+    ],
+)
+def test_bad_round_bellows_are_one_clear_line(overrides: tuple[str, ...], said: str) -> None:
+    with pytest.raises(ConfigError) as error:
+        config.load(None, ["finger.kind=round_bellows", *overrides])
+    assert str(error.value).startswith(said)

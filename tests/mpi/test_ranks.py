@@ -73,6 +73,14 @@ def test_gradient_of_the_blocked_force(acceleration: float) -> None:
     stored.compare(f"gradient at {acceleration} m/s²", found, rtol=1e-7)
 
 
+@pytest.mark.parametrize("case", ["free", "blocked"])
+def test_multigrid_finds_what_factors_find(case: str) -> None:
+    """The reference is the direct solver's on one rank."""
+    settings = (FREE if case == "free" else BLOCKED).changed(solver={"linear": "iterative"})
+    experiment = "bending" if case == "free" else "blocked_force"
+    _compare(case, run(experiment, settings, comm=WORLD))
+
+
 def test_free_finger_without_contact(shared: Path) -> None:
     result = run("bending", FREE, out=shared, comm=WORLD)
     _compare("free", result)

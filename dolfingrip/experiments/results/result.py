@@ -107,6 +107,7 @@ def facts(
             "factorisations": newton.counts.factorisations,
             "load_steps": sum(row["load_steps"] for row in result.rows),
             "damped_steps": newton.counts.damped,
+            "linear_solver": "iterative" if newton.linear_solver.iterative else "direct",
             "matrix_patterns": newton.tangent.patterns + 1,
         },
         "failure": None
@@ -121,6 +122,7 @@ def facts(
         "outcome": None if result.outcome is None else asdict(result.outcome),
         "ranks": model.comm.size,
         "wall_s": round(wall_s, 3),
+        "memory_forecast_MB": round(newton.linear_solver.forecast_MB),
         "peak_memory_MB": round(model.comm.allreduce(peak_memory_MB(), MPI.SUM)),
         "profile": profile.as_dict(),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import ufl
@@ -12,10 +13,16 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.newton import workspace
 from dolfingrip.mechanics.newton.counts import Counts
+from dolfingrip.mechanics.newton.inverse import Inverse
 from dolfingrip.mechanics.newton.policy import DampingPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
+
+NEGATIVE = (
+    PETSc.KSP.ConvergedReason.DIVERGED_INDEFINITE_MAT,
+    PETSc.KSP.ConvergedReason.DIVERGED_INDEFINITE_PC,
+)
+"""Why conjugate gradients end at a negative curvature."""
 
 
 class Damping:
@@ -30,7 +37,7 @@ class Damping:
     (``preonly``); it adds cM to its matrix.
 
     Args:
-        prefix: prefix of the factorisation's options.
+        inverse: inverse of the damped tangent; it tells its inertia.
         model: model whose tangent is factorised.
         tangent: the tangent.
         policy: how much is damped.
@@ -41,7 +48,12 @@ class Damping:
     """
 
     def __init__(
-        self, prefix: str, model: Model, tangent: Tangent, policy: DampingPolicy, counts: Counts
+        self,
+        inverse: Callable[[], Inverse],
+        model: Model,
+        tangent: Tangent,
+        policy: DampingPolicy,
+        counts: Counts,
     ) -> None:
         self._model = model
         self._policy = policy
@@ -52,7 +64,7 @@ class Damping:
         for further in model.unknowns.fields[1:]:
             dofmap = further.function_space.dofmap
             self._negative += dofmap.index_map_bs * dofmap.index_map.size_global
-        self._prefix = prefix
+        self._create = inverse
         self._least = 0.0
         self.start()
 
@@ -89,34 +101,55 @@ class Damping:
         for _ in range(self._policy.most):
             if self._leads_downhill(matrix):
                 return
-            more = max(self._policy.more * self._damping, self._least)
-            self._add(matrix, more - self._damping)
-            self._damping = more
+            self._damp_more(matrix)
+
+    def _damp_more(self, matrix: PETSc.Mat) -> None:
+        more = max(self._policy.more * self._damping, self._least)
+        self._add(matrix, more - self._damping)
+        self._damping = more
 
     def _leads_downhill(self, matrix: PETSc.Mat) -> bool:
         """Factorise; return whether the inertia is that of a minimum's tangent."""
-        self._pc.setOperators(matrix)
-        workspace.set_up(self._pc)
+        self._inverse.set_up(matrix)
         self._counts.factorisations += 1
-        downhill = self._pc.getFactorMatrix().getMumpsInfog(12) == self._negative
+        downhill = self._inverse.negative == self._negative
         self.unstable |= not downhill
         return bool(downhill)
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
         """Solve; ``pc`` is marked as failed if the matrix cannot be factorised."""
-        self._pc.apply(right, solution)
-        pc.setFailedReason(self._pc.getFailedReason())
+        if self._inverse.exact:
+            self._inverse.pc.apply(right, solution)
+        else:
+            self._iterate(pc.getOperators()[0], right, solution)
+        pc.setFailedReason(self._inverse.failed)
+
+    def _iterate(self, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec) -> None:
+        """Solve by conjugate gradients, and damp more where these find a negative curvature.
+
+        An inverse that is not exact may not see each negative eigenvalue.
+        """
+        for _ in range(self._policy.most):
+            self._ksp.setOperators(matrix)
+            self._ksp.solve(right, solution)
+            if self._ksp.getConvergedReason() not in NEGATIVE:
+                return
+            self.unstable = True
+            self._damp_more(matrix)
+            self._leads_downhill(matrix)
 
     @cached_property
-    def _pc(self) -> PETSc.PC:
-        pc = PETSc.PC().create(self._model.comm)
-        pc.setOptionsPrefix(self._prefix)
-        pc.setType(PETSc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-        options = PETSc.Options(self._prefix)
-        options["mat_mumps_icntl_13"] = 1  # the last front on one rank, or its pivots do not count
-        options["mat_mumps_icntl_24"] = 0
-        return pc
+    def _inverse(self) -> Inverse:
+        return self._create()
+
+    @cached_property
+    def _ksp(self) -> PETSc.KSP:
+        ksp = PETSc.KSP().create(self._model.comm)
+        ksp.setType(PETSc.KSP.Type.CG)
+        ksp.setNormType(PETSc.KSP.NormType.PRECONDITIONED)
+        ksp.setPC(self._inverse.pc)
+        ksp.setTolerances(rtol=self._policy.rtol, max_it=self._policy.solves)
+        return ksp
 
     def _add(self, matrix: PETSc.Mat, damping: float) -> None:
         if damping > 0:

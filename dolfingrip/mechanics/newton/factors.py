@@ -1,46 +1,53 @@
-"""Linear solves of Newton's method: the factors of one tangent also serve the next ones."""
+"""Linear solves of Newton's method: the inverse of one tangent also serves the next ones."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-import scipy.sparse as sp
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton import workspace
 from dolfingrip.mechanics.newton.counts import Counts
+from dolfingrip.mechanics.newton.inverse import Factorisation, Inverse
 from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
-from dolfingrip.mechanics.newton.ordering import AUTOMATIC, cheapest
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 
 
 class Factors:
-    """Solves with the present matrix, using factors of an earlier one as long as these are good.
+    """Solves with the present matrix, by the inverse of an earlier one as long as that is good.
 
     Factorising costs about ten times as much as solving. If the matrix has changed a little, GMRES
     (Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986) with the earlier factors as preconditioner
-    takes a few iterations. If they cost more than a factorisation, the matrix is factorised. This
-    is a preconditioner of PETSc's type ``python``, which is applied once (``preonly``).
+    takes a few iterations. If they cost more than a factorisation, the matrix is factorised.
+    An approximate inverse, as multigrid is, takes GMRES' iterations for its own matrix, too. If
+    these do not converge, factors take its place for good. This is a preconditioner of PETSc's type
+    ``python``, which is applied once (``preonly``).
 
     Args:
-        prefix: prefix of the factorisation's options.
-        graph: (owned nodes, nodes) nodes that the matrix couples at first; the elimination order
-            follows from it. None: MUMPS chooses the order.
-        policy: how long factors serve.
+        prefix: prefix of PETSc's options.
+        inverse: inverse of a matrix.
+        policy: how long an inverse serves.
         counts: counts that solves add to.
+        spare: returns the inverse that takes the place of one that is not exact and fails.
 
     Attributes:
         corrected_step: the operator that the next matrix is a part of; None if it is the whole.
     """
 
     def __init__(
-        self, prefix: str, graph: sp.csr_matrix | None, policy: FactorPolicy, counts: Counts
+        self,
+        prefix: str,
+        inverse: Inverse,
+        policy: FactorPolicy,
+        counts: Counts,
+        spare: Callable[[], Inverse] | None = None,
     ) -> None:
         self._prefix = prefix
         self._policy = policy
         self._counts = counts
-        self._graph = graph
+        self._inverse = inverse
+        self._spare = spare
         self._ksp: PETSc.KSP | None = None
         self._factorised: PETSc.Mat | None = None
         self._current = False
@@ -63,18 +70,50 @@ class Factors:
         ksp = self._ksp or self._create(matrix)
         if self.corrected_step is not None:
             self.corrected_step.solve(partial(self._solve_beside, ksp, matrix), right, solution)
-            pc.setFailedReason(ksp.getPC().getFailedReason())
-            return
+        elif not self._solve_near(ksp, matrix, right, solution):
+            self._solve_own(ksp, matrix, right, solution)
+        pc.setFailedReason(self._inverse.failed)
+
+    def _solve_near(
+        self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
+    ) -> bool:
+        """Solve by the inverse of an earlier matrix; return whether that was possible."""
+        if self._current or not self._good or matrix != self._factorised:
+            return False
+        ksp.setOperators(matrix)
+        ksp.solve(right, solution)
+        self._good = ksp.getIterationNumber() <= self._policy.worn
+        return bool(ksp.getConvergedReason() > 0)
+
+    def _solve_own(
+        self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
+    ) -> None:
+        """Solve by the inverse of ``matrix`` itself."""
         if not self._current:
-            if self._good and matrix == self._factorised:
-                ksp.setOperators(matrix)
-                ksp.solve(right, solution)
-                self._good = ksp.getIterationNumber() <= self._policy.worn
-                if ksp.getConvergedReason() > 0:
-                    return
-            self._factorise(ksp, matrix)
-        ksp.getPC().apply(right, solution)
-        pc.setFailedReason(ksp.getPC().getFailedReason())
+            self._factorise(matrix)
+        if not self._inverse.exact:
+            if self._solve_fresh(ksp, right, solution, self._policy.rtol):
+                return
+            self._replace(matrix)
+        self._inverse.pc.apply(right, solution)
+
+    def _solve_fresh(
+        self, ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec, rtol: float
+    ) -> bool:
+        """Iterate with an approximate inverse of the matrix itself."""
+        ksp.setOperators(self._factorised)
+        ksp.setTolerances(rtol=rtol, max_it=self._policy.fresh)
+        ksp.solve(right, solution)
+        ksp.setTolerances(rtol=self._policy.rtol, max_it=self._policy.iterations)
+        return bool(ksp.getConvergedReason() > 0)
+
+    def _replace(self, matrix: PETSc.Mat) -> None:
+        """Take factors from here on."""
+        assert self._spare is not None
+        self._inverse = self._spare()
+        assert self._ksp is not None
+        self._ksp.setPC(self._inverse.pc)
+        self._factorise(matrix)
 
     def _solve_beside(
         self,
@@ -84,12 +123,12 @@ class Factors:
         right: PETSc.Vec,
         solution: PETSc.Vec,
     ) -> None:
-        """Solve with an ``operator`` near ``matrix``, by the factors of this or an earlier one."""
+        """Solve with an ``operator`` near ``matrix``, by an inverse of this or an earlier one."""
         most = (self._policy.operator_iterations, self._policy.operator_iterations_at_most)
         known = self._good and matrix == self._factorised
         for fresh in (False, True) if known else (True,):
             if fresh and not self._current:
-                self._factorise(ksp, matrix)
+                self._factorise(matrix)
             ksp.setOperators(operator, matrix)
             ksp.setTolerances(rtol=self._policy.operator_rtol, max_it=most[fresh])
             ksp.solve(right, solution)
@@ -99,57 +138,46 @@ class Factors:
             ksp.setOperators(matrix, matrix)
             if done:
                 return
-        ksp.getPC().apply(right, solution)
+        if not self._inverse.exact:
+            self._replace(matrix)
+        self._inverse.pc.apply(right, solution)
 
     # -- many right-hand sides ---------------------------------------------------------------------
 
     def factorise(self, matrix: PETSc.Mat) -> None:
         """Factorise ``matrix``, even if earlier factors are good."""
-        self._factorise(self._ksp or self._create(matrix), matrix)
+        if self._ksp is None:
+            self._create(matrix)
+        self._factorise(matrix)
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides, this rank's rows, by the present factors.
-
-        MUMPS passes its factors through memory once for a block of them, not once for each.
-        """
+        """(n, k) solutions for (n, k) right-hand sides, this rank's rows, to rounding."""
         assert self._ksp is not None
-        factor = self._ksp.getPC().getFactorMatrix()
-        size = (right.shape[0], factor.getSize()[0])
-        columns = (PETSc.DECIDE, right.shape[1])
-        comm = self._ksp.comm
-        b, x = (PETSc.Mat().createDense((size, columns), comm=comm) for _ in range(2))
-        b.setUp()
-        b.getDenseArray()[:] = right
-        for matrix in (b, x):
-            matrix.setUp()
-            matrix.assemble()
-        factor.matSolve(b, x)
-        found = x.getDenseArray().copy()
-        b.destroy()
-        x.destroy()
-        return np.asarray(found)
+        if isinstance(self._inverse, Factorisation):
+            return self._inverse.solve_many(right)
+        assert self._factorised is not None
+        found = np.empty_like(right)
+        values, solution = self._factorised.createVecs()
+        for column in range(right.shape[1]):
+            values.array[:] = right[:, column]
+            if not self._solve_fresh(self._ksp, values, solution, self._policy.exact_rtol):
+                self._replace(self._factorised)
+                return self.solve_many(right)
+            found[:, column] = solution.array_r
+        return found
 
     def _create(self, matrix: PETSc.Mat) -> PETSc.KSP:
         self._ksp = ksp = PETSc.KSP().create(matrix.comm)
         ksp.setOptionsPrefix(self._prefix)
         ksp.setType(PETSc.KSP.Type.GMRES)
+        ksp.setGMRESRestart(self._policy.restart)
+        ksp.setPC(self._inverse.pc)
         ksp.setPCSide(PETSc.PC.Side.LEFT)  # its residual is nearly the error of the displacement
         ksp.setTolerances(rtol=self._policy.rtol, max_it=self._policy.iterations)
-        pc = ksp.getPC()
-        pc.setType(PETSc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-        options = PETSc.Options(self._prefix)
-        options["mat_mumps_icntl_24"] = 0
-        order = AUTOMATIC if self._graph is None else cheapest(self._graph, matrix.comm.tompi4py())
-        options["mat_mumps_icntl_7"] = order
         return ksp
 
-    def _factorise(self, ksp: PETSc.KSP, matrix: PETSc.Mat) -> None:
-        pc = ksp.getPC()
-        pc.setReusePreconditioner(False)
-        pc.setOperators(matrix)
-        workspace.set_up(pc)
-        pc.setReusePreconditioner(True)
+    def _factorise(self, matrix: PETSc.Mat) -> None:
+        self._inverse.set_up(matrix)
         self._factorised = matrix
         self._current = self._good = True
         self._counts.factorisations += 1

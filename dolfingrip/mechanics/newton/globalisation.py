@@ -87,6 +87,11 @@ class Globalisation:
         """Force that the relative tolerance refers to: the residual at the load step's start."""
         return self._scale_N or 0.0
 
+    def tolerance_N(self, scale: float = 0.0) -> float:
+        """Norm of the residual (N) that counts as none; for ``scale`` see :meth:`judge`."""
+        relative = self._settings.rtol * max(self.first_N, scale)
+        return max(self._settings.atol_N, relative)
+
     @property
     def _folds(self) -> bool:
         """Whether elements would have inverted in too many steps in a row."""
@@ -116,8 +121,7 @@ class Globalisation:
             self._peak = max(self._peak, norm)
         if self._short > policy.patience or self._folds:
             return Verdict.STUCK
-        tolerance = self._settings.rtol * max(self._scale_N, scale)
-        if norm <= max(self._settings.atol_N, tolerance) and not self.bound:
+        if norm <= self.tolerance_N(scale) and not self.bound:
             return Verdict.CONVERGED
         self._before = list(self._recent)
         if self._recent:

@@ -22,9 +22,11 @@ from dolfingrip.mechanics.newton.factors import Factors
 from dolfingrip.mechanics.newton.globalisation import Globalisation, Verdict
 from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.lagging import LagRules
+from dolfingrip.mechanics.newton.linear_solver import LinearSolver
 from dolfingrip.mechanics.newton.mixed_tangent import MixedTangent
 from dolfingrip.mechanics.newton.policy import NewtonPolicy
 from dolfingrip.mechanics.newton.tangent import Tangent
+from dolfingrip.mechanics.newton.watch import Watch
 from dolfingrip.sections.numerics import Solver
 
 PREFIX = "dolfingrip_"
@@ -43,6 +45,8 @@ class Newton:
 
     Attributes:
         counts: counts of iterations, factorisations and damped solves.
+        linear_solver: how it solves with tangents.
+        watch: tells how a long solve goes on.
     """
 
     def __init__(
@@ -61,9 +65,14 @@ class Newton:
         self._policy = policy = policy or NewtonPolicy()
         mixed = len(model.unknowns.fields) > 1
         self.tangent = MixedTangent(model) if mixed else Tangent(model)
-        # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
-        graph = None if mixed else self.tangent.graph
-        self._factors = Factors(PREFIX, graph, policy.factors, self.counts)
+        self.linear_solver = linear = LinearSolver(model, self.tangent, settings)
+        self._factors = Factors(
+            PREFIX,
+            linear.inverse(PREFIX),
+            policy.multigrid if linear.iterative else policy.factors,
+            self.counts,
+            spare=lambda: linear.factors(PREFIX + "spare_"),
+        )
         self._residual = model.unknowns.create_vector()
         # SNES never gets u's own vector: values are copied in and out (FEniCS/dolfinx#3507)
         self._x = self._residual.duplicate()
@@ -72,16 +81,23 @@ class Newton:
         self._globalisation = Globalisation(model, settings, self._residual_along, policy.steps)
         self._lagging = LagRules(model, policy.lag)
         self._damping = Damping(
-            PREFIX + "damped_", model, self.tangent, policy.damping, self.counts
+            lambda: linear.with_inertia(PREFIX + "damped_"),
+            model,
+            self.tangent,
+            policy.damping,
+            self.counts,
         )
         self._condensation = Condensation(model) if mixed else None
+        self.watch = Watch()
         self._damped = False
         self._before: Mapping[str, float] = {}
         self._snes = self._make_snes()
 
     def of(self, model: Model) -> Newton:
         """A solver of another model with these settings and counts."""
-        return Newton(model, self.settings, self.profile, self._policy, self.counts)
+        made = Newton(model, self.settings, self.profile, self._policy, self.counts)
+        made.watch.tell = self.watch.tell
+        return made
 
     def _make_snes(self) -> PETSc.SNES:
         snes = PETSc.SNES().create(self.model.comm)
@@ -171,6 +187,7 @@ class Newton:
                 fraction = self._globalisation.fraction(step)
                 if self._damped:
                     self._damping.adapt(fraction)
+            self.watch.stepped(fraction, self._globalisation.bound)
             step *= fraction
             self.model.carried.follow(*self.model.unknowns.parts(step))
             y.array[:] = -self.model.unknowns.owned_part(step)
@@ -181,6 +198,7 @@ class Newton:
     ) -> int:
         rules, scale = self._globalisation, self.model.scale_N()
         verdict = rules.judge(iteration, norms[2], scale)
+        self.watch.judged(iteration, norms[2], rules.tolerance_N(scale))
         if self._takes_anew(verdict, norms[2]):
             self.model.assemble_equations(self._residual)  # which SNES goes on with
             norm = float(self._residual.norm())
@@ -223,6 +241,7 @@ class Newton:
         here = self.model.unknowns.local()
         lagged = self.model.lagged_state()
         self._before = before or {}
+        self.watch.start()
         solve = self._iterate(guess, damped=damped)
         if again and not solve.converged and self._lagging.overshot:
             self.model.unknowns.set_local(here)

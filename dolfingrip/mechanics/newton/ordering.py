@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,19 +20,33 @@ AUTOMATIC: Final = 7
 """MUMPS' ICNTL(7) with which MUMPS itself chooses the order."""
 
 
-def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> int:
-    """The ICNTL(7) of :data:`CANDIDATES` with the fewest operations, equal on all ranks.
+class Order(NamedTuple):
+    """An elimination order.
+
+    Attributes:
+        number: MUMPS' ICNTL(7).
+        entries: of the factors, one for each pair of nodes; 0 if they are few.
+        operations: of the factorisation, with one unknown for each node.
+    """
+
+    number: int
+    entries: float = 0.0
+    operations: float = 0.0
+
+
+def cheapest(graph: sp.csr_matrix, comm: MPI.Comm) -> Order:
+    """The order of :data:`CANDIDATES` with the fewest operations, equal on all ranks.
 
     Args:
         graph: (owned nodes, nodes) symmetric; nodes that a matrix couples, each with itself.
         comm: communicator of the ranks that own the nodes.
     """
     if graph.shape[1] < LINEAR.smallest_graph:
-        return AUTOMATIC
+        return Order(AUTOMATIC)
     matrix = _laplacian(graph, comm)
-    operations = {ordering: _operations(matrix, ordering) for ordering in CANDIDATES}
+    found = [_tried(matrix, ordering) for ordering in CANDIDATES]
     matrix.destroy()
-    return min(operations, key=operations.__getitem__)
+    return min(found, key=lambda order: order.operations)
 
 
 def _laplacian(graph: sp.csr_matrix, comm: MPI.Comm) -> PETSc.Mat:
@@ -43,8 +57,8 @@ def _laplacian(graph: sp.csr_matrix, comm: MPI.Comm) -> PETSc.Mat:
     return symmetric(sp.csr_matrix((values, (row, column)), graph.shape), comm)
 
 
-def _operations(matrix: PETSc.Mat, ordering: int) -> float:
-    """MUMPS' estimate of floating-point operations."""
+def _tried(matrix: PETSc.Mat, ordering: int) -> Order:
+    """An order with MUMPS' estimates of its cost."""
     pc = PETSc.PC().create(matrix.comm)
     pc.setOperators(matrix)
     pc.setType(PETSc.PC.Type.CHOLESKY)
@@ -53,6 +67,11 @@ def _operations(matrix: PETSc.Mat, ordering: int) -> float:
     factor = pc.getFactorMatrix()
     factor.setMumpsIcntl(7, ordering)
     pc.setUp()
-    found = float(factor.getMumpsRinfog(1))
+    entries = factor.getMumpsInfog(20)  # in millions where it is negative
+    found = Order(
+        ordering,
+        float(entries if entries >= 0 else -1e6 * entries),
+        float(factor.getMumpsRinfog(1)),
+    )
     pc.destroy()
     return found

@@ -92,7 +92,7 @@ class CorrectionPolicy:
 
 @dataclass(frozen=True, slots=True)
 class FactorPolicy:
-    """How long factors of one tangent serve the next ones; see :class:`~.factors.Factors`.
+    """How long the inverse of one tangent serves the next ones; see :class:`~.factors.Factors`.
 
     Attributes:
         rtol: preconditioned residual of an iterative solve, relative to its first: a step as good
@@ -100,6 +100,10 @@ class FactorPolicy:
             1e-13.
         iterations: number of GMRES' iterations that cost as much as a factorisation.
         worn: iterations after which the next matrix is factorised at once.
+        fresh: iterations with an approximate inverse of the matrix itself, beyond which factors
+            take its place.
+        restart: iterations whose vectors GMRES keeps.
+        exact_rtol: as ``rtol``, where solutions are differentiated.
         operator_rtol: as ``rtol``, for an operator that the matrix is a part of: what is left is
             solved for again.
         operator_iterations: for such an operator, by factors of an earlier matrix.
@@ -109,6 +113,9 @@ class FactorPolicy:
     rtol: float = 3e-5
     iterations: int = 8
     worn: int = 5
+    fresh: int = 200
+    restart: int = 60
+    exact_rtol: float = 1e-10
     operator_rtol: float = 1e-2
     operator_iterations: int = 12
     operator_iterations_at_most: int = 40
@@ -130,6 +137,8 @@ class DampingPolicy:
         stuck, far_stronger: a step of which a still smaller part is taken has the next ones damped
             far more, by this factor.
         iterations: factor on the iterations that a solve may take.
+        rtol: preconditioned residual of conjugate gradients, relative to its first.
+        solves: largest number of their iterations.
     """
 
     least: float = 1e-7
@@ -142,6 +151,8 @@ class DampingPolicy:
     stuck: float = 1e-3
     far_stronger: float = 100.0
     iterations: int = 3
+    rtol: float = 1e-4
+    solves: int = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,15 +176,66 @@ class LinearPolicy:
 
     Attributes:
         condensation_rtol: relative tolerance of the equations of further fields.
+        iterative_from: unknowns of quadratic tetrahedra from which on multigrid takes less time.
+        iterative_from_hexahedra: of hexahedra of 20 nodes, in walls of one element: linear ones
+            cannot bend, so the linear level says less.
         smallest_graph: number of nodes below which no elimination order is sought; PORD ends the
             process on tiny graphs.
     """
 
     condensation_rtol: float = 1e-12
+    iterative_from: int = 120_000
+    iterative_from_hexahedra: int = 400_000
     smallest_graph: int = 1000
 
 
-WORKSPACE, LINEAR = WorkspacePolicy(), LinearPolicy()
+@dataclass(frozen=True, slots=True)
+class MultigridPolicy:
+    """One V-cycle on the quadratic and the linear element; see :class:`~.multigrid.Multigrid`.
+
+    Attributes:
+        degree: of Chebyshev's polynomial, before and after the linear level's step.
+        ratio: of the highest and the lowest eigenvalue that it damps.
+        beyond: of the highest and the one that the power method finds from below.
+        powers: steps of the power method.
+        rows_at_once: rows of blocks whose copies are in memory together.
+    """
+
+    degree: int = 2
+    ratio: float = 4.0
+    beyond: float = 1.1
+    powers: int = 10
+    rows_at_once: int = 50_000
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryPolicy:
+    """What solvers need, for the forecast; see :mod:`~.memory`.
+
+    Attributes:
+        workspace: memory of a factorisation by that of the factors' entries.
+        tangent_kB: memory for each unknown of a tangent, its assembly and the carried stress.
+        multigrid_kB: for each unknown, of multigrid with its linear level.
+    """
+
+    workspace: float = 1.4
+    tangent_kB: float = 2.0
+    multigrid_kB: float = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class WatchPolicy:
+    """When a solve tells how it goes on; see :class:`~.watch.Watch`.
+
+    Attributes:
+        patience_s: time after which it does.
+    """
+
+    patience_s: float = 2.0
+
+
+WORKSPACE, LINEAR, MULTIGRID = WorkspacePolicy(), LinearPolicy(), MultigridPolicy()
+MEMORY, WATCH = MemoryPolicy(), WatchPolicy()
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +243,8 @@ class NewtonPolicy:
     """All decisions of one solver.
 
     Attributes:
+        factors: of a tangent.
+        multigrid: of a tangent. Its own takes seven to ten of GMRES' iterations.
         guess_residual_ratio: a guess is left out whose residual is more than so many times the
             start's, as in contact, which an extrapolation may press together or take apart.
     """
@@ -189,5 +253,6 @@ class NewtonPolicy:
     lag: LagPolicy = field(default_factory=LagPolicy)
     correction: CorrectionPolicy = field(default_factory=CorrectionPolicy)
     factors: FactorPolicy = field(default_factory=FactorPolicy)
+    multigrid: FactorPolicy = FactorPolicy(rtol=1e-7, iterations=30, worn=25)
     damping: DampingPolicy = field(default_factory=DampingPolicy)
     guess_residual_ratio: float = np.inf

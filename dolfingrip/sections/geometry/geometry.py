@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from dolfingrip.sections.geometry.boxes import BoxSolid, Interval
+from dolfingrip.sections.geometry.cylinders import CylinderSolid
 from dolfingrip.sections.section import Section
 
 Integration = Literal["reduced", "full", "selective"]
@@ -40,7 +41,8 @@ class Geometry(Section):
         limiting: region that limits strain by a material or a film of its own; "" where the shape
             alone does.
         integration: of hexahedra, where the configuration names none.
-        tetrahedra: whether it can be meshed in tetrahedra, too, which know no regions.
+        tetrahedra: whether it can be meshed in tetrahedra, which know no regions.
+        hexahedra: whether it can be meshed in hexahedra, as boxes can.
         of_file: whether its solid is a mesh file, which it must then have.
         thin: whether one element across a wall bears the pressure, so that no mesh is too coarse.
         length_mm: clamp to tip, along z.
@@ -54,6 +56,7 @@ class Geometry(Section):
     limiting: ClassVar[str] = ""
     integration: ClassVar[Integration] = "selective"
     tetrahedra: ClassVar[bool] = False
+    hexahedra: ClassVar[bool] = True
     of_file: ClassVar[bool] = False
     thin: ClassVar[bool] = False
 
@@ -79,9 +82,13 @@ class Geometry(Section):
         """Name of its table in the configuration, as of its file."""
         return cls.__module__.rpartition(".")[2]
 
-    def solid(self) -> BoxSolid:
+    def solid(self) -> BoxSolid | CylinderSolid:
         """The solid of these dimensions."""
         raise NotImplementedError
+
+    def cavities(self) -> tuple[str, ...]:
+        """Surface groups of its cavities."""
+        return ("cavity",)
 
     def count(self) -> tuple[str, int]:
         """Key and value of the number that no mesh can be moved to another of."""

@@ -12,6 +12,7 @@ NAMES: Final = (
     "bellows",
     "cast",
     "pneunet",
+    "round_bellows",
     "adopted",
 )
 

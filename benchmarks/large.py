@@ -1,0 +1,133 @@
+"""Time and memory against unknowns, by linear solver: free bending to 50 kPa.
+
+    scripts/run python -m benchmarks.large [--only ELEMENT SIZE_mm SOLVER] [--draw]
+
+Each run is a process of its own on one core. Its row is added to ``benchmarks/large.csv``, in place
+of an earlier one of the same mesh and solver; ``benchmarks/large.png`` is drawn from the table. All
+of them take about 12 minutes of processor time, the largest model 5 GB.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from benchmarks.orders import exponent
+from dolfingrip.report import theme
+
+TABLE = Path(__file__).with_suffix(".csv")
+COLUMNS = ("element", "size_mm", "solver", "dofs", "processor_s", "peak_MB", "iterations", "angle")
+SIZES = {"P2": ("2.8", "2", "1.25", "0.86", "0.61"), "S2": ("1", "2")}
+"""Largest element (mm) of tetrahedra; divisions of hexahedra."""
+STYLE = {"direct": ("o", theme.ORANGE), "iterative": ("s", theme.BLUE)}
+LARGEST_DIRECT = "0.86"
+"""Size of the finest mesh that is factorised."""
+
+
+def run(element: str, size: str, solver: str) -> dict[str, object]:
+    """One run's row."""
+    key = "mesh.size_mm" if element == "P2" else "mesh.refine"
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(
+            [sys.executable, "-m", "dolfingrip", "bend", "--pressure", "50", "-o", folder,
+             "--set", f"solver.element={element}", "--set", f"{key}={size}",
+             "--set", f"solver.linear={solver}"],
+            check=True, env={**os.environ, "OMP_NUM_THREADS": "1"},
+        )  # fmt: skip
+        facts = json.loads((Path(folder) / "run.json").read_text(encoding="utf-8"))
+        with (Path(folder) / "result.csv").open(encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return {
+        "element": element,
+        "size_mm": size,
+        "solver": solver,
+        "dofs": facts["mesh"]["dofs"],
+        "processor_s": round(spent, 1),
+        "peak_MB": facts["peak_memory_MB"],
+        "iterations": facts["newton"]["iterations"],
+        "angle": rows[-1]["angle_deg"],
+    }
+
+
+def table() -> list[dict[str, str]]:
+    """The rows so far."""
+    if not TABLE.exists():
+        return []
+    with TABLE.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def add(row: dict[str, object]) -> None:
+    """Write a row to the table."""
+    new = {name: str(row[name]) for name in COLUMNS}
+    same = [(new[name]) for name in COLUMNS[:3]]
+    rows = [old for old in table() if [old[name] for name in COLUMNS[:3]] != same]
+    rows = sorted([*rows, new], key=lambda r: (r["element"], r["solver"], int(r["dofs"])))
+    with TABLE.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def draw() -> None:
+    """Draw the table."""
+    rows = table()
+    with theme.figure_theme():
+        figure, panels = plt.subplots(1, 2, figsize=(7.0, 3.2), layout="constrained")
+        for solver, (marker, colour) in STYLE.items():
+            for element, line in (("P2", "-"), ("S2", ":")):
+                points = [r for r in rows if (r["solver"], r["element"]) == (solver, element)]
+                if len(points) < 2:
+                    continue
+                dofs = np.array([float(r["dofs"]) for r in points])
+                for axes, column in zip(panels, ("processor_s", "peak_MB"), strict=True):
+                    values = np.array([float(r[column]) for r in points])
+                    label = f"{element} {solver}: dofs$^{{{exponent(dofs, values):.2f}}}$"
+                    axes.loglog(dofs, values, marker + line, color=colour, label=label)
+        panels[0].set(xlabel="unknowns", ylabel="processor time (s)")
+        panels[1].set(xlabel="unknowns", ylabel="largest memory (MB)")
+        for axes in panels:
+            axes.legend(fontsize=7)
+        figure.suptitle("Free bending to 50 kPa, one core", fontsize=9)
+        figure.savefig(TABLE.with_suffix(".png"))
+
+
+def wanted() -> Iterable[tuple[str, str, str]]:
+    """All meshes and solvers, those that cost least first."""
+    for element, sizes in SIZES.items():
+        for size in sizes:
+            for solver in STYLE:
+                finer = element == "P2" and float(size) < float(LARGEST_DIRECT)
+                if not (solver == "direct" and finer):
+                    yield element, size, solver
+
+
+def main() -> None:
+    """Run what is asked for, and draw."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", nargs=3, metavar=("ELEMENT", "SIZE", "SOLVER"))
+    parser.add_argument("--draw", action="store_true", help="draw the table alone")
+    asked = parser.parse_args()
+    for case in [] if asked.draw else [tuple(asked.only)] if asked.only else wanted():
+        row = run(*case)
+        print(row, flush=True)
+        add(row)
+    draw()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+"""Which linear solver a model's tangent has."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton import memory
+from dolfingrip.mechanics.newton.inverse import Factorisation, Inverse
+from dolfingrip.mechanics.newton.multigrid import Multigrid
+from dolfingrip.mechanics.newton.ordering import AUTOMATIC, Order, cheapest
+from dolfingrip.mechanics.newton.policy import LINEAR, MEMORY
+from dolfingrip.mechanics.newton.tangent import Tangent
+from dolfingrip.sections.errors import ConfigError
+from dolfingrip.sections.numerics import Solver
+
+
+class LinearSolver:
+    """Makes the inverses of one model's tangents.
+
+    A factorisation is quick for small models, but its time and memory grow faster than the
+    unknowns. Multigrid needs a linear element below a quadratic one. The saddle points of a
+    pressure field are factorised.
+
+    Args:
+        model: model whose tangent is inverted.
+        tangent: the tangent.
+        settings: which solver is asked for, and the memory that it may take.
+
+    Attributes:
+        iterative: whether inverses are approximate.
+        forecast_MB: largest memory that the run will need on all ranks.
+
+    Raises:
+        ConfigError: one line, if the element has no multigrid, or the model will not fit.
+    """
+
+    def __init__(self, model: Model, tangent: Tangent, settings: Solver) -> None:
+        self._model, self._tangent = model, tangent
+        self._mixed = len(model.unknowns.fields) > 1
+        element = model.u.function_space.ufl_element()
+        quadratic = element.degree == 2 and not self._mixed
+        if settings.linear == "iterative" and not quadratic:
+            raise ConfigError('solver.linear = "iterative": allowed: with elements P2 and S2')
+        large = {
+            "tetrahedron": LINEAR.iterative_from,
+            "hexahedron": LINEAR.iterative_from_hexahedra,
+        }[model.domain.mesh.ufl_cell().cellname()]
+        wanted = settings.linear == "iterative" or model.dofs >= large
+        self.iterative = settings.linear != "direct" and quadratic and wanted
+        self.forecast_MB = memory.refuse_too_large(
+            model.dofs,
+            self._needed_MB(),
+            settings.memory_GB,
+            model.comm,
+            "iterative" if self.iterative else "direct",
+            "" if self.iterative or not quadratic else ', or solver.linear = "iterative"',
+        )
+
+    @cached_property
+    def _order(self) -> Order:
+        # a saddle point's zero diagonal is left to MUMPS' own order, as others fail on three ranks
+        if self._mixed:
+            return Order(AUTOMATIC)
+        return cheapest(self._tangent.graph, self._model.comm)
+
+    def _needed_MB(self) -> float:
+        """Memory of the solver on all ranks (10⁶ bytes)."""
+        thousands = self._model.dofs / 1e3
+        if self.iterative:
+            return (MEMORY.tangent_kB + MEMORY.multigrid_kB) * thousands
+        return MEMORY.tangent_kB * thousands + memory.of_factors_MB(self._order.entries)
+
+    def inverse(self, prefix: str) -> Inverse:
+        """The inverse for solves of Newton's method."""
+        return Multigrid(prefix, self._model) if self.iterative else self.factors(prefix)
+
+    def factors(self, prefix: str) -> Factorisation:
+        """A factorisation, whatever the choice is."""
+        return Factorisation(prefix, self._model.comm, self._order.number)
+
+    def with_inertia(self, prefix: str) -> Inverse:
+        """An inverse that tells the tangent's negative eigenvalues.
+
+        Multigrid tells those of the linear level, which has the slow motions of a body that loses
+        its equilibrium.
+        """
+        if self.iterative:
+            return Multigrid(prefix, self._model)
+        return Factorisation(prefix, self._model.comm, counts_pivots=True)
