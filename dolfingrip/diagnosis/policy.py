@@ -33,6 +33,9 @@ class Policy:
         error_columns: columns of an emulator's error.
         pairs: pairs of effects that are fitted; the others are bounded from above.
         starts: ζ of the amplitudes from which a fit starts.
+        settled: ln of probability that the last step of a fit gains at most.
+        kept: probability of causes by all readings from which on they are tried again where some
+            readings are left out.
         draws: samples of a hypothesis that is near the leading one.
         effective: part of the draws that have to count.
         sampled: posterior probability from which on a hypothesis is sampled.
@@ -40,6 +43,8 @@ class Policy:
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
             channel's root mean square.
         specimen_scales: scatter of specimens' stiffness, by what was told.
+        own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
+        smooth: degree of the smooth curve through the readings, at most.
         single_shape: the first of these where there is one specimen.
         interval: probability that intervals hold.
         joint: probability from which on a pair of causes is simulated together.
@@ -68,12 +73,16 @@ class Policy:
     error_columns: int = 3
     pairs: int = 40
     starts: tuple[float, ...] = (0.0, -1.5, 1.5)
+    settled: float = 1e-4
+    kept: float = 1e-6
     draws: int = 400
     effective: float = 0.1
     sampled: float = 0.01
     noise_factors: tuple[float, ...] = (1.0, 1.6, 2.5)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
+    own_slack: float = 0.5
+    smooth: int = 6
     single_shape: float = 0.003
     interval: float = 0.9
     joint: float = 0.01

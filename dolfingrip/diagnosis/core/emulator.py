@@ -51,16 +51,19 @@ class Emulator:
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """g, shape (k,), and its derivatives, shape (k, d), at one place, shape (d,)."""
         scaled = zeta / POLICY.reach
-        powers = scaled[:, None] ** np.arange(self.exponents.max() + 1)
-        each = powers[np.arange(len(zeta)), self.exponents]
-        value = each.prod(axis=1) @ self.weights
-        slopes = []
-        for i in range(len(zeta)):
-            e = self.exponents[:, i]
-            down = np.where(e > 0, powers[i][np.maximum(e - 1, 0)], 0.0) * e
-            rest = np.delete(each, i, axis=1).prod(axis=1)
-            slopes.append((down * rest) @ self.weights / POLICY.reach)
-        return value, np.column_stack(slopes)
+        d = len(zeta)
+        orders = np.arange(self.exponents.max() + 1)
+        powers = scaled[:, None] ** orders
+        down = np.zeros_like(powers)
+        down[:, 1:] = powers[:, :-1] * orders[1:] / POLICY.reach
+        rows = np.arange(d)
+        each, changed = powers[rows, self.exponents], down[rows, self.exponents]
+        before, after = np.ones_like(each), np.ones_like(each)
+        for i in range(1, d):
+            before[:, i] = before[:, i - 1] * each[:, i - 1]
+            after[:, d - 1 - i] = after[:, d - i] * each[:, d - i]
+        value = (before[:, -1] * each[:, -1]) @ self.weights
+        return value, self.weights.T @ (before * changed * after)
 
     def rows(self, kept: np.ndarray) -> Emulator:
         """Of some of the readings."""

@@ -198,12 +198,13 @@ class Hypothesis:
     def __post_init__(self) -> None:
         boxes = [np.array([[-8.0, 8.0]]), *(self.case.boxes[name] for name in self.subset)]
         self._box = np.vstack(boxes)
+        self._parts = self.case.parts(self.subset)
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """b, shape (k,), and J = db/dζ, shape (k, d)."""
         c, dc = self.case.factor(zeta[0])
         parts, slopes = [np.array([1.0, -c, -1.0])], [np.array([0.0, -dc, 0.0])]
-        row, every = 3, self.case.parts(self.subset)
+        row, every = 3, self._parts
         total = 3 + sum(2 * emulator.columns.shape[1] for _, emulator, _ in every)
         columns = np.zeros((total, len(zeta) - 1))
         for _, emulator, own in every:
@@ -266,7 +267,7 @@ class Hypothesis:
             gain = value - there
             zeta, b, slopes, pull, value = new, told, told_slopes, told_pull, there
             damping = max(damping / 10, 1e-9)
-            if gain < 1e-6:
+            if gain < POLICY.settled:
                 break
         hessian = slopes.T @ self.gram @ slopes + np.eye(len(zeta))
         return value, zeta, hessian, float(b @ pull)
@@ -294,7 +295,7 @@ class Hypothesis:
     def _is_scaled(self, row: int) -> bool:
         """Whether a column holds readings in proportion to the moduli."""
         at = 3
-        for _, emulator, _ in self.case.parts(self.subset):
+        for _, emulator, _ in self._parts:
             k = emulator.columns.shape[1]
             if row < at + 2 * k:
                 return at <= row < at + k
@@ -340,7 +341,7 @@ class Hypothesis:
         c, _ = self.case.factor(zeta[:, 0])
         one = np.ones(len(zeta))
         parts = [np.column_stack([one, -c, -one])]
-        for _, emulator, own in self.case.parts(self.subset):
+        for _, emulator, own in self._parts:
             g = emulator.at(zeta[:, own])
             parts += [-c[:, None] * g, -g]
         return np.hstack(parts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -93,6 +94,25 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
             warm = [fit.zeta]
             fits.append(fit)
     return _weighed(case, fits, every, names, rng if sample else None)
+
+
+def searched_again(case: Case, whole: Posterior) -> Posterior:
+    """The posterior of some of the readings, over the causes that all of them allow.
+
+    Args:
+        case: these readings.
+        whole: by all readings; fits begin at its numbers.
+    """
+    every = {level: Level(case, level) for level in levels()}
+    total: dict[Subset, float] = defaultdict(float)
+    for p, fit in zip(whole.probability, whole.fits, strict=True):
+        total[fit.subset] += float(p)
+    fits = [
+        every[fit.level].of(fit.subset).fit([fit.zeta])
+        for fit in whole.fits
+        if not fit.subset or total[fit.subset] > POLICY.kept
+    ]
+    return _weighed(case, fits, every, whole.names, None)
 
 
 def _weighed(

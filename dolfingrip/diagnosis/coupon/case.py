@@ -18,7 +18,6 @@ from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 
-SLACK = "coupon_slack_mm"
 INVISIBLE = 0.05
 """Root mean square change, by the noise, below which no reading feels a cause."""
 
@@ -72,9 +71,10 @@ def coupon_case(
             continue
         felt[cause.name] = cause
         emulators[cause.name], boxes[cause.name] = found, cause.box()
-    if names is None and np.abs(off.slack / off.noise).max(initial=0.0) > INVISIBLE:
-        emulators[SLACK] = linear(POLICY.far * off.slack)
-        boxes[SLACK] = np.array([[-POLICY.reach, POLICY.reach]])
+    for each in off.shared:  # far from what was told, it is a cause
+        if np.abs(each.change / off.noise).max(initial=0.0) > INVISIBLE:
+            emulators[each.name] = linear(POLICY.far * each.change)
+            boxes[each.name] = np.array([[-POLICY.reach, POLICY.reach]])
     scaled = np.array([CHANNELS[name].in_proportion for name in listed["column"]])
     setups = [test.setup.nuisances for test in measurement.tests]
     modulus = max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups)

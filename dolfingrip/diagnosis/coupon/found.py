@@ -78,10 +78,8 @@ class CouponDiagnosis:
         for name in fit.subset:
             cause = self.coupons.causes.get(name)
             if cause is None:
-                usual = next(iter(
-                    t.setup.nuisances[name] for t in self.coupons.simulation.measurement.tests
-                ))  # fmt: skip
-                wide = POLICY.far * usual
+                shared = next(each for each in self.coupons.errors.shared if each.name == name)
+                wide = POLICY.far * shared.std
                 found.append(
                     _estimated(name, wide * fit.zeta[place], wide * draws[:, place], weights)
                 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.experiments.rigs.display import displayed
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.extensions.index import effect
+from dolfingrip.parameter import named
 
 
 def in_closed_form(measurement: Measurement, config: Config) -> bool:
@@ -45,9 +47,17 @@ class CouponSimulation:
         self.groups: Sequence[SimulationGroup] = groups(measurement, config)
         self._true: dict[int, dict[str, np.ndarray]] = {}
 
-    def base(self, overrides: Sequence[str] = ()) -> np.ndarray:
-        """(n,) readings as configured, with these overrides."""
-        return self._displayed(overrides, self._solved(overrides, {}))[0]
+    def base(
+        self, overrides: Sequence[str] = (), *, moved: Mapping[str, float] | None = None
+    ) -> np.ndarray:
+        """(n,) readings as configured, with these overrides.
+
+        Args:
+            overrides: as with ``--set``.
+            moved: by how much numbers differ from those of each test's set-up, by key.
+        """
+        solved = self._solved(overrides, {}, moved or {})
+        return self._displayed(overrides, solved)[0]
 
     def slopes(self) -> np.ndarray:
         """(n,) derivative of the readings by the travel, for each mm."""
@@ -102,15 +112,22 @@ class CouponSimulation:
         return tuple(found)
 
     def _solved(
-        self, overrides: Sequence[str], parameters: Mapping[str, np.ndarray]
+        self,
+        overrides: Sequence[str],
+        parameters: Mapping[str, np.ndarray],
+        moved: Mapping[str, float] = MappingProxyType({}),
     ) -> list[tuple[SimulationGroup, dict[str, np.ndarray]]]:
         """True readings at each group's stops, (places, stops) by column."""
         found = []
         for number, group in enumerate(self.groups):
-            if not overrides and number in self._true:
+            as_it_is = not overrides and not moved
+            if as_it_is and number in self._true:
                 found.append((group, self._true[number]))
                 continue
-            config = group.config.overridden(overrides).adapted()
+            config = group.config.overridden(overrides)
+            config = config.overridden(
+                [f"{key}={named(key).value(config) + change!r}" for key, change in moved.items()]
+            ).adapted()
             coupon, route = config.coupon, group.in_time
             gauge = coupon.gauge_length_mm
             pulled = UniaxialTension(config).pull(
@@ -123,7 +140,7 @@ class CouponSimulation:
                     np.isfinite(pulled.stress_MPa), pulled.across - 1, np.nan
                 ),
             }
-            if not overrides:
+            if as_it_is:
                 self._true[number] = values
             found.append((group, values))
         return found
