@@ -24,7 +24,8 @@ class Policy:
         both: probability of two causes from which on a second set is named.
         tail: how fast a modulus far from the configured one loses probability: ln c =
             s sinh(tail ζ)/tail for a standard deviation s.
-        far: width of the prior of a nuisance that is far from what was told, by what was told.
+        far: width of the prior of a number of the rig, or of all moduli, that is far from what was
+            told, by what was told.
         reach: largest |ζ| of an emulator.
         degrees: degree of its polynomials by the number of its arguments.
         training: simulations by the number of arguments, where they cost nothing.
@@ -32,6 +33,7 @@ class Policy:
         component_error: error of a reading that columns may leave, by its noise.
         error_columns: columns of an emulator's error.
         pairs: pairs of effects that are fitted; the others are bounded from above.
+        hopeless: ln of how much less than the best evidence the likelihood of a pair may be.
         starts: ζ of the amplitudes from which a fit starts.
         settled: ln of probability that the last step of a fit gains at most.
         kept: probability of causes by all readings from which on they are tried again where some
@@ -47,6 +49,10 @@ class Policy:
         smooth: degree of the smooth curve through the readings, at most.
         single_shape: the first of these where there is one specimen.
         interval: probability that intervals hold.
+        exact: largest difference between an emulator and an exact simulation at a likely fit, by
+            the noise; beyond it the emulator is trained anew about the fit.
+        verified: probability of causes from which on they are held against exact simulations.
+        near: standard deviations about a fit that it is trained in then.
         joint: probability from which on a pair of causes is simulated together.
         compared: hypotheses that a next experiment is to tell apart, at most.
         rival: probability by the leading hypothesis' from which on one is among them.
@@ -72,6 +78,7 @@ class Policy:
     component_error: float = 0.03
     error_columns: int = 3
     pairs: int = 40
+    hopeless: float = 15.0
     starts: tuple[float, ...] = (0.0, -1.5, 1.5)
     settled: float = 1e-4
     kept: float = 1e-6
@@ -85,6 +92,9 @@ class Policy:
     smooth: int = 6
     single_shape: float = 0.003
     interval: float = 0.9
+    exact: float = 0.5
+    verified: float = 0.03
+    near: float = 4.5
     joint: float = 0.01
     compared: int = 5
     rival: float = 0.03

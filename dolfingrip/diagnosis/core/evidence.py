@@ -30,6 +30,11 @@ Subset = tuple[str, ...]
 """Names of causes, in the order of the case."""
 
 
+def joint_name(subset: Subset) -> str:
+    """Name of the emulator of what causes change together."""
+    return "together: " + " with ".join(subset)
+
+
 @dataclass(frozen=True, eq=False)
 class Case:
     """Readings, and what could explain them.
@@ -43,8 +48,12 @@ class Case:
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         boxes: ranges of ζ of each cause, (d, 2).
-        joint: what two causes change together beyond the sum of what each changes alone, a
-            polynomial of the numbers of both.
+        joint: what causes change together beyond the sum of what each changes alone, a polynomial
+            of the numbers of all.
+        local: ranges of ζ, (d, 2), of causes whose joint polynomial holds there alone, and holds
+            what each emulator misses, too.
+        rig: which of the causes are numbers of the rig; they come last in every subset.
+        scale_names: what a factor of all readings in proportion to the moduli may be.
     """
 
     value: np.ndarray
@@ -56,6 +65,9 @@ class Case:
     kernel: np.ndarray
     boxes: Mapping[str, np.ndarray]
     joint: Mapping[Subset, Emulator] = field(default_factory=dict)
+    local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
+    rig: frozenset[str] = frozenset()
+    scale_names: tuple[str, ...] = ("modulus",)
 
     def rows(self, kept: np.ndarray) -> Case:
         """The case of some of the readings."""
@@ -63,8 +75,13 @@ class Case:
             self.value[kept], self.base[kept], self.scaled[kept], self.modulus_std,
             {name: each.rows(kept) for name, each in self.emulators.items()},
             self.covariance[np.ix_(kept, kept)], self.kernel[np.ix_(kept, kept)], self.boxes,
-            {pair: each.rows(kept) for pair, each in self.joint.items()},
+            {pair: each.rows(kept) for pair, each in self.joint.items()}, self.local, self.rig,
+            self.scale_names,
         )  # fmt: skip
+
+    def effects(self, subset: Subset) -> Subset:
+        """Causes that are no numbers of the rig."""
+        return tuple(name for name in subset if name not in self.rig)
 
     def parts(self, subset: Subset) -> list[tuple[str, Emulator, slice]]:
         """Emulators of a hypothesis: name, polynomials, and which of ζ they depend on."""
@@ -73,9 +90,19 @@ class Case:
             d = len(self.boxes[name])
             found.append((name, self.emulators[name], slice(at, at + d)))
             at += d
-        if subset in self.joint:
-            found.append((" with ".join(subset), self.joint[subset], slice(1, at)))
+        together = self.effects(subset)
+        if together in self.joint:
+            d = sum(len(self.boxes[name]) for name in together)
+            found.append((joint_name(together), self.joint[together], slice(1, 1 + d)))
         return found
+
+    def box(self, subset: Subset) -> np.ndarray:
+        """Ranges of ζ of a hypothesis' causes, (d, 2)."""
+        together = self.effects(subset)
+        if together not in self.local:
+            return np.vstack([np.zeros((0, 2)), *(self.boxes[name] for name in subset)])
+        own = [self.boxes[name] for name in subset if name in self.rig]
+        return np.vstack([self.local[together], *own])
 
     def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """c and dc/dζ; far from 1 it loses less probability than a normal logarithm would."""
@@ -152,7 +179,7 @@ class Level:
             at += columns.shape[1]
 
         add("base", np.hstack([case.base[:, None] * on, case.base[:, None] * off]))
-        pairs = {" with ".join(pair): each for pair, each in case.joint.items()}
+        pairs = {joint_name(pair): each for pair, each in case.joint.items()}
         for name, each in {**case.emulators, **pairs}.items():
             add(name, np.hstack([each.columns * on, each.columns * off]))
             add(f"{name} error", each.errors)
@@ -161,19 +188,23 @@ class Level:
         n = len(case.value)
         self.log_det = 2 * float(np.log(np.diag(lower)).sum()) + n * np.log(2 * np.pi)
 
-    def bound(self, subset: Subset) -> float:
-        """Largest ½ χ² that any change within the causes' columns explains."""
-        at = np.r_[self._place["base"], *(self._place[name] for name in subset)]
+    def largest(self, subset: Subset) -> float:
+        """ln of the largest likelihood of any change within the columns of causes."""
+        names = [name for name, _, _ in self.case.parts(subset)]
+        at = np.r_[self._place["base"], *(self._place[name] for name in names)]
         inner = self.gram[np.ix_(at, at)]
         inner = inner + np.diag(1e-9 * np.diag(inner) + 1e-12)
         found = self.gram[at, 0] @ np.linalg.solve(inner, self.gram[at, 0])
-        return 0.5 * float(found)
+        return -0.5 * float(self.gram[0, 0] - found + self.log_det)
 
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance."""
         names = [name for name, _, _ in self.case.parts(subset)]
         at = np.r_[0, self._place["base"], *(self._place[name] for name in names)]
-        errors = np.r_[self._place[""], *(self._place[f"{name} error"] for name in names)]
+        wrong = names
+        if self.case.effects(subset) in self.case.local:
+            wrong = [name for name in names if name not in subset]
+        errors = np.r_[self._place[""], *(self._place[f"{name} error"] for name in wrong)]
         errors = errors.astype(int)
         gram, log_det = self.gram[np.ix_(at, at)], self.log_det
         if len(errors):
@@ -196,8 +227,7 @@ class Hypothesis:
     log_det: float
 
     def __post_init__(self) -> None:
-        boxes = [np.array([[-8.0, 8.0]]), *(self.case.boxes[name] for name in self.subset)]
-        self._box = np.vstack(boxes)
+        self._box = np.vstack([[-8.0, 8.0], self.case.box(self.subset)])
         self._parts = self.case.parts(self.subset)
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -62,7 +62,10 @@ def levels() -> dict[float, float]:
 
 
 def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Posterior:
-    """The posterior over all hypotheses of a case."""
+    """The posterior over all hypotheses of a case.
+
+    A pair of causes is left out where even its largest likelihood is far below the best evidence.
+    """
     every = {level: Level(case, level) for level in levels()}
     names = tuple(case.emulators)
     singles: dict[str, np.ndarray] = {}
@@ -82,9 +85,12 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
             fits.append(fit)
             if level == 0.0:
                 singles[name] = fit.zeta
+    best = max(fit.log_evidence for fit in fits)
     for pair in _pairs(every, names):
         warm = []
         for columns in every.values():
+            if columns.largest(pair) < best - POLICY.hopeless:
+                continue
             first = [
                 np.r_[singles[pair[0]], _starts(case, pair[1])[0]],
                 np.r_[singles[pair[1]][0], _starts(case, pair[0])[0], singles[pair[1]][1:]],
@@ -93,15 +99,19 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
             fit = columns.of(pair).fit([*warm, *(first if not warm else ())])
             warm = [fit.zeta]
             fits.append(fit)
+            best = max(best, fit.log_evidence)
     return _weighed(case, fits, every, names, rng if sample else None)
 
 
-def searched_again(case: Case, whole: Posterior) -> Posterior:
-    """The posterior of some of the readings, over the causes that all of them allow.
+def searched_again(
+    case: Case, whole: Posterior, rng: np.random.Generator | None = None
+) -> Posterior:
+    """The posterior over those causes that were likely before.
 
     Args:
-        case: these readings.
-        whole: by all readings; fits begin at its numbers.
+        case: the same, with some of the readings or with better emulators.
+        whole: before; fits begin at its numbers.
+        rng: of samples; Laplace's method alone where None.
     """
     every = {level: Level(case, level) for level in levels()}
     total: dict[Subset, float] = defaultdict(float)
@@ -112,7 +122,7 @@ def searched_again(case: Case, whole: Posterior) -> Posterior:
         for fit in whole.fits
         if not fit.subset or total[fit.subset] > POLICY.kept
     ]
-    return _weighed(case, fits, every, whole.names, None)
+    return _weighed(case, fits, every, whole.names, rng)
 
 
 def _weighed(
@@ -165,7 +175,7 @@ def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
     found: dict[Subset, None] = {}
     everything = list(combinations(names, 2))
     for columns in every.values():
-        bounds = [columns.bound(pair) for pair in everything]
+        bounds = [columns.largest(pair) for pair in everything]
         order = np.argsort(bounds)[::-1]
         found |= dict.fromkeys(everything[i] for i in order[: POLICY.pairs])
         if columns.level >= 0.01:

@@ -85,7 +85,6 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     measurement = simulation.measurement
     listed = measurement.listed()
     told = instruments.noise(measurement)
-    value = listed["value"].to_numpy()
     base = simulation.base()
     along = _along(simulation)
     signal, steep = smooth(simulation, along, base)
@@ -98,11 +97,13 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     noise = np.sqrt(np.diag(covariance))
     test = listed["test"].to_numpy()
     slack = np.array([each.setup.nuisances[SLACK] for each in measurement.tests])[test]
-    covariance += POLICY.own_slack * np.outer(slack * steep, slack * steep) * (test[:, None] == test)
+    covariance += (
+        POLICY.own_slack * np.outer(slack * steep, slack * steep) * (test[:, None] == test)
+    )
     usual = float(slack.max())
     share = float(np.sqrt(1 - POLICY.own_slack))
     shared = (
-        Shared(SLACK, "mm", share * usual, share * slack * steep),
+        Shared(SLACK, "mm", share * usual, share * late),
         *_told(simulation, base, signal),
     )
     for each in shared:
@@ -186,9 +187,7 @@ def _drifting(listed: pd.DataFrame, told: instruments.InstrumentNoise) -> np.nda
     return np.outer(told.correlated, told.correlated) * np.where(same, fading, 0.0)
 
 
-def _told(
-    simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray
-) -> Iterator[Shared]:
+def _told(simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray) -> Iterator[Shared]:
     """Numbers of the configuration that the laboratory gave a standard deviation."""
     ratio = np.where(np.abs(base) > 1e-12, signal / np.where(base == 0, 1.0, base), 1.0)
     for key, std in simulation.measurement.tests[0].setup.nuisances.items():
