@@ -97,9 +97,8 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     noise = np.sqrt(np.diag(covariance))
     test = listed["test"].to_numpy()
     slack = np.array([each.setup.nuisances[SLACK] for each in measurement.tests])[test]
-    covariance += (
-        POLICY.own_slack * np.outer(slack * steep, slack * steep) * (test[:, None] == test)
-    )
+    late = slack * steep
+    covariance += POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
     usual = float(slack.max())
     share = float(np.sqrt(1 - POLICY.own_slack))
     shared = (
