@@ -17,6 +17,7 @@ class Policy:
             channel; they share the rest of the probability evenly.
         load_length: length of the discrepancy's kernel, by the largest load.
         path_length: length of its kernel along the path of the load, by the largest load.
+        rough_length: length of its rough part along the path, by the largest load.
         wait_weight, wait_s: a wait of t counts as a path of ``wait_weight`` ln(1 + t/``wait_s``).
         visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
         credible: part of the probability that a set of causes has to hold.
@@ -53,6 +54,7 @@ class Policy:
             the noise; beyond it the emulator is trained anew about the fit.
         verified: probability of causes from which on they are held against exact simulations.
         near: standard deviations about a fit that it is trained in then.
+        fewer: part of the simulations that do there.
         joint: probability from which on a pair of causes is simulated together.
         compared: hypotheses that a next experiment is to tell apart, at most.
         rival: probability by the leading hypothesis' from which on one is among them.
@@ -63,6 +65,7 @@ class Policy:
     discrepancy_levels: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1)
     load_length: float = 0.35
     path_length: float = 1.0
+    rough_length: float = 0.3
     wait_weight: float = 0.3
     wait_s: float = 5.0
     visible_sigma: float = 2.0
@@ -95,6 +98,7 @@ class Policy:
     exact: float = 0.5
     verified: float = 0.03
     near: float = 4.5
+    fewer: float = 0.35
     joint: float = 0.01
     compared: int = 5
     rival: float = 0.03

@@ -88,8 +88,13 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
     best = max(fit.log_evidence for fit in fits)
     for pair in _pairs(every, names):
         warm = []
-        for columns in every.values():
-            if columns.largest(pair) < best - POLICY.hopeless:
+        hopeful = [
+            level for level, columns in every.items()
+            if columns.largest(pair) >= best - POLICY.hopeless
+        ]  # fmt: skip
+        for level, columns in every.items():
+            # the share that stays is counted without a discrepancy
+            if not hopeful or level not in (0.0, *hopeful):
                 continue
             first = [
                 np.r_[singles[pair[0]], _starts(case, pair[1])[0]],

@@ -120,15 +120,16 @@ def refined(coupons: CouponCase, fits: Sequence[Fit]) -> CouponCase:
         reached = np.vstack(ends)
         box = np.column_stack([reached.min(axis=0), reached.max(axis=0)])
         box = np.clip(box, wide[:, :1], wide[:, 1:])
-        joint[effects], local[effects] = _beyond(coupons, effects, box), box
+        joint[effects] = _beyond(coupons, effects, box, POLICY.fewer)
+        local[effects] = box
     return replace(coupons, case=replace(case, joint=joint, local=local))
 
 
-def _beyond(coupons: CouponCase, effects: Subset, box: np.ndarray) -> Emulator:
+def _beyond(coupons: CouponCase, effects: Subset, box: np.ndarray, part: float = 1.0) -> Emulator:
     """What causes change together beyond the sum of their emulators, within a box of ζ."""
     case = coupons.case
     count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-    zeta = places(box, count)
+    zeta = places(box, int(part * count))
     together = coupons.simulation.changed([coupons.causes[name] for name in effects], zeta)
     at = 0
     for name in effects:
