@@ -31,6 +31,15 @@ class Policy:
         degrees: degree of its polynomials by the number of its arguments.
         training: simulations by the number of arguments, where they cost nothing.
         components: most columns of an emulator.
+        curved_degree: degree of a finger's polynomials, at most.
+        curved_share: most monomials by the number of values and derivatives.
+        slope_weight: weight of a derivative by ζ beside a value.
+        finger_places: simulations of a finger by the number of a cause's arguments.
+        finger_reach: largest |ζ| that a finger is simulated at.
+        stiffest: largest factor of a finger's moduli, and 1 by the smallest.
+        nodes: moduli at which a simulation that scales is read.
+        recentred: fitted factor of the moduli, or 1 by it, from which on all effects are
+            simulated at other moduli; and by powers of which these are told.
         component_error: error of a reading that columns may leave, by its noise.
         error_columns: columns of an emulator's error.
         pairs: pairs of effects that are fitted; the others are bounded from above.
@@ -49,6 +58,7 @@ class Policy:
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
         smooth: degree of the smooth curve through the readings, at most.
         single_shape: the first of these where there is one specimen.
+        verified: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
             the noise; beyond it the emulator is trained anew about the fit.
@@ -78,6 +88,14 @@ class Policy:
     degrees: tuple[int, ...] = (11, 12, 7, 5, 4, 4)
     training: tuple[int, ...] = (64, 400, 512, 512, 600, 900)
     components: int = 10
+    curved_degree: int = 4
+    curved_share: float = 0.7
+    slope_weight: float = 0.5
+    finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
+    finger_reach: float = 2.5
+    stiffest: float = 4.0
+    nodes: int = 33
+    recentred: float = 1.3
     component_error: float = 0.03
     error_columns: int = 3
     pairs: int = 40
@@ -94,6 +112,7 @@ class Policy:
     own_slack: float = 0.5
     smooth: int = 6
     single_shape: float = 0.003
+    verified: int = 4
     interval: float = 0.9
     exact: float = 0.5
     verified: float = 0.03

@@ -34,6 +34,7 @@ class Emulator:
         left: root mean square error of a simulation that was left out, by the noise.
         middle, half: of the range that it was trained in, shape (d,); monomials are of
             (ζ − middle)/half.
+        takes: which of the model's own numbers come before those of the cause in ζ.
     """
 
     columns: np.ndarray
@@ -43,6 +44,7 @@ class Emulator:
     left: float
     middle: np.ndarray
     half: np.ndarray
+    takes: tuple[int, ...] = ()
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         """g at many places, shape (places, k).

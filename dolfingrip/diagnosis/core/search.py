@@ -71,7 +71,7 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
     singles: dict[str, np.ndarray] = {}
     none: dict[float, Fit] = {}
     fits: list[Fit] = []
-    start = np.array([0.0])
+    start = np.zeros(case.own)
     for level, columns in every.items():
         none[level] = columns.of(NONE).fit([start])
         start = none[level].zeta
@@ -79,13 +79,14 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
     for name in names:
         warm: list[np.ndarray] = []
         for level, columns in every.items():
-            first = [np.r_[none[level].zeta[0], z] for z in _starts(case, name)]
+            first = [np.r_[none[level].zeta, z] for z in _starts(case, name)]
             fit = columns.of((name,)).fit([*warm, *(first if not warm else first[:1])])
             warm = [fit.zeta]
             fits.append(fit)
             if level == 0.0:
                 singles[name] = fit.zeta
     best = max(fit.log_evidence for fit in fits)
+    own = case.own
     for pair in _pairs(every, names):
         warm = []
         hopeful = [
@@ -98,8 +99,8 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
                 continue
             first = [
                 np.r_[singles[pair[0]], _starts(case, pair[1])[0]],
-                np.r_[singles[pair[1]][0], _starts(case, pair[0])[0], singles[pair[1]][1:]],
-                np.r_[singles[pair[0]], singles[pair[1]][1:]],
+                np.r_[singles[pair[1]][:own], _starts(case, pair[0])[0], singles[pair[1]][own:]],
+                np.r_[singles[pair[0]], singles[pair[1]][own:]],
             ]
             fit = columns.of(pair).fit([*warm, *(first if not warm else ())])
             warm = [fit.zeta]

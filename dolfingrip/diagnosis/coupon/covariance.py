@@ -15,6 +15,7 @@ from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data import noise as instruments
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.parameter import named
 
@@ -89,7 +90,7 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     along = _along(simulation)
     signal, steep = smooth(simulation, along, base)
     covariance = np.diag(np.maximum(told.independent, 1e-9) ** 2)
-    covariance += _drifting(listed, told)
+    covariance += drifting(listed, told)
     # one reading of the travel stands behind all readings of its row
     gauge = steep * told.control
     row = listed["row"].to_numpy()
@@ -107,10 +108,10 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     )
     for each in shared:
         covariance += np.outer(each.change, each.change)
-    scatter, between = _between(simulation, covariance, along, signal)
+    scatter, apart = between(measurement, covariance, along, signal)
     guessed = any("guess" in sentence for sentence in told.sentences)
     return CouponErrors(
-        covariance + between, noise, along, signal, shared, scatter, told.sentences, guessed
+        covariance + apart, noise, along, signal, shared, scatter, told.sentences, guessed
     )
 
 
@@ -174,7 +175,7 @@ def _along(simulation: CouponSimulation) -> Along:
     return Along(load[row], path[row], block, size)
 
 
-def _drifting(listed: pd.DataFrame, told: instruments.InstrumentNoise) -> np.ndarray:
+def drifting(listed: pd.DataFrame, told: instruments.InstrumentNoise) -> np.ndarray:
     """Noise that drifts along a run, told by the laboratory."""
     if not told.correlated.any():
         return np.zeros((len(listed), len(listed)))
@@ -195,8 +196,8 @@ def _told(simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray) ->
             yield Shared(key, named(key).unit, std, change * ratio)
 
 
-def _between(
-    simulation: CouponSimulation, covariance: np.ndarray, along: Along, signal: np.ndarray
+def between(
+    measurement: Measurement, covariance: np.ndarray, along: Along, signal: np.ndarray
 ) -> tuple[Scatter, np.ndarray]:
     """What one specimen differs from another by: its stiffness, and its own smooth deviation.
 
@@ -204,7 +205,6 @@ def _between(
     all have in common is taken out first (restricted likelihood; Patterson & Thompson, Biometrika
     58, 1971), so that no hypothesis about it matters.
     """
-    measurement = simulation.measurement
     listed = measurement.listed()
     specimen = listed["specimen"].to_numpy()
     names = sorted(set(specimen))
