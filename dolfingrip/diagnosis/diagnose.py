@@ -28,6 +28,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.noise import noise as instrument_noise
 from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
+from dolfingrip.diagnosis.finger.diagnose import diagnose_fingers
 from dolfingrip.diagnosis.fit import Fitter
 from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.gain.gain import gains
@@ -74,7 +75,7 @@ class Settings:
 
 def diagnose(
     files: Sequence[Path], config: Config, out: Path, settings: Settings
-) -> Diagnosis | CouponDiagnosis:
+) -> CouponDiagnosis:
     """Find out what the simulation gets wrong about measured data, and why.
 
     Args:
@@ -92,29 +93,35 @@ def diagnose(
     if settings.campaign:
         read_campaign(settings.campaign)
     measurement, notes = selection.selected(measured.read(files, config), config)
-    if in_closed_form(measurement, config) and not settings.campaign:
-        coupons = diagnose_coupons(
-            measurement, config, settings.effects, quick=settings.quick, say=settings.say
-        )
-        coupons.warnings = [*notes, *coupons.warnings]
-        return coupons
     store = settings.store or out / "simulations"
     with staying(store, settings.workers, settings.progress, anew=settings.anew) as workers:
-        found = diagnose_measurement(measurement, config, workers, settings)
+        found = judged(measurement, config, workers, settings)
         found.simulated_s = sum(workers.spent_s.values())
-        if settings.campaign and found.best.effects and not settings.quick:
+        named = found.decision.answer == "cause"
+        if settings.campaign and named and not settings.quick:
             settings.say("computing the campaign's best designs with the extended model")
-            _compare_downstream(found, settings.campaign, config, out / "campaign", workers)
+            _compare_downstream(found, settings.campaign, out / "campaign", workers)
     found.warnings = [*notes, *found.warnings]
     return found
 
 
-def _compare_downstream(
-    found: Diagnosis, folder: Path, config: Config, out: Path, workers: Workers
-) -> None:
+def judged(
+    measurement: Measurement, config: Config, workers: Workers, settings: Settings
+) -> CouponDiagnosis:
+    """The same for readings that are there, with workers of the caller's."""
+    if in_closed_form(measurement, config):
+        return diagnose_coupons(
+            measurement, config, settings.effects, quick=settings.quick, say=settings.say
+        )
+    return diagnose_fingers(
+        measurement, config, workers, settings.effects, quick=settings.quick, say=settings.say
+    )
+
+
+def _compare_downstream(found: CouponDiagnosis, folder: Path, out: Path, workers: Workers) -> None:
     try:
         with workers.pool() as pool:
-            found.downstream = compare(folder, config, found.best, out, pool)
+            found.downstream = compare(folder, found.config, found.extended, out, pool)
     except ConfigError as error:
         found.warnings.append(f"--campaign {folder}: {error}")
 
@@ -128,7 +135,7 @@ def diagnose_measurement(
     found = _name(measurement, base, workers, settings)
     doubts = [each.sentence() for each in suspicions(measurement, base.readings)]
     found.suspicions = doubts
-    found.not_reached = cautions.not_reached(base)
+    found.not_reached = cautions.not_reached(measurement, base)
     found.warnings = [*measurement.warnings, *cautions.of_simulation(base), *found.warnings]
     if settings.quick or found.verdict.answer != "cause":
         return found

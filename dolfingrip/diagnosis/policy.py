@@ -35,7 +35,8 @@ class Policy:
         curved_share: most monomials by the number of values and derivatives.
         slope_weight: weight of a derivative by ζ beside a value.
         finger_places: simulations of a finger by the number of a cause's arguments.
-        finger_reach: largest |ζ| that a finger is simulated at.
+        finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
+            many times √(2/n).
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
         nodes: moduli at which a simulation that scales is read.
         recentred: fitted factor of the moduli, or 1 by it, from which on all effects are
@@ -58,6 +59,7 @@ class Policy:
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
         smooth: degree of the smooth curve through the readings, at most.
         single_shape: the first of these where there is one specimen.
+        far_out: standard deviations from which on a nuisance is said to be far from what was told.
         verified: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
@@ -112,6 +114,7 @@ class Policy:
     own_slack: float = 0.5
     smooth: int = 6
     single_shape: float = 0.003
+    far_out: float = 2.0
     verified: int = 4
     interval: float = 0.9
     exact: float = 0.5

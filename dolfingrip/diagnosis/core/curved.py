@@ -102,22 +102,6 @@ class CurvedEmulator(Emulator):
     def rows(self, kept: np.ndarray) -> CurvedEmulator:
         return replace(self, columns=self.columns[kept], errors=self.errors[kept])
 
-    def corrected(self, zeta: np.ndarray, missed: np.ndarray, scale: np.ndarray) -> CurvedEmulator:
-        """With what an exact simulation at ζ differed by, in proportion to the change itself.
-
-        Args:
-            zeta: shape (d,).
-            missed: exact less emulated readings, shape (n,).
-            scale: noise of the readings, shape (n,).
-        """
-        g = self.at(zeta[None])[0]
-        change = self.columns @ g / scale
-        square = float(change @ change)
-        if square <= 0:
-            return self
-        part = (self.columns / scale[:, None]).T @ change / square
-        return replace(self, columns=self.columns + np.outer(missed, part))
-
     def _basis(self, zeta: np.ndarray) -> np.ndarray:
         """(places, m)."""
         return monomials(_values(self.coordinates, zeta), self.exponents)
@@ -216,7 +200,7 @@ def trained_on(
     one_sided = any(each.amplitude and not each.signed for each in coordinates)
     warps = WARPS if one_sided else WARPS[:1]
     found = [
-        _trained(simulations, [each.warped(warp) for each in coordinates], scale, takes, exact, degree)
+        _trained(simulations, [c.warped(warp) for c in coordinates], scale, takes, exact, degree)
         for warp in warps
     ]
     return min(found, key=lambda each: each.left)

@@ -73,9 +73,58 @@ class Emulator:
         value = (before[:, -1] * each[:, -1]) @ self.weights
         return value, self.weights.T @ (before * changed * after)
 
+    def corrected(self, zeta: np.ndarray, missed: np.ndarray, scale: np.ndarray) -> Emulator:
+        """With what an exact simulation at ζ differed by, in proportion to the change itself.
+
+        Args:
+            zeta: shape (d,).
+            missed: exact less emulated readings, shape (n,).
+            scale: noise of the readings, shape (n,).
+        """
+        change = self.columns @ self.at(zeta[None])[0] / scale
+        square = float(change @ change)
+        if square <= 0:
+            return self
+        part = (self.columns / scale[:, None]).T @ change / square
+        return replace(self, columns=self.columns + np.outer(missed, part))
+
     def rows(self, kept: np.ndarray) -> Emulator:
         """Of some of the readings."""
         return replace(self, columns=self.columns[kept], errors=self.errors[kept])
+
+
+@dataclass(frozen=True, eq=False)
+class Stacked(Emulator):
+    """Several emulators of the same numbers, whose changes add.
+
+    Attributes:
+        parts: of which ``columns`` and ``errors`` stand side by side.
+    """
+
+    parts: tuple[Emulator, ...] = ()
+
+    @classmethod
+    def of(cls, parts: tuple[Emulator, ...]) -> Stacked:
+        """All parts take the same numbers."""
+        first = parts[0]
+        return cls(
+            np.hstack([each.columns for each in parts]), first.exponents, first.weights,
+            np.hstack([each.errors for each in parts]),
+            float(np.sqrt(sum(each.left**2 for each in parts))), first.takes, parts,
+        )  # fmt: skip
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        return np.hstack([each.at(zeta) for each in self.parts])
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found = [each.with_slopes(zeta) for each in self.parts]
+        return np.concatenate([g for g, _ in found]), np.vstack([slopes for _, slopes in found])
+
+    def rows(self, kept: np.ndarray) -> Stacked:
+        return replace(
+            self, columns=self.columns[kept], errors=self.errors[kept],
+            parts=tuple(each.rows(kept) for each in self.parts),
+        )  # fmt: skip
 
 
 def places(box: np.ndarray, count: int) -> np.ndarray:

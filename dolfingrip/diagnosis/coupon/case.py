@@ -13,6 +13,7 @@ from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Case, Fit, Subset
 from dolfingrip.diagnosis.core.numbers import Cause, causes
+from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors, errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -39,6 +40,21 @@ class CouponCase:
     errors: CouponErrors
     simulation: CouponSimulation
     unseen: tuple[str, ...]
+
+    def exact(self, fit: Fit) -> np.ndarray:
+        """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
+        case = self.case
+        c, _ = case.factor(fit.zeta[0])
+        overrides = causes_at(self, fit, 1.0)
+        simulated = self.simulation.base(tuple(overrides)) if overrides else case.base
+        found = np.where(case.scaled, c, 1.0) * simulated
+        place = 1
+        for name in fit.subset:
+            if name not in self.causes:
+                found = found + case.predicted((name,), fit.zeta[[0, place]])
+                found = found - case.predicted(NONE, fit.zeta[:1])
+            place += len(case.boxes[name])
+        return np.asarray(found)
 
 
 def coupon_case(
@@ -152,3 +168,24 @@ def _emulated(simulation: CouponSimulation, cause: Cause, off: CouponErrors) -> 
     if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < INVISIBLE:
         return None
     return trained(zeta[solved], changes[solved], off.noise, box)
+
+
+def causes_at(coupons: CouponCase, fit: Fit, factor: float) -> list[str]:
+    """The causes of a fit as overrides, moduli times a factor."""
+    found: list[str] = []
+    place = 1
+    for name in fit.subset:
+        cause = coupons.causes.get(name)
+        if cause is None:
+            place += 1
+            continue
+        for number in cause.numbers:
+            value = float(number.at(fit.zeta[place]))
+            found.append(number.override(value * (factor if number.key.endswith("_MPa") else 1.0)))
+            place += 1
+        for held in cause.held:
+            key, _, text = held.partition("=")
+            if key.endswith("_MPa") and "[" not in text:
+                text = repr(float(text) * factor)
+            found.append(f"{key}={text}")
+    return found

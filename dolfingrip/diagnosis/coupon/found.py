@@ -12,8 +12,9 @@ from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior
 from dolfingrip.diagnosis.core.sensitivity import Sensitivity
-from dolfingrip.diagnosis.coupon.case import CouponCase
+from dolfingrip.diagnosis.coupon.case import CouponCase, causes_at
 from dolfingrip.diagnosis.coupon.gain import HeldOut
+from dolfingrip.diagnosis.downstream import Downstream
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.parameter import find, moduli, scaled
 
@@ -44,6 +45,10 @@ class CouponDiagnosis:
         next: additions, the best first.
         suspicions: doubts about the data, a sentence each.
         warnings: what else to beware of.
+        not_reached: tests with readings that the model does not reach, and why.
+        downstream: what the extended model changes about a campaign's designs.
+        simulated_s: time of all simulations.
+        load: what readings lie along.
     """
 
     config: Config
@@ -56,6 +61,11 @@ class CouponDiagnosis:
     next: list[AdditionWorth] = field(default_factory=list)
     suspicions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    not_reached: list[str] = field(default_factory=list)
+    simulated_s: float = 0.0
+    downstream: Downstream | None = None
+
+    load = "strain"
 
     @property
     def none(self) -> Fit:
@@ -65,11 +75,11 @@ class CouponDiagnosis:
     def numbers(self, fit: Fit) -> list[Estimated]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
         case = self.coupons.case
-        draws, weights = fit.draws or _by_hessian(fit)
+        draws, weights = fit.draws or by_hessian(fit)
         c, _ = case.factor(draws[:, 0])
         at_c = float(case.factor(fit.zeta[0])[0])
         found = [
-            _estimated(
+            estimated(
                 each.key, each.value(self.config) * at_c, each.value(self.config) * c, weights
             )
             for each in find(self.config, [k for k in moduli(self.config) if "bulk" not in k])
@@ -81,7 +91,7 @@ class CouponDiagnosis:
                 shared = next(each for each in self.coupons.errors.shared if each.name == name)
                 wide = POLICY.far * shared.std
                 found.append(
-                    _estimated(name, wide * fit.zeta[place], wide * draws[:, place], weights)
+                    estimated(name, wide * fit.zeta[place], wide * draws[:, place], weights)
                 )
                 place += 1
                 continue
@@ -89,9 +99,44 @@ class CouponDiagnosis:
                 times = number.key.endswith("_MPa")
                 value = float(number.at(fit.zeta[place])) * (at_c if times else 1.0)
                 told = number.at(draws[:, place]) * (c if times else 1.0)
-                found.append(_estimated(number.key, value, told, weights))
+                found.append(estimated(number.key, value, told, weights))
                 place += 1
         return found
+
+    def configured(self) -> dict[str, float]:
+        """The model's own numbers that are fitted, as configured, by key."""
+        keys = [key for key in moduli(self.config) if "bulk" not in key]
+        return {each.key: each.value(self.config) for each in find(self.config, keys)}
+
+    def fitted(self, fit: Fit) -> str:
+        """What of the model's own was fitted, in a sentence."""
+        c = float(self.coupons.case.factor(fit.zeta[0])[0])
+        return f"The modulus is fitted to {c:.3g} times the configured one."
+
+    def nuisances(self, fit: Fit) -> dict[str, float]:
+        """Fitted nuisances by their standard deviations."""
+        case = self.coupons.case
+        return {"modulus": float(np.log(case.factor(fit.zeta[0])[0]) / case.modulus_std)}
+
+    def far_out(self, fit: Fit) -> list[str]:
+        """Nuisances that are far from what was told, with units."""
+        return []
+
+    def afterwards(self) -> str:
+        """What to do next where no cause is tied with another."""
+        if self.decision.answer == "unknown":
+            return (
+                "a coupon, loading and unloading, at two rates: it would tell memory from "
+                "elasticity"
+            )
+        if self.decision.answer == "none":
+            return "measure the finger: the coupons agree with the model"
+        return "measure the finger: the coupons leave no cause tied with another"
+
+    @property
+    def extended(self) -> Config:
+        """The configuration at the answer's numbers."""
+        return self.config.overridden(self.overrides(self.decision.best))
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """What makes the configuration the fitted one, as with ``--set``."""
@@ -99,44 +144,12 @@ class CouponDiagnosis:
         return (*scaled(self.config, factor), *causes_at(self.coupons, fit, factor))
 
 
-def causes_at(coupons: CouponCase, fit: Fit, factor: float) -> list[str]:
-    """The causes of a fit as overrides, moduli times a factor."""
-    found: list[str] = []
-    place = 1
-    for name in fit.subset:
-        cause = coupons.causes.get(name)
-        if cause is None:
-            place += 1
-            continue
-        for number in cause.numbers:
-            value = float(number.at(fit.zeta[place]))
-            found.append(number.override(value * (factor if number.key.endswith("_MPa") else 1.0)))
-            place += 1
-        for held in cause.held:
-            key, _, text = held.partition("=")
-            if key.endswith("_MPa") and "[" not in text:
-                text = repr(float(text) * factor)
-            found.append(f"{key}={text}")
-    return found
-
-
 def exact(coupons: CouponCase, fit: Fit) -> np.ndarray:
     """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
-    case = coupons.case
-    c, _ = case.factor(fit.zeta[0])
-    overrides = causes_at(coupons, fit, 1.0)
-    simulated = coupons.simulation.base(tuple(overrides)) if overrides else case.base
-    found = np.where(case.scaled, c, 1.0) * simulated
-    place = 1
-    for name in fit.subset:
-        if name not in coupons.causes:
-            found = found + case.predicted((name,), fit.zeta[[0, place]])
-            found = found - case.predicted(NONE, fit.zeta[:1])
-        place += len(case.boxes[name])
-    return np.asarray(found)
+    return coupons.exact(fit)
 
 
-def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+def by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Draws from the normal distribution about the most probable numbers."""
     rng = np.random.default_rng(0)
     lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
@@ -144,7 +157,7 @@ def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     return draws, np.full(POLICY.draws, 1 / POLICY.draws)
 
 
-def _estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Estimated:
+def estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Estimated:
     order = np.argsort(draws)
     total = np.cumsum(weights[order])
     tail = (1 - POLICY.interval) / 2

@@ -31,7 +31,7 @@ MODEL_ERROR = 0.005
 
 
 @dataclass(frozen=True, eq=False)
-class _Tied:
+class Tied:
     """A hypothesis that others are tied with.
 
     Attributes:
@@ -52,7 +52,7 @@ def next_experiments(
     told: Callable[[str], None] = lambda name: None,
 ) -> list[AdditionWorth]:
     """Additions that tell the tied hypotheses apart, the best first; none where nothing is tied."""
-    fits = _tied(posterior, decision)
+    fits = tied(posterior, decision)
     if len(fits) < 2:
         return []
     simulation = coupons.simulation
@@ -60,9 +60,9 @@ def next_experiments(
     weights = np.outer(probability, probability)
     np.fill_diagonal(weights, 0.0)
     weights /= max(weights.sum(), 1e-300)
-    tied = [_at(coupons, simulation, fit) for _, fit in fits]
+    here = [_at(coupons, simulation, fit) for _, fit in fits]
     now = Expected.of(
-        tied, Covariance.of(coupons.case.covariance), [(t.readings, t.slopes) for t in tied]
+        here, Covariance.of(coupons.case.covariance), [(t.readings, t.slopes) for t in here]
     )
     found = []
     for proposal in proposals(simulation.measurement, simulation.config):
@@ -78,10 +78,10 @@ def next_experiments(
         joint[:n, :n] = coupons.case.covariance
         joint[n:, n:] = np.diag(std**2) + _specimen(coupons, new)
         then = Expected.of(
-            tied, Covariance.of(joint),
+            here, Covariance.of(joint),
             [
                 (np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
-                for a, b in zip(tied, after, strict=True)
+                for a, b in zip(here, after, strict=True)
             ],
         )  # fmt: skip
         useful = np.minimum(then.misfit, ENOUGH) - np.minimum(now.misfit, ENOUGH)
@@ -96,7 +96,7 @@ def next_experiments(
     return sorted(found, key=lambda worth: worth.rank)
 
 
-def _tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
+def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     """The hypotheses that could each be the answer, by their causes, the most probable first."""
     total: dict[tuple[str, ...], float] = {}
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
@@ -106,7 +106,7 @@ def _tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     return [(p, posterior.best(subset)) for subset, p in kept if p > POLICY.rival * kept[0][1]]
 
 
-def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> _Tied:
+def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
     """Exact readings of a hypothesis with derivatives by its numbers, the modulus' last."""
     case = coupons.case
     scaled = np.array(
@@ -137,7 +137,7 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> _Tied:
                 own = (all_changes[1 + i] - all_changes[0]) / step
             slopes.append(factor * own)
     first = np.where(scaled, dc, 0.0) * (base + change)
-    return _Tied(fit, fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
+    return Tied(fit, fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
 
 
 def _noise(coupons: CouponCase, column: str) -> float:

@@ -16,7 +16,8 @@ from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, Estimated, exact
 from dolfingrip.diagnosis.coupon.gain import SPECIMENS
-from dolfingrip.parameter import find, moduli
+from dolfingrip.diagnosis.data.columns import CONTROL
+from dolfingrip.parameter import named
 
 WIDTH_OF_A_BAND = 0.25
 """Of the largest load, of which the page says where something is left."""
@@ -88,7 +89,7 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
             verdicts={name: _answer(each) for name, each in found.sensitivity.answers.items()},
             sentences=(*found.coupons.errors.sentences, _scatter(found)),
         ),
-        nuisances=_nuisances(found),
+        nuisances=found.nuisances(found.decision.best),
         gain=tuple(
             outcome.Gain(
                 left_out=e.kind, channel=e.channel, folds=e.folds, before=e.configured,
@@ -107,12 +108,26 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
             )
             for e in found.next
         ),
+        downstream=_downstream(found),
         suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
         extended=_changes(found),
-        simulated_s=0.0,
+        not_reached=tuple(found.not_reached),
+        simulated_s=found.simulated_s,
     )  # fmt: skip
     return result.model_copy(update={"brief": _brief(found, result, out)})
+
+
+def _downstream(found: CouponDiagnosis) -> outcome.Downstream | None:
+    own = found.downstream
+    if own is None:
+        return None
+    return outcome.Downstream(
+        original_before_N=own.original_before_N,
+        original_after_N=own.original_after_N,
+        designs=tuple(outcome.DesignChange(**vars(each)) for each in own.designs),
+        sentence=own.sentence(),
+    )
 
 
 def pictures(found: CouponDiagnosis) -> dict[str, Any]:
@@ -123,7 +138,7 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
     after = exact(found.coupons, decision.best)
     readings = listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
-        pressure_kPa=np.nan,
+        pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
         run=listed["test"], noise=found.coupons.errors.noise, configured=case.base,
         before=exact(found.coupons, found.none), after=after,
     )  # fmt: skip
@@ -170,12 +185,11 @@ def _brief(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) -> 
 def _configured(found: CouponDiagnosis) -> str:
     """What is off as configured, and what was fitted for it."""
     case = found.coupons.case
-    c = _factor(found, found.decision.best)
     off = case.value - case.base
     share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(case.value**2)))
     return (
         f"As configured the model is {share:.2g} % off (rms of all readings by that of the "
-        f"measured). The modulus is fitted to {c:.3g} times the configured one."
+        f"measured). {found.fitted(found.decision.best)}"
     )
 
 
@@ -208,7 +222,8 @@ def _size(found: CouponDiagnosis) -> str:
     if not fit.subset:
         return numbers
     return (
-        f"{numbers}; at {listed['control']:.3g} mm it changes the {channel.title.lower()} by "
+        f"{numbers}; at {listed['control']:.3g} {_unit(listed)} it changes the "
+        f"{channel.title.lower()} by "
         f"{change[place]:+.3g} {channel.unit} of {listed['value']:.3g} {channel.unit}"
     )
 
@@ -258,7 +273,7 @@ def _left(found: CouponDiagnosis) -> str:
     bands = np.minimum((along.load / WIDTH_OF_A_BAND).astype(int), int(1 / WIDTH_OF_A_BAND) - 1)
     worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
     low, high = 100 * worst * WIDTH_OF_A_BAND, 100 * (worst + 1) * WIDTH_OF_A_BAND
-    return f"{share}, most of it between {low:.0f} and {high:.0f} % of the largest strain"
+    return f"{share}, most of it between {low:.0f} and {high:.0f} % of the largest {found.load}"
 
 
 def _also(found: CouponDiagnosis) -> str:
@@ -274,13 +289,13 @@ def _also(found: CouponDiagnosis) -> str:
 
 def _assumed(found: CouponDiagnosis) -> str:
     numbers = found.numbers(found.decision.best)
-    parameters = find(found.config, [key for key in moduli(found.config) if "bulk" not in key])
-    configured = {each.key: each.value(found.config) for each in parameters}
+    configured = found.configured()
     parts = [
-        f"{e.key} {e.value:.3g} MPa ({e.low:.3g} to {e.high:.3g}), configured "
-        f"{configured[e.key]:.3g} MPa"
+        f"{e.key} {e.value:.3g} {named(e.key).unit} ({e.low:.3g} to {e.high:.3g}), configured "
+        f"{configured[e.key]:.3g} {named(e.key).unit}"
         for e in numbers if e.key in configured
     ]  # fmt: skip
+    parts += found.far_out(found.decision.best)
     parts.append(_scatter(found))
     parts += found.warnings[:1]
     return "; ".join(parts)
@@ -291,11 +306,7 @@ def _next(found: CouponDiagnosis) -> str:
         one = found.next[0]
         tells = "tells the causes apart" if one.splits else "may not tell all causes apart"
         return f"{one.name}: {one.minutes:.0f} minutes; it {tells}"
-    if found.decision.answer == "unknown":
-        return "a coupon, loading and unloading, at two rates: it would tell memory from elasticity"
-    if found.decision.answer == "none":
-        return "measure the finger: the coupons agree with the model"
-    return "measure the finger: the coupons leave no cause tied with another"
+    return found.afterwards()
 
 
 # -- parts ---------------------------------------------------------------------------------------
@@ -335,21 +346,13 @@ def _strength(found: CouponDiagnosis, name: str) -> float:
     return float(best[1])
 
 
-def _factor(found: CouponDiagnosis, fit: Fit) -> float:
-    return float(found.coupons.case.factor(fit.zeta[0])[0])
-
-
 def _without(found: CouponDiagnosis, fit: Fit) -> Fit:
     """The model at a fit's modulus without its causes."""
     none = found.none
     return Fit(
-        NONE, 0.0, none.log_evidence, fit.zeta[:1], none.hessian, none.misfit, none.strengths
-    )
-
-
-def _nuisances(found: CouponDiagnosis) -> dict[str, float]:
-    return {"modulus": float(np.log(_factor(found, found.decision.best))
-                             / found.coupons.case.modulus_std)}  # fmt: skip
+        NONE, 0.0, none.log_evidence, fit.zeta[: found.coupons.case.own], none.hessian,
+        none.misfit, none.strengths,
+    )  # fmt: skip
 
 
 def _channels(found: CouponDiagnosis) -> dict[str, np.ndarray]:
@@ -364,7 +367,8 @@ def _by_channel(found: CouponDiagnosis, values: np.ndarray) -> dict[str, float]:
 def _scatter(found: CouponDiagnosis) -> str:
     scatter = found.coupons.errors.scatter
     if not scatter.estimated:
-        return "one specimen: its own deviation is taken as 0.3 %"
+        share = f"{100 * scatter.shape:.2g} %" if scatter.shape else "nothing"
+        return f"one specimen: its own deviation is taken as {share}"
     return (
         f"specimens differ by {100 * scatter.scale:.2g} % in stiffness and by "
         f"{100 * scatter.shape:.2g} % in shape, by their own differences"
@@ -375,20 +379,30 @@ def _off(found: CouponDiagnosis) -> list[str]:
     """Where the model with the fitted modulus is off, in words."""
     case, along = found.coupons.case, found.coupons.errors.along
     off = exact(found.coupons, found.none) - case.value
-    largest = float(np.abs(found.coupons.simulation.measurement.readings["displacement_mm"]).max())
+    listed = found.coupons.simulation.measurement.listed()
+    experiment, control = listed["experiment"].to_numpy(), np.abs(listed["control"].to_numpy())
     told = []
-    for name, at in _channels(found).items():
-        for band in range(int(1 / WIDTH_OF_A_BAND)):
-            low, high = band * WIDTH_OF_A_BAND, (band + 1) * WIDTH_OF_A_BAND
-            own = at & (along.load > low) & (along.load <= high)
-            if own.any():
-                unit = CHANNELS[name].unit
-                told.append(
-                    f"{name}, {low * largest:.3g} to {high * largest:.3g} mm: simulated less "
-                    f"measured {off[own].mean():+.3g} {unit} "
-                    f"({100 * off[own].mean() / case.value[own].mean():+.2g} %)"
-                )
+    for of in dict.fromkeys(experiment):
+        for name, at in _channels(found).items():
+            here = at & (experiment == of)
+            for band in range(int(1 / WIDTH_OF_A_BAND)):
+                low, high = band * WIDTH_OF_A_BAND, (band + 1) * WIDTH_OF_A_BAND
+                own = here & (along.load > low) & (along.load <= high)
+                if own.any():
+                    unit = CHANNELS[name].unit
+                    largest = float(control[here].max())
+                    told.append(
+                        f"{of}, {name}, {low * largest:.3g} to {high * largest:.3g} "
+                        f"{_unit(listed[own].iloc[0])}: simulated less measured "
+                        f"{off[own].mean():+.3g} {unit} "
+                        f"({100 * off[own].mean() / abs(case.value[own].mean()):+.2g} %)"
+                    )
     return told
+
+
+def _unit(reading: Any) -> str:
+    """Of the control that a reading was read at."""
+    return CHANNELS[CONTROL[str(reading["experiment"])]].unit
 
 
 def _changes(found: CouponDiagnosis) -> dict[str, Any]:

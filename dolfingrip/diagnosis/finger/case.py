@@ -6,10 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.linalg
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core import discrepancy
-from dolfingrip.diagnosis.core.curved import Coordinate, CurvedEmulator, Simulations, trained_on
+from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.evidence import Case, Fit, Level
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.core.search import NONE
@@ -84,7 +85,24 @@ class FingerCase:
         return f"{applied.geometry_table}.wall_mm", applied.geometry.wall_mm
 
     def exact(self, fit: Fit) -> np.ndarray:
-        """(n,) readings by a finite-element simulation at a fit's numbers; NaN where it failed."""
+        """(n,) readings at a fit's numbers, with the most probable linear nuisances."""
+        found = self.case.predicted(fit.subset, fit.zeta)
+        fitted = self.nuisances(fit)
+        for each in self.errors.shared:
+            found = found + fitted[each.name] * each.change
+        return found
+
+    def nuisances(self, fit: Fit) -> dict[str, float]:
+        """The most probable linear nuisances at a fit, by their standard deviations."""
+        rest = self.case.value - self.case.predicted(fit.subset, fit.zeta)
+        left = scipy.linalg.solve(self.case.covariance, rest, assume_a="pos")
+        return {each.name: float(each.change @ left) for each in self.errors.shared}
+
+    def simulated(self, fit: Fit) -> np.ndarray:
+        """(n,) readings by a finite-element simulation at a fit's numbers; NaN where it failed.
+
+        Linear nuisances are left out.
+        """
         simulation = self.simulation
         case = Simulation(self.overrides(fit))
         (found,) = simulate(simulation.measurement, simulation.config, [case], simulation.workers)
@@ -99,7 +117,6 @@ class FingerCase:
                 break
             at += len(self.case.boxes[each])
         old = self.case.emulators[name]
-        assert isinstance(old, CurvedEmulator)
         d = len(self.case.boxes[name])
         own = np.r_[fit.zeta[list(old.takes)], fit.zeta[at : at + d]]
         new = old.corrected(own, missed, self.errors.noise)
@@ -143,7 +160,7 @@ def finger_case(
     causes = unknowns(simulation.measurement, _lab(simulation), names)
     say(f"simulating what {len(causes)} causes change")
     box = plain.ground_box[0]
-    grid = np.linspace(*box, 401)
+    grid = np.linspace(float(box[0]), float(box[1]), 401)
     middle = float(np.interp(np.log(centre), np.log(plain.factor(grid)[0]), grid))
     trained = trained_causes(
         simulation, causes, off.noise, lambda z: plain.factor(z)[0], middle, box
@@ -188,7 +205,7 @@ def _base(simulation: FingerSimulation, off: CouponErrors) -> Case:
         listed["value"].to_numpy(), simulation.base.readings, np.zeros(n, bool), std, {},
         off.covariance, discrepancy.kernel(off.along), {}, ground_box=box,
     )  # fmt: skip
-    nodes = np.linspace(*box[0], POLICY.nodes)
+    nodes = np.linspace(float(box[0, 0]), float(box[0, 1]), POLICY.nodes)
     factors = case.factor(nodes)[0]
     wall_std = _wall_std(simulation)
     walls = np.array(BY_WALLS) * PART if wall_std else np.zeros(1)

@@ -7,41 +7,18 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.cautions import MESH_UNKNOWN, not_reached
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior, search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
+from dolfingrip.diagnosis.coupon.gain import held_out
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.finger.case import FingerCase, finger_case
+from dolfingrip.diagnosis.finger.found import FingerDiagnosis
+from dolfingrip.diagnosis.finger.next_experiment import next_experiments
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.runner import Workers
-
-
-def searched(
-    finger: FingerCase, say: Callable[[str], None] = lambda text: None
-) -> tuple[FingerCase, Posterior, float]:
-    """The posterior, its leading fits verified by a simulation each.
-
-    Returns:
-        The case with what simulations corrected, its posterior, and what the leading fit's
-        emulators still miss of a simulation, root mean square by the noise; NaN where none ended.
-    """
-    posterior = search(finger.case, np.random.default_rng(0))
-    left = float("nan")
-    for _ in range(POLICY.verified):
-        fit = sensitivity(posterior)[0].best
-        exact = finger.exact(fit)
-        missed = exact - finger.case.predicted(fit.subset, fit.zeta)
-        if not np.isfinite(missed).all():
-            say("the leading fit could not be simulated")
-            break
-        left = float(np.sqrt(np.mean((missed / finger.errors.noise) ** 2)))
-        worst = float(np.abs(missed / finger.errors.noise).max())
-        say(f"a simulation of {' with '.join(fit.subset) or 'the model'} differs by {worst:.2g} "
-            "standard deviations of the noise at most")  # fmt: skip
-        if worst <= 1.0 or not fit.subset:
-            break
-        finger = finger.corrected(fit, missed)
-        posterior = search(finger.case, np.random.default_rng(0))
-    return finger, posterior, left
 
 
 def diagnose_fingers(
@@ -49,8 +26,89 @@ def diagnose_fingers(
     config: Config,
     workers: Workers,
     names: Sequence[str] | None = None,
+    *,
+    quick: bool = False,
     say: Callable[[str], None] = lambda text: None,
-) -> tuple[FingerCase, Posterior, float]:
+) -> FingerDiagnosis:
+    """Find out what the simulation gets wrong about fingers, and about coupons beside them.
+
+    Args:
+        measurement: of fingers and coupons.
+        config: the model that is diagnosed.
+        workers: where simulations are computed and kept.
+        names: of the causes that are tried; the whole catalogue where None.
+        quick: verify no claim, measure no gain and propose nothing.
+        say: told what is being done.
+
+    Raises:
+        ConfigError: one line, where the model cannot be simulated.
+        SchedulerGone: the workers are gone; what was computed is kept.
+    """
     finger = finger_case(measurement, config, workers, names, say)
     say("comparing all causes, alone and in pairs")
-    return searched(finger, say)
+    posterior = search(finger.case, np.random.default_rng(0))
+    left = 0.0
+    if not quick:
+        finger, posterior, left = verified(finger, posterior, say)
+    decision, under = sensitivity(posterior)
+    found = FingerDiagnosis(config, finger, posterior, decision, under, left)
+    base = finger.simulation.base
+    kept = finger.simulation.measurement
+    found.suspicions = [each.sentence() for each in suspicions(kept, base.readings)]
+    found.not_reached = not_reached(measurement, base, finger.simulation.failures or None)
+    found.warnings = [*measurement.warnings, *_cautions(found)]
+    if quick or decision.answer != "cause":
+        return found
+    say("measuring the gain on readings that are left out")
+    found.held_out = held_out(finger, posterior, _predicted)  # type: ignore[arg-type]
+    found.next, failed = next_experiments(finger, posterior, decision, say)
+    found.warnings += failed
+    return found
+
+
+def _predicted(finger: FingerCase, fit: Fit) -> np.ndarray:
+    return finger.case.predicted(fit.subset, fit.zeta)
+
+
+def verified(
+    finger: FingerCase, posterior: Posterior, say: Callable[[str], None]
+) -> tuple[FingerCase, Posterior, float]:
+    """The leading fit simulated; where its emulators are off, they learn, and all are compared anew.
+
+    Returns:
+        The case, its posterior, and the largest difference of the leading fit's emulators from a
+        simulation, by the noise; NaN where that did not end.
+    """
+    worst = float("nan")
+    for _ in range(POLICY.verified):
+        fit = sensitivity(posterior)[0].best
+        missed = finger.simulated(fit) - finger.case.predicted(fit.subset, fit.zeta)
+        if not np.isfinite(missed).all():
+            return finger, posterior, float("nan")
+        worst = float(np.abs(missed / finger.errors.noise).max())
+        say(
+            f"a simulation of {' with '.join(fit.subset) or 'the model'} at its fitted numbers "
+            f"differs by {worst:.2g} standard deviations of the noise at most"
+        )
+        if worst <= 1.0 or not fit.subset:
+            break
+        finger = finger.corrected(fit, missed)
+        posterior = search(finger.case, np.random.default_rng(0))
+    return finger, posterior, worst
+
+
+def _cautions(found: FingerDiagnosis) -> list[str]:
+    told = []
+    finger = found.coupons
+    if not finger.simulation.base.mesh.size:
+        told.append(MESH_UNKNOWN)
+    told += [f"{name} could not be tried: {why}" for name, why in finger.failed.items()]
+    if not found.left_by_emulator <= 1.0:
+        off = found.left_by_emulator
+        told.append(
+            "the leading fit could not be simulated"
+            if np.isnan(off)
+            else f"the fit's fast model is off by {off:.2g} standard deviations of the noise from a "
+            "simulation at its numbers"
+        )
+    return told

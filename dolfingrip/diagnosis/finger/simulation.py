@@ -8,7 +8,7 @@ several moduli, and what lies between them follows from a polynomial of their lo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -29,7 +29,12 @@ from dolfingrip.diagnosis.simulation.nuisances import (
     nuisances,
 )
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.diagnosis.simulation.simulated import (
+    Case,
+    Simulated,
+    SimulationFailure,
+    simulate,
+)
 from dolfingrip.diagnosis.simulation.walls import WallCurves, simulate_walls
 from dolfingrip.parameter import moduli
 
@@ -51,6 +56,7 @@ class FingerSimulation:
         others: base simulations at other moduli, by factor, where the model does not scale.
         rough: the same on the mesh of the causes.
         walls: base simulation with other walls; None where they are a linear nuisance.
+        failures: why the base simulation ended before readings that are left out.
     """
 
     measurement: Measurement
@@ -62,6 +68,7 @@ class FingerSimulation:
     others: dict[float, Simulated]
     rough: dict[float, Simulated]
     walls: WallCurves | None
+    failures: Sequence[SimulationFailure] = ()
 
     def __post_init__(self) -> None:
         self._weights: dict[tuple[int, int, float], np.ndarray] = {}
@@ -156,9 +163,7 @@ class FingerSimulation:
             return self.rows(self.base.simulated, factor)
         return self._between(self.others, factor)
 
-    def _between(
-        self, known: dict[float, Simulated], factor: float
-    ) -> list[dict[str, np.ndarray]]:
+    def _between(self, known: dict[float, Simulated], factor: float) -> list[dict[str, np.ndarray]]:
         """Rows at moduli between those of some simulations."""
         parts = _lagrange(np.log([*known]), float(np.log(factor)))
         every = [self.rows(s, factor / c) for c, s in known.items()]
@@ -232,7 +237,8 @@ def finger_simulation(
     beside = rest[0] if rest else plain if flat else graded
     measurement = _reached(measurement, graded)
     if measurement.listed().shape[0] != len(graded.readings):
-        return finger_simulation(measurement, config, workers, centre)
+        found_again = finger_simulation(measurement, config, workers, centre)
+        return replace(found_again, failures=graded.failures)
     error = meshes.SHARE * (graded.readings - beside.readings)[:, None]
     base = BaseSimulation(
         measurement, config, graded, nuisances(measurement, graded),
@@ -249,9 +255,7 @@ def finger_simulation(
         others = dict(zip(nodes, found[: len(nodes)], strict=True))
         rough = dict(zip(nodes, found[len(nodes) :], strict=True))
     walls = simulate_walls(measurement, base, workers)
-    return FingerSimulation(
-        measurement, config, workers, centre, base, plain, others, rough, walls
-    )
+    return FingerSimulation(measurement, config, workers, centre, base, plain, others, rough, walls)
 
 
 def _reached(measurement: Measurement, graded: Simulated) -> Measurement:

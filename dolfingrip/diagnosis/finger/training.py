@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
 
@@ -13,16 +13,15 @@ from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.curved import (
     Coordinate,
-    CurvedEmulator,
     Simulations,
     trained_on,
 )
-from dolfingrip.diagnosis.core.emulator import places
+from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places, trained
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import TILTED, box_of, coordinates_of
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation import elastic_curve
+from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.line_lag import behind
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
@@ -35,6 +34,9 @@ Factor = Callable[[np.ndarray], np.ndarray]
 
 FREE: Final = 9
 """Places along each number of a closed form."""
+
+NEARLY: Final = 300
+"""Places at which a law is tabulated that is nearly right."""
 
 BESIDE: Final = 1.3
 """Largest |ζ| of the moduli that causes are simulated at which these do not scale."""
@@ -58,7 +60,7 @@ class Trained:
         failed: why others could not be simulated, by name.
     """
 
-    emulators: dict[str, CurvedEmulator]
+    emulators: dict[str, Emulator]
     unseen: tuple[str, ...]
     failed: dict[str, str]
 
@@ -101,8 +103,8 @@ def trained_causes(
     designs = [_design(simulation, each, factor, middle) for each in causes if each not in closed]
     every = [case for design in designs for case in design.cases]
     found = iter(simulate(simulation.measurement, simulation.config, every, simulation.workers))
-    nodes = np.linspace(*box, POLICY.nodes)
-    emulators: dict[str, CurvedEmulator] = {}
+    nodes = np.linspace(float(box[0]), float(box[1]), POLICY.nodes)
+    emulators: dict[str, Emulator] = {}
     unseen: list[str] = []
     failed: dict[str, str] = {}
 
@@ -122,7 +124,12 @@ def trained_causes(
 
             own = (Coordinate(by_moduli, amplitude=False), *own)
         degree = POLICY.curved_degree if first or cause not in closed else FREE - 1
-        emulators[cause.name] = trained_on(told, own, scale, (0,), degree=degree)
+        nearly = _nearly(simulation, cause, scale, factor, middle) if first else None
+        if nearly is None:
+            emulators[cause.name] = trained_on(told, own, scale, (0,), degree=degree)
+            return
+        rest = trained_on(_without(told, nearly), own, scale, (0,), degree=degree)
+        emulators[cause.name] = Stacked.of((nearly, rest))
 
     for design in designs:
         runs = [next(found) for _ in design.cases]
@@ -144,9 +151,7 @@ def _closed(simulation: FingerSimulation, cause: Cause) -> bool:
 # -- simulations ---------------------------------------------------------------------------------
 
 
-def _design(
-    simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float
-) -> _Design:
+def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:
     kind = effect(cause.name)
     scales = (
         simulation.scales
@@ -154,7 +159,8 @@ def _design(
         and not kind.clock
         and cause.name != TILTED
     )
-    box = np.clip(box_of(cause), -POLICY.finger_reach, POLICY.finger_reach)
+    reach = POLICY.finger_reach / max(1.0, np.sqrt(len(cause.numbers) / 2))
+    box = np.clip(box_of(cause), -reach, reach)
     if not scales:
         box = np.vstack([[middle - BESIDE, middle + BESIDE], box])
     d = len(box)
@@ -229,10 +235,9 @@ def _assembled(
     factor: Factor,
 ) -> tuple[Simulations | None, str]:
     """Changes and their derivatives by ζ; None and why where too few simulations ended well."""
-    cause, numbers = design.cause, design.cause.numbers
-    felt = np.isin(
-        simulation.measurement.listed()["experiment"].to_numpy(), list(design.cases[0].only_in or ())
-    )
+    numbers = design.cause.numbers
+    experiment = simulation.measurement.listed()["experiment"].to_numpy()
+    felt = np.isin(experiment, list(design.cases[0].only_in or ()))
     values, slopes, kept = [], [], []
     at = nodes if design.scales else None
     keys = [_gradient(number.key, listed=number.listed) for number in numbers]
@@ -270,7 +275,8 @@ def _assembled(
                 log_slope = float(np.log(factor(node + step) / factor(node - step)) / (2 * step))
                 more, less = (
                     simulation.graded(
-                        simulation.plain_at(c * np.exp(w * step)), np.zeros((len(plain), 0)),
+                        simulation.plain_at(c * np.exp(w * step)),
+                        np.zeros((len(plain), 0)),
                         whole * np.exp(w * step),
                     )[0]
                     for w in (1, -1)
@@ -294,6 +300,38 @@ def _assembled(
     )  # fmt: skip
 
 
+# -- closed forms that a simulation mends ----------------------------------------------------------
+
+
+def _nearly(
+    simulation: FingerSimulation, cause: Cause, scale: np.ndarray, factor: Factor, middle: float
+) -> Emulator | None:
+    """What a cause changes by a law that is nearly right; None where there is none."""
+    if effect(cause.name).by_elastic_curve != "relaxation" or not simulation.scales:
+        return None
+    box = np.vstack([[middle - 1.5 * BESIDE, middle + 1.5 * BESIDE], box_of(cause)])
+    zeta = places(box, NEARLY)
+    changes = []
+    for z in zeta:
+        config = simulation.applied.overridden(overrides_at(cause, z[1:], 1.0))
+        viscous: Any = getattr(config.extensions, cause.name)
+        c = float(factor(z[0]))
+        changes.append(
+            relaxation.change(simulation.measurement, simulation.base.simulated, viscous, c)
+        )
+    return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale), takes=(0,))
+
+
+def _without(told: Simulations, nearly: Emulator) -> Simulations:
+    """What simulations changed beyond a law."""
+    values, slopes = told.values.copy(), told.slopes.copy()
+    for place, z in enumerate(told.zeta):
+        g, dg = nearly.with_slopes(z)
+        values[0, place] -= nearly.columns @ g
+        slopes[0, place] -= (nearly.columns @ dg).T
+    return replace(told, values=values, slopes=slopes)
+
+
 # -- closed forms --------------------------------------------------------------------------------
 
 
@@ -301,7 +339,7 @@ def _in_closed_form(
     simulation: FingerSimulation, cause: Cause, nodes: np.ndarray, factor: Factor
 ) -> Simulations:
     box = np.clip(box_of(cause), -POLICY.finger_reach, POLICY.finger_reach)
-    zeta = np.linspace(*box[0], FREE)[:, None] if len(box) == 1 else places(box, 5 * FREE)
+    zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), FREE)[:, None] if len(box) == 1 else places(box, 5 * FREE)
     values = []
     for node in nodes:
         c = float(factor(node))

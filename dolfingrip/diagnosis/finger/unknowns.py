@@ -30,9 +30,7 @@ TILTED: Final = "gravity_pitch"
 """The effect that turns the gravity that a test has."""
 
 
-def unknowns(
-    measurement: Measurement, config: Config, names: Sequence[str] | None
-) -> list[Cause]:
+def unknowns(measurement: Measurement, config: Config, names: Sequence[str] | None) -> list[Cause]:
     """All that may be named: of the catalogue, and of the nuisances where all are tried.
 
     Args:
@@ -61,7 +59,9 @@ def _far(measurement: Measurement, config: Config) -> list[Cause]:
     fingers = [test for test in measurement.tests if test.control == PRESSURE.name]
     found = []
     for name, (key, told, middle) in FAR.items():
-        if name in on or not fingers or (name == "plate_gap" and "blocked_force" not in experiments):
+        if name in on or not fingers:
+            continue
+        if name == "plate_gap" and "blocked_force" not in experiments:
             continue
         if name == "wall_offset" and config.mesh.file is not None:
             continue
