@@ -35,6 +35,7 @@ class Policy:
         curved_share: most monomials by the number of values and derivatives.
         slope_weight: weight of a derivative by ζ beside a value.
         finger_places: simulations of a finger by the number of a cause's arguments.
+        far_places: simulations of a nuisance that is far from what was told.
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
             many times √(2/n).
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
@@ -60,6 +61,7 @@ class Policy:
         smooth: degree of the smooth curve through the readings, at most.
         single_shape: the first of these where there is one specimen.
         far_out: standard deviations from which on a nuisance is said to be far from what was told.
+        surer: error of an emulator by that before, where a simulation has corrected it.
         verified: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
@@ -94,6 +96,7 @@ class Policy:
     curved_share: float = 0.7
     slope_weight: float = 0.5
     finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
+    far_places: int = 6
     finger_reach: float = 2.5
     stiffest: float = 4.0
     nodes: int = 33
@@ -115,7 +118,8 @@ class Policy:
     smooth: int = 6
     single_shape: float = 0.003
     far_out: float = 2.0
-    verified: int = 4
+    surer: float = 0.2
+    verified: int = 6
     interval: float = 0.9
     exact: float = 0.5
     verified: float = 0.03

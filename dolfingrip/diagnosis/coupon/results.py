@@ -30,8 +30,7 @@ def extended_toml(found: CouponDiagnosis) -> str:
     lines += [
         f"# {e.key} = {e.value:.4g} ({e.low:.4g} to {e.high:.4g})" for e in found.numbers(fit)
     ]
-    extended = found.config.overridden(found.overrides(fit))
-    return "\n".join(lines) + "\n" + configuration.dumps(extended)
+    return "\n".join(lines) + "\n" + configuration.dumps(found.extended)
 
 
 def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcome.DiagnosisFile:
@@ -407,7 +406,7 @@ def _unit(reading: Any) -> str:
 
 def _changes(found: CouponDiagnosis) -> dict[str, Any]:
     """What ``extended.toml`` changes, by section."""
-    after = found.config.overridden(found.overrides(found.decision.best))
+    after = found.extended
     before = found.config.model_dump(mode="json", exclude_none=True)
     return {
         section: {k: v for k, v in values.items() if before.get(section, {}).get(k) != v}

@@ -109,19 +109,22 @@ class FingerCase:
         return found.readings
 
     def corrected(self, fit: Fit, missed: np.ndarray) -> FingerCase:
-        """With what an exact simulation differs by from the emulators at a fit."""
-        name = max(zip(fit.strengths, fit.subset, strict=True))[1]
+        """With what an exact simulation differs by from the emulators at a fit.
+
+        The strongest cause's emulator takes it over; all that act there are surer near it.
+        """
+        strongest = max(zip(fit.strengths, fit.subset, strict=True))[1]
+        emulators = dict(self.case.emulators)
         at = self.case.own
-        for each in fit.subset:
-            if each == name:
-                break
-            at += len(self.case.boxes[each])
-        old = self.case.emulators[name]
-        d = len(self.case.boxes[name])
-        own = np.r_[fit.zeta[list(old.takes)], fit.zeta[at : at + d]]
-        new = old.corrected(own, missed, self.errors.noise)
-        case = replace(self.case, emulators={**self.case.emulators, name: new})
-        return replace(self, case=case)
+        for name in fit.subset:
+            d = len(self.case.boxes[name])
+            old = emulators[name]
+            if name == strongest:
+                own = np.r_[fit.zeta[list(old.takes)], fit.zeta[at : at + d]]
+                old = old.corrected(own, missed, self.errors.noise)
+            emulators[name] = replace(old, errors=POLICY.surer * old.errors)
+            at += d
+        return replace(self, case=replace(self.case, emulators=emulators))
 
 
 def finger_case(

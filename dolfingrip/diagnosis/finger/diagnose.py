@@ -79,7 +79,7 @@ def verified(
         The case, its posterior, and the largest difference of the leading fit's emulators from a
         simulation, by the noise; NaN where that did not end.
     """
-    worst = float("nan")
+    worst, known = float("nan"), set()
     for _ in range(POLICY.verified):
         fit = sensitivity(posterior)[0].best
         missed = finger.simulated(fit) - finger.case.predicted(fit.subset, fit.zeta)
@@ -90,8 +90,9 @@ def verified(
             f"a simulation of {' with '.join(fit.subset) or 'the model'} at its fitted numbers "
             f"differs by {worst:.2g} standard deviations of the noise at most"
         )
-        if worst <= 1.0 or not fit.subset:
+        if not fit.subset or (worst <= 1.0 and fit.subset in known):
             break
+        known.add(fit.subset)
         finger = finger.corrected(fit, missed)
         posterior = search(finger.case, np.random.default_rng(0))
     return finger, posterior, worst

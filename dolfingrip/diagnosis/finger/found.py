@@ -6,12 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, Estimated, by_hessian, estimated
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.parameter import find, moduli
+from dolfingrip.sections.geometry.index import TABLES
+
+DRAWN = (*TABLES, "morph", "material", "film")
+"""Sections of a set-up that are properties of the finger."""
 
 
 @dataclass(eq=False)
@@ -93,6 +98,14 @@ class FingerDiagnosis(CouponDiagnosis):
                 add(number.key, number.at(draws[:, place]) * times)
                 place += 1
         return found
+
+    @property
+    def extended(self) -> Config:
+        """The finger as it was drawn for the tests, at the answer's numbers; no set-up."""
+        told = self.coupons.simulation.measurement.tests[0].setup.sections
+        drawn = {name: told[name] for name in DRAWN if name in told}
+        config = self.config.changed(**drawn) if drawn else self.config
+        return config.overridden(self.overrides(self.decision.best))
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """What makes the configuration the fitted one, as with ``--set``."""

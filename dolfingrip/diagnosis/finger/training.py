@@ -19,7 +19,7 @@ from dolfingrip.diagnosis.core.curved import (
 from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places, trained
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.finger.unknowns import TILTED, box_of, coordinates_of
+from dolfingrip.diagnosis.finger.unknowns import FAR, TILTED, box_of, coordinates_of
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
 from dolfingrip.diagnosis.simulation.legs import Route
@@ -164,7 +164,8 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
     if not scales:
         box = np.vstack([[middle - BESIDE, middle + BESIDE], box])
     d = len(box)
-    zeta = _places(box, POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1], cause)
+    count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
+    zeta = _places(box, POLICY.far_places if cause.name in FAR else count, cause)
     experiments = felt_in(cause.name, _lab(simulation))
     flat = simulation.flat
     cases = []
