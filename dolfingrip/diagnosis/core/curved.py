@@ -35,6 +35,10 @@ STEP: Final = 1e-4
 """Of ζ, by which coordinates are differentiated."""
 
 
+ANY: Final = np.zeros(0)
+"""No range of ζ: coordinates have their own units."""
+
+
 @dataclass(frozen=True)
 class Coordinate:
     """What a change is a polynomial of.
@@ -98,9 +102,6 @@ class CurvedEmulator(Emulator):
         slopes += [row @ weights for row in self._derived(own)]
         found = np.column_stack(slopes) if slopes else np.zeros((weights.shape[1], 0))
         return basis @ weights, found
-
-    def rows(self, kept: np.ndarray) -> CurvedEmulator:
-        return replace(self, columns=self.columns[kept], errors=self.errors[kept])
 
     def _basis(self, zeta: np.ndarray) -> np.ndarray:
         """(places, m)."""
@@ -263,8 +264,8 @@ def _trained(
     table = None if told.nodes is None else CubicSpline(told.nodes, weights)
     if exact:
         return CurvedEmulator(
-            basis.T * scale[:, None], exponents, weights[middle], np.zeros((n, 0)), 0.0, takes,
-            tuple(coordinates), table,
+            basis.T * scale[:, None], exponents, weights[middle], np.zeros((n, 0)), 0.0, ANY, ANY,
+            takes, tuple(coordinates), table,
         )  # fmt: skip
     # places count as the prior has them; what a simulation tells of itself is no longer left out
     weight = np.exp(-0.25 * (told.zeta**2).sum(axis=1))
@@ -274,6 +275,6 @@ def _trained(
     errors = (sizes[kept_ways, None] * ways[kept_ways]).T * scale[:, None]
     left = float(np.sqrt((residual**2).sum() / n))
     return CurvedEmulator(
-        basis.T * scale[:, None], exponents, weights[middle], errors, left, takes,
+        basis.T * scale[:, None], exponents, weights[middle], errors, left, ANY, ANY, takes,
         tuple(coordinates), table,
     )  # fmt: skip

@@ -110,7 +110,8 @@ class Stacked(Emulator):
         return cls(
             np.hstack([each.columns for each in parts]), first.exponents, first.weights,
             np.hstack([each.errors for each in parts]),
-            float(np.sqrt(sum(each.left**2 for each in parts))), first.takes, parts,
+            float(np.sqrt(sum(each.left**2 for each in parts))), first.middle, first.half,
+            first.takes, parts,
         )  # fmt: skip
 
     def at(self, zeta: np.ndarray) -> np.ndarray:

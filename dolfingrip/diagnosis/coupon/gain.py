@@ -20,7 +20,7 @@ from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.policy import POLICY
 
 SPECIMENS = "specimens"
-BANDS = "bands of strain"
+BANDS = "bands of load"
 BRANCHES = "branches and cycles"
 
 

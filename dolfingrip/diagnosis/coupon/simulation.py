@@ -20,9 +20,10 @@ from dolfingrip.parameter import named
 
 
 def in_closed_form(measurement: Measurement, config: Config) -> bool:
-    """Whether all tests are coupons that stretch evenly."""
+    """Whether all tests are coupons that stretch evenly, of which forces and widths are read."""
     applied = [test.setup.applied(config) for test in measurement.tests]
-    return all(
+    known = {FORCE.name, TRANSVERSE_STRAIN.name}
+    return set(measurement.listed()["column"]) <= known and all(
         test.experiment == "coupon" and own.coupon.grip != "clamped" and not _sheared(own)
         for test, own in zip(measurement.tests, applied, strict=True)
     )

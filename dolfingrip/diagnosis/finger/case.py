@@ -23,7 +23,7 @@ from dolfingrip.diagnosis.finger.simulation import (
     same_material,
 )
 from dolfingrip.diagnosis.finger.training import overrides_at, trained_causes
-from dolfingrip.diagnosis.finger.unknowns import box_of, unknowns
+from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -172,6 +172,7 @@ def finger_case(
     case = replace(
         plain, emulators={name: trained.emulators[name] for name in felt},
         boxes={name: box_of(each) for name, each in felt.items()},
+        rig=frozenset(FAR) & frozenset(felt),
     )  # fmt: skip
     std = _wall_std(simulation)
     return FingerCase(case, felt, off, simulation, trained.unseen, trained.failed, std)

@@ -73,7 +73,7 @@ def _predicted(finger: FingerCase, fit: Fit) -> np.ndarray:
 def verified(
     finger: FingerCase, posterior: Posterior, say: Callable[[str], None]
 ) -> tuple[FingerCase, Posterior, float]:
-    """The leading fit simulated; where its emulators are off, they learn, and all are compared anew.
+    """The leading fit simulated; what its emulators missed they learn, and all is compared anew.
 
     Returns:
         The case, its posterior, and the largest difference of the leading fit's emulators from a
@@ -109,7 +109,7 @@ def _cautions(found: FingerDiagnosis) -> list[str]:
         told.append(
             "the leading fit could not be simulated"
             if np.isnan(off)
-            else f"the fit's fast model is off by {off:.2g} standard deviations of the noise from a "
-            "simulation at its numbers"
+            else f"the fit's fast model is off by {off:.2g} standard deviations of the noise "
+            "from a simulation at its numbers"
         )
     return told

@@ -31,7 +31,6 @@ def errors(simulation: FingerSimulation) -> CouponErrors:
     told = instruments.noise(measurement)
     covariance = np.diag(np.maximum(told.independent, 1e-9) ** 2) + drifting(listed, told)
     along = _along(simulation)
-    value = listed["value"].to_numpy()
     signal = _signal(simulation, along)
     ratio = _steeper(base.readings, signal)
     # one reading of the pressure or travel stands behind all readings of its row
@@ -54,6 +53,9 @@ def errors(simulation: FingerSimulation) -> CouponErrors:
     scatter, more = Scatter(0.0, told_scale, 0.0, estimated=False), np.zeros_like(covariance)
     if len(set(listed["specimen"])) > 1 and len({t.experiment for t in measurement.tests}) == 1:
         scatter, more = between(measurement, covariance, along, signal)
+    else:  # no simple law follows a coupon exactly
+        coupon = (listed["experiment"] == "coupon").to_numpy()
+        more = POLICY.single_shape**2 * discrepancy.kernel(along) * np.outer(coupon, coupon)
     guessed = any("guess" in sentence for sentence in told.sentences)
     return CouponErrors(
         covariance + more, noise, along, signal, tuple(shared), scatter, told.sentences, guessed

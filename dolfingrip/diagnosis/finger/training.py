@@ -320,7 +320,7 @@ def _nearly(
         changes.append(
             relaxation.change(simulation.measurement, simulation.base.simulated, viscous, c)
         )
-    return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale), takes=(0,))
+    return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale, box), takes=(0,))
 
 
 def _without(told: Simulations, nearly: Emulator) -> Simulations:
