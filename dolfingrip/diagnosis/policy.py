@@ -62,7 +62,7 @@ class Policy:
         single_shape: the first of these where there is one specimen.
         far_out: standard deviations from which on a nuisance is said to be far from what was told.
         surer: error of an emulator by that before, where a simulation has corrected it.
-        verified: leading fits of a finger that are simulated, at most.
+        rounds: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
             the noise; beyond it the emulator is trained anew about the fit.
@@ -100,7 +100,7 @@ class Policy:
     finger_reach: float = 2.5
     stiffest: float = 4.0
     nodes: int = 33
-    recentred: float = 1.3
+    recentred: float = 1.6
     component_error: float = 0.03
     error_columns: int = 3
     pairs: int = 40
@@ -119,7 +119,7 @@ class Policy:
     single_shape: float = 0.003
     far_out: float = 2.0
     surer: float = 0.2
-    verified: int = 6
+    rounds: int = 6
     interval: float = 0.9
     exact: float = 0.5
     verified: float = 0.03

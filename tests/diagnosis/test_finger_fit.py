@@ -1,4 +1,4 @@
-"""A short finger's free bending: causes simulated on the ungraded mesh, the claim on the graded one."""
+"""A short finger: causes are simulated on the ungraded mesh, the claim on the graded one."""
 
 from __future__ import annotations
 

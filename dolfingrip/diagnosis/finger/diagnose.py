@@ -80,7 +80,7 @@ def verified(
         simulation, by the noise; NaN where that did not end.
     """
     worst, known = float("nan"), set()
-    for _ in range(POLICY.verified):
+    for _ in range(POLICY.rounds):
         fit = sensitivity(posterior)[0].best
         missed = finger.simulated(fit) - finger.case.predicted(fit.subset, fit.zeta)
         if not np.isfinite(missed).all():

@@ -340,7 +340,9 @@ def _in_closed_form(
     simulation: FingerSimulation, cause: Cause, nodes: np.ndarray, factor: Factor
 ) -> Simulations:
     box = np.clip(box_of(cause), -POLICY.finger_reach, POLICY.finger_reach)
-    zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), FREE)[:, None] if len(box) == 1 else places(box, 5 * FREE)
+    zeta = places(box, 5 * FREE)
+    if len(box) == 1:
+        zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), FREE)[:, None]
     values = []
     for node in nodes:
         c = float(factor(node))
