@@ -73,21 +73,6 @@ class Emulator:
         value = (before[:, -1] * each[:, -1]) @ self.weights
         return value, self.weights.T @ (before * changed * after)
 
-    def corrected(self, zeta: np.ndarray, missed: np.ndarray, scale: np.ndarray) -> Emulator:
-        """With what an exact simulation at ζ differed by, in proportion to the change itself.
-
-        Args:
-            zeta: shape (d,).
-            missed: exact less emulated readings, shape (n,).
-            scale: noise of the readings, shape (n,).
-        """
-        change = self.columns @ self.at(zeta[None])[0] / scale
-        square = float(change @ change)
-        if square <= 0:
-            return self
-        part = (self.columns / scale[:, None]).T @ change / square
-        return replace(self, columns=self.columns + np.outer(missed, part))
-
     def rows(self, kept: np.ndarray) -> Emulator:
         """Of some of the readings."""
         return replace(self, columns=self.columns[kept], errors=self.errors[kept])
@@ -125,6 +110,73 @@ class Stacked(Emulator):
         return replace(
             self, columns=self.columns[kept], errors=self.errors[kept],
             parts=tuple(each.rows(kept) for each in self.parts),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Mended(Emulator):
+    """An emulator with what one exact simulation, and its derivatives, told beyond it.
+
+    The rest is a Gaussian process of ζ whose value and slopes are known at one place:
+    (d + D (ζ − ζ*)) exp(−½ |ζ − ζ*|²/ℓ²) (Rasmussen & Williams, Gaussian Processes for Machine
+    Learning, 2006, section 9.4).
+
+    Attributes:
+        inner: the emulator.
+        inside: which of ζ it takes, shape (d₀,).
+        at_place: ζ*, shape (d,).
+        length: ℓ.
+    """
+
+    inner: Emulator | None = None
+    inside: np.ndarray | None = None
+    at_place: np.ndarray | None = None
+    length: float = 1.0
+
+    @classmethod
+    def of(
+        cls, inner: Emulator, inside: np.ndarray, takes: tuple[int, ...], place: np.ndarray,
+        missed: np.ndarray, length: float, surer: float,
+    ) -> Mended:  # fmt: skip
+        """Mend an emulator.
+
+        Args:
+            inner: the emulator.
+            inside: which of ζ it takes.
+            takes: of the model's own numbers.
+            place: ζ*, shape (d,).
+            missed: exact less emulated readings and their derivatives, shape (n, 1 + d).
+            length: ℓ.
+            surer: error by that before.
+        """
+        return cls(
+            np.hstack([inner.columns, missed]), inner.exponents, inner.weights,
+            surer * inner.errors, inner.left, inner.middle, inner.half, takes, inner, inside,
+            place, length,
+        )  # fmt: skip
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        assert self.inner is not None
+        away = zeta - self.at_place
+        near = np.exp(-0.5 * (away**2).sum(axis=1, keepdims=True) / self.length**2)
+        return np.hstack([self.inner.at(zeta[:, self.inside]), near, near * away])
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        assert self.inner is not None
+        value, own = self.inner.with_slopes(zeta[self.inside])
+        slopes = np.zeros((len(value), len(zeta)))
+        slopes[:, self.inside] = own
+        away = zeta - self.at_place
+        near = float(np.exp(-0.5 * away @ away / self.length**2))
+        fading = -near * away / self.length**2
+        local = np.vstack([fading, near * np.eye(len(zeta)) + np.outer(away, fading)])
+        return np.concatenate([value, [near], near * away]), np.vstack([slopes, local])
+
+    def rows(self, kept: np.ndarray) -> Mended:
+        assert self.inner is not None
+        return replace(
+            self, columns=self.columns[kept], errors=self.errors[kept],
+            inner=self.inner.rows(kept),
         )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ import scipy.linalg
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
+from dolfingrip.diagnosis.core.emulator import Mended
 from dolfingrip.diagnosis.core.evidence import Case, Fit, Level
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.core.search import NONE
@@ -27,8 +28,6 @@ from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.simulated import Case as Simulation
-from dolfingrip.diagnosis.simulation.simulated import simulate
 from dolfingrip.diagnosis.simulation.walls import PART
 
 BY_WALLS: tuple[float, ...] = (-1.0, 0.0, 1.0)
@@ -98,31 +97,31 @@ class FingerCase:
         left = scipy.linalg.solve(self.case.covariance, rest, assume_a="pos")
         return {each.name: float(each.change @ left) for each in self.errors.shared}
 
-    def simulated(self, fit: Fit) -> np.ndarray:
-        """(n,) readings by a finite-element simulation at a fit's numbers; NaN where it failed.
-
-        Linear nuisances are left out.
-        """
-        simulation = self.simulation
-        case = Simulation(self.overrides(fit))
-        (found,) = simulate(simulation.measurement, simulation.config, [case], simulation.workers)
-        return found.readings
-
     def corrected(self, fit: Fit, missed: np.ndarray) -> FingerCase:
         """With what an exact simulation differs by from the emulators at a fit.
 
         The strongest cause's emulator takes it over; all that act there are surer near it.
+
+        Args:
+            fit: of a cause, or of several.
+            missed: exact less emulated readings and their derivatives by ζ, shape (n, 1 + d).
         """
         strongest = max(zip(fit.strengths, fit.subset, strict=True))[1]
         emulators = dict(self.case.emulators)
+        takes = tuple(range(self.case.own))
         at = self.case.own
         for name in fit.subset:
             d = len(self.case.boxes[name])
             old = emulators[name]
-            if name == strongest:
-                own = np.r_[fit.zeta[list(old.takes)], fit.zeta[at : at + d]]
-                old = old.corrected(own, missed, self.errors.noise)
-            emulators[name] = replace(old, errors=POLICY.surer * old.errors)
+            if name != strongest:
+                emulators[name] = replace(old, errors=POLICY.surer * old.errors)
+            else:
+                own = np.r_[np.array(takes, int), np.arange(at, at + d)]
+                inside = np.r_[np.array(old.takes, int), len(takes) + np.arange(d)]
+                emulators[name] = Mended.of(
+                    old, inside, takes, fit.zeta[own], missed[:, np.r_[0, 1 + own]],
+                    POLICY.mended_length, POLICY.surer,
+                )  # fmt: skip
             at += d
         return replace(self, case=replace(self.case, emulators=emulators))
 

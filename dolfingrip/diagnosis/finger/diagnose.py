@@ -6,15 +6,16 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.cautions import MESH_UNKNOWN, not_reached
-from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.core.evidence import Fit, Subset
 from dolfingrip.diagnosis.core.search import Posterior, search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.coupon.gain import held_out
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.finger.case import FingerCase, finger_case
+from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.finger.found import FingerDiagnosis
 from dolfingrip.diagnosis.finger.next_experiment import next_experiments
 from dolfingrip.diagnosis.policy import POLICY
@@ -79,16 +80,21 @@ def verified(
         The case, its posterior, and the largest difference of the leading fit's emulators from a
         simulation, by the noise; NaN where that did not end.
     """
-    worst, known = float("nan"), set()
+    worst = float("nan")
+    known: set[Subset] = set()
     for _ in range(POLICY.rounds):
-        fit = sensitivity(posterior)[0].best
-        missed = finger.simulated(fit) - finger.case.predicted(fit.subset, fit.zeta)
-        if not np.isfinite(missed).all():
+        fit = _leading(posterior, known)
+        name = " with ".join(fit.subset) or "the model"
+        try:
+            exact = simulated(finger, fit, finger.simulation.measurement)
+        except ConfigError as error:
+            say(f"a simulation at fitted numbers failed: {error}")
             return finger, posterior, float("nan")
-        worst = float(np.abs(missed / finger.errors.noise).max())
+        missed = np.column_stack(exact) - np.column_stack(emulated(finger, fit))
+        worst = float(np.abs(missed[:, 0] / finger.errors.noise).max())
         say(
-            f"a simulation of {' with '.join(fit.subset) or 'the model'} at its fitted numbers "
-            f"differs by {worst:.2g} standard deviations of the noise at most"
+            f"a simulation of {name} at its fitted numbers differs by {worst:.2g} standard "
+            "deviations of the noise at most"
         )
         if not fit.subset or (worst <= 1.0 and fit.subset in known):
             break
@@ -96,6 +102,15 @@ def verified(
         finger = finger.corrected(fit, missed)
         posterior = search(finger.case, np.random.default_rng(0))
     return finger, posterior, worst
+
+
+def _leading(posterior: Posterior, known: set[Subset]) -> Fit:
+    """The fit that is to be simulated: of a pair first its stronger cause alone."""
+    best = sensitivity(posterior)[0].best
+    if len(best.subset) < 2:
+        return best
+    alone = (max(zip(best.strengths, best.subset, strict=True))[1],)
+    return best if alone in known else posterior.best(alone, level=0.0)
 
 
 def _cautions(found: FingerDiagnosis) -> list[str]:

@@ -18,19 +18,12 @@ from dolfingrip.diagnosis.additions.worth import (
     chance_alone,
 )
 from dolfingrip.diagnosis.core.decision import Decision
-from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.coupon.next_experiment import Tied, tied
 from dolfingrip.diagnosis.finger.case import FingerCase
-from dolfingrip.diagnosis.finger.unknowns import FAR
+from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.inference.covariance import Covariance
-from dolfingrip.diagnosis.simulation.nuisances import (
-    by_log_modulus,
-    keys,
-    modulus_keys,
-    neutral_stages,
-    nuisances,
-)
+from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.extensions.index import effect
 
@@ -52,7 +45,7 @@ def next_experiments(
     weights = np.outer(probability, probability)
     np.fill_diagonal(weights, 0.0)
     weights /= max(weights.sum(), 1e-300)
-    here = [_emulated(finger, fit) for _, fit in fits]
+    here = [Tied(fit, fit.zeta, *emulated(finger, fit)) for _, fit in fits]
     now = Expected.of(
         here, Covariance.of(finger.case.covariance), [(t.readings, t.slopes) for t in here]
     )
@@ -64,7 +57,12 @@ def next_experiments(
     for proposal in proposals(simulation.measurement, simulation.config):
         say(f"next experiment: {proposal.name}")
         try:
-            after = [_simulated(finger, proposal, fit) for _, fit in fits]
+            mesh = () if proposal.known_mesh else simulation.flat
+            # the rig's own errors are others then
+            after = [
+                Tied(fit, fit.zeta, *simulated(finger, fit, proposal.measurement, mesh, rig=False))
+                for _, fit in fits
+            ]
             joint = _joint(finger, proposal, after[0].readings)
         except ConfigError as error:
             failed.append(f"{proposal.name} could not be judged: {error}")
@@ -89,65 +87,6 @@ def next_experiments(
             )
         )  # fmt: skip
     return sorted(found, key=lambda worth: worth.rank), failed
-
-
-def _emulated(finger: FingerCase, fit: Fit) -> Tied:
-    """What was measured, as a hypothesis has it."""
-    case = finger.case
-    step = 1e-4
-    readings = case.predicted(fit.subset, fit.zeta)
-    slopes = [
-        (case.predicted(fit.subset, fit.zeta + step * way) - readings) / step
-        for way in np.eye(len(fit.zeta))
-    ]
-    return Tied(fit, fit.zeta, readings, np.column_stack(slopes))
-
-
-def _simulated(finger: FingerCase, proposal: Proposal, fit: Fit) -> Tied:
-    """What would be measured; the rig's own errors are others then.
-
-    Raises:
-        ConfigError: one line, where a simulation fails.
-    """
-    simulation, case = finger.simulation, finger.case
-    flat = () if proposal.known_mesh else simulation.flat
-    overrides = [
-        each for each in finger.overrides(fit)
-        if not any(each.startswith(f"extensions.{name}.") for name in FAR)
-    ]  # fmt: skip
-    numbers = [
-        (number, place)
-        for place, number in enumerate(
-            (n for name in fit.subset for n in finger.causes[name].numbers), case.own
-        )
-        if not any(number.key.startswith(f"extensions.{name}.") for name in FAR)
-    ]
-    gradients = [f"{n.key}[0]" if n.listed else n.key for n, _ in numbers]
-    gradients += modulus_keys(simulation.applied)
-    if finger.wall_std:
-        gradients.append(finger.wall()[0])
-    (run,) = simulate(
-        proposal.measurement, simulation.config,
-        [Case((*flat, *overrides), tuple(gradients))], simulation.workers,
-    )  # fmt: skip
-    if not np.isfinite(run.readings).all():
-        why = "; ".join(each.sentence for each in run.failures) or "no reading"
-        raise ConfigError(f"{' with '.join(fit.subset)}: {why}")
-    slopes = np.zeros((len(run.readings), len(fit.zeta)))
-    c, dc = case.factor(fit.zeta[0])
-    by_log = by_log_modulus(proposal.measurement, run)
-    for (number, place), key in zip(numbers, gradients, strict=False):
-        value = float(number.at(fit.zeta[place]))
-        slope = run.slopes.get(key, np.zeros(len(run.readings)))
-        if number.key.endswith("_MPa"):
-            by_log = by_log + slope * value * float(c)
-            slope = slope * float(c)
-        slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))
-    slopes[:, 0] = by_log * float(dc / c)
-    if finger.wall_std:
-        key, wall_mm = finger.wall()
-        slopes[:, 1] = run.slopes.get(key, 0.0) * wall_mm * finger.wall_std
-    return Tied(fit, fit.zeta, run.readings, slopes)
 
 
 def _joint(finger: FingerCase, proposal: Proposal, readings: np.ndarray) -> np.ndarray:

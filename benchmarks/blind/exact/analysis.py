@@ -8,15 +8,15 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from dolfingrip.diagnosis.inference import posterior as hypotheses
-from dolfingrip.diagnosis.inference import thresholds as calibration
-from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.pairs import Pairs, PairScores
-from dolfingrip.diagnosis.inference.posterior import HypothesisWeights, LogPriors, Posterior
+from benchmarks.blind.exact import posterior as hypotheses
+from benchmarks.blind.exact import thresholds as calibration
+from benchmarks.blind.exact.pairs import Pairs, PairScores
+from benchmarks.blind.exact.posterior import Posterior
+from benchmarks.blind.exact.thresholds import Thresholds
+from dolfingrip.diagnosis.inference.arrays import Vector
+from dolfingrip.diagnosis.inference.posterior import HypothesisWeights, LogPriors
 from dolfingrip.diagnosis.inference.screen import Score, Screen
-from dolfingrip.diagnosis.inference.thresholds import Thresholds
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit
-from dolfingrip.diagnosis.inference.whiteness import NoiseCheck, check_noise
 
 FREE = 10.0
 """Factor by which an effect's prior is widened where its strength is left free."""
@@ -100,38 +100,3 @@ class Analysis:
         none = -0.5 * (whitened @ whitened + self.covariance.logdet)
         density = float(none - 0.5 * len(whitened) * np.log(2 * np.pi) + log_mean)
         return Findings(whitened, tuple(scores), pairs, found, density)
-
-    def check(self, residual: Vector, findings: Findings) -> NoiseCheck:
-        """Whether what the most probable hypothesis leaves is the noise that was assumed."""
-        columns = self._explanation(findings)
-        covariance = self.covariance.widened(columns) if columns.size else self.covariance
-        return check_noise(self.index, residual, covariance)
-
-    def _explanation(self, findings: Findings) -> Matrix:
-        """Changes by what is most probably there, strengths left free, shape (n, k)."""
-        found = findings.posterior
-        count = len(found.singles)
-        pair = np.unravel_index(found.pairs.argmax(), found.pairs.shape) if count else ()
-        options: list[tuple[float, tuple[int, ...], bool]] = [
-            (found.none, (), False),
-            (found.unknown, (), True),
-        ]
-        if count:
-            options += [
-                (float(found.singles.max()), (int(found.singles.argmax()),), False),
-                (float(found.pairs.max()), tuple(int(i) for i in pair), False),
-                (float(found.beside.max()), (int(found.beside.argmax()),), True),
-            ]
-        _, effects, misfit = max(options, key=lambda option: option[0])
-        parts = [self._free(findings.scores[i], i)[:, None] for i in effects]
-        if misfit:
-            parts.append(self.unknown.best(findings.whitened))
-        if not parts:
-            return np.zeros((len(self.index), 0))
-        return np.asarray(self.covariance.factor @ np.hstack(parts))
-
-    def _free(self, score: Score, i: int) -> Vector:
-        candidate = self.screen.candidates[i]
-        number = int(np.flatnonzero(self.screen.owner == i)[score.shape])
-        prior = self.screen.length[number] * np.hypot(candidate.mean, candidate.spread)
-        return np.asarray(FREE * max(prior, score.strength_sigma) * score.direction)

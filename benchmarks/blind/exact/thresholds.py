@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
+from benchmarks.blind.exact.pairs import Pairs
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector, unit
-from dolfingrip.diagnosis.inference.pairs import Pairs
 from dolfingrip.diagnosis.inference.posterior import LogPriors
 from dolfingrip.diagnosis.inference.screen import Screen
 from dolfingrip.diagnosis.inference.unknown import SmoothMisfit

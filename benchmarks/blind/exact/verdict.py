@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from benchmarks.blind.exact.pairs import PairScores
+from benchmarks.blind.exact.posterior import Posterior
+from benchmarks.blind.exact.thresholds import Thresholds
 from dolfingrip.diagnosis.inference.classes import cosines, cosines_beside, partition
-from dolfingrip.diagnosis.inference.pairs import PairScores
-from dolfingrip.diagnosis.inference.posterior import Posterior
 from dolfingrip.diagnosis.inference.screen import Score, Screen
-from dolfingrip.diagnosis.inference.thresholds import Thresholds
 
 Answer = Literal["cause", "none", "unknown"]
 

@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import log_ndtr, logsumexp
 
+from benchmarks.blind.exact.orthant import log_both_positive
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.orthant import log_both_positive
 from dolfingrip.diagnosis.inference.screen import Screen
 
 NEGLIGIBLE = 12.0
