@@ -93,7 +93,7 @@ def simulated(
     return Readings(
         index, covariance, np.asarray(std), {each.name: each.change for each in nuisances},
         np.nan_to_num(base.mesh).sum(axis=1), _tolerance(measurement, base, index),
-        [_as_candidate(each) for each in base.candidates if len(each.shapes)],
+        [as_candidate(each) for each in base.candidates if len(each.shapes)],
     )  # fmt: skip
 
 
@@ -130,7 +130,7 @@ def _tolerance(measurement: Measurement, base: BaseSimulation, index: pd.DataFra
     return np.hstack(parts)
 
 
-def _as_candidate(found: secants.Candidate) -> Candidate:
+def as_candidate(found: secants.Candidate) -> Candidate:
     """An effect's secants as the inference takes them."""
     # tried on both sides: each has a change of its own, and a strength above 0
     side = np.sign(found.parts)
