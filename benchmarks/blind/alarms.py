@@ -25,6 +25,7 @@ from benchmarks.blind.response import Catalogue, Truth
 from benchmarks.blind.score import interval
 from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.data import measurement as measured
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.diagnose import judged
 
 SEED: Final = 50_912
@@ -69,20 +70,27 @@ def draw(
     return pd.read_csv(file).head(count)
 
 
+def measured_of(catalogue: Catalogue, folder: Path, value: np.ndarray) -> Measurement:
+    """Readings of a protocol by ordinary instruments, as a laboratory hands them over."""
+    protocol = catalogue.protocol
+    folder.mkdir(parents=True, exist_ok=True)
+    told = {**protocol.setup(), "noise": Instruments().told(noise.channels(protocol))}
+    path = folder / "measured.csv"
+    casework.write_files(path, casework.rows(protocol, value), told)
+    config = generator.analysed(protocol)
+    return selection.selected(measured.read([path], config), config)[0]
+
+
 def _judged(
     catalogue: Catalogue, folder: Path, how: How, seed: tuple[int, ...]
 ) -> dict[str, float | str]:
     """What is said of a measurement without a cause."""
     protocol = catalogue.protocol
-    folder.mkdir(parents=True, exist_ok=True)
     truth = Truth((), casework.drawn_nuisances(np.random.default_rng(seed), protocol))
     readings = casework.read_by(protocol, Instruments(), (*seed, 1), catalogue.vector(truth))
-    told = {**protocol.setup(), "noise": Instruments().told(noise.channels(protocol))}
-    path = folder / "measured.csv"
-    casework.write_files(path, casework.rows(protocol, readings.value), told)
-    config = generator.analysed(protocol)
-    measurement, _ = selection.selected(measured.read([path], config), config)
+    measurement = measured_of(catalogue, folder, readings.value)
     assert how.crew is not None
+    config = generator.analysed(protocol)
     decision = judged(measurement, config, how.crew, settings_of(how)).decision
     return {"answer": decision.answer, "none": decision.none, "probability": decision.probability}
 
