@@ -63,6 +63,7 @@ class Policy:
         far_out: standard deviations from which on a nuisance is said to be far from what was told.
         surer: error of an emulator by that before, where a simulation has corrected it.
         mended_length: of what an exact simulation tells of an emulator's error, in ζ.
+        walls: standard deviations of the walls up to which their parabola is believed.
         rounds: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
@@ -121,6 +122,7 @@ class Policy:
     far_out: float = 2.0
     surer: float = 0.2
     mended_length: float = 1.0
+    walls: float = 2.5
     rounds: int = 6
     interval: float = 0.9
     exact: float = 0.5

@@ -100,15 +100,23 @@ class FingerCase:
     def corrected(self, fit: Fit, missed: np.ndarray) -> FingerCase:
         """With what an exact simulation differs by from the emulators at a fit.
 
-        The strongest cause's emulator takes it over; all that act there are surer near it.
+        The strongest cause's emulator takes it over, or the model's own where there is none; all
+        that act there are surer near it.
 
         Args:
             fit: of a cause, or of several.
             missed: exact less emulated readings and their derivatives by ζ, shape (n, 1 + d).
         """
+        takes = tuple(range(self.case.own))
+        if not fit.subset:
+            assert self.case.ground is not None
+            every = np.arange(self.case.own)
+            mended = Mended.of(
+                self.case.ground, every, takes, fit.zeta, missed, POLICY.mended_length, 1.0
+            )
+            return replace(self, case=replace(self.case, ground=mended))
         strongest = max(zip(fit.strengths, fit.subset, strict=True))[1]
         emulators = dict(self.case.emulators)
-        takes = tuple(range(self.case.own))
         at = self.case.own
         for name in fit.subset:
             d = len(self.case.boxes[name])
@@ -228,5 +236,5 @@ def _base(simulation: FingerSimulation, off: CouponErrors) -> Case:
     takes = tuple(range(1 + len(own)))
     ground = trained_on(every, own, off.noise, takes, exact=True)
     if wall_std:
-        box = np.vstack([box, [[-4.0, 4.0]]])
+        box = np.vstack([box, [[-5.0, 5.0]]])
     return replace(case, ground=ground, ground_box=box)

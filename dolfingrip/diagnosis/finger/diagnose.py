@@ -9,7 +9,7 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.cautions import MESH_UNKNOWN, not_reached
 from dolfingrip.diagnosis.core.evidence import Fit, Subset
-from dolfingrip.diagnosis.core.search import Posterior, search
+from dolfingrip.diagnosis.core.search import NONE, Posterior, search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.coupon.gain import held_out
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -96,7 +96,8 @@ def verified(
             f"a simulation of {name} at its fitted numbers differs by {worst:.2g} standard "
             "deviations of the noise at most"
         )
-        if not fit.subset or (worst <= 1.0 and fit.subset in known):
+        ends = fit.subset in known or not sensitivity(posterior)[0].best.subset
+        if worst <= 1.0 and ends:
             break
         known.add(fit.subset)
         finger = finger.corrected(fit, missed)
@@ -105,8 +106,14 @@ def verified(
 
 
 def _leading(posterior: Posterior, known: set[Subset]) -> Fit:
-    """The fit that is to be simulated: of a pair first its stronger cause alone."""
+    """The fit that is to be simulated: of a pair first its stronger cause alone.
+
+    And before all others the model itself, where its walls are beyond those that were simulated.
+    """
     best = sensitivity(posterior)[0].best
+    none = posterior.best(NONE, level=0.0)
+    if NONE not in known and np.abs(none.zeta[1:]).max(initial=0.0) > POLICY.walls:
+        return none
     if len(best.subset) < 2:
         return best
     alone = (max(zip(best.strengths, best.subset, strict=True))[1],)
