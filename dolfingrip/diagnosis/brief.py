@@ -51,6 +51,8 @@ def lines(brief: Brief) -> list[str]:
 
 def with_doubts(result: DiagnosisFile, sentence: str) -> str:
     """A result, doubts about the data first."""
+    if result.not_reached:
+        sentence = f"Not all readings are compared: {result.not_reached[0]}. {sentence}"
     if not result.suspicions:
         return sentence
     return f"Check the data first: {result.suspicions[0]} Then: {sentence}"
