@@ -14,7 +14,7 @@ from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.emulator import Mended
 from dolfingrip.diagnosis.core.evidence import Case, Fit, Level
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.core.search import NONE
+from dolfingrip.diagnosis.core.search import NONE, levels
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.errors import errors
@@ -157,11 +157,7 @@ def finger_case(
     simulation = finger_simulation(measurement, config, workers)
     off = errors(simulation)
     plain = _base(simulation, off)
-    zeta, level = np.zeros(plain.own), POLICY.discrepancy_levels[1]
-    for start in (0.0, 1.5, -1.5):  # nothing is known yet of how large the misfit is
-        fit = Level(plain, level).of(NONE).fit([zeta, np.r_[start, zeta[1:]]])
-        zeta = fit.zeta
-    centre = _centre(float(plain.factor(zeta[0])[0]))
+    centre = _centre(plain)
     if centre != 1.0:
         say(f"the moduli are about {centre:.2g} times those configured; simulating there")
         simulation = finger_simulation(measurement, config, workers, centre)
@@ -190,8 +186,16 @@ def _lab(simulation: FingerSimulation) -> Config:
     return max(applied, key=lambda each: each.gravity.acceleration_m_s2)
 
 
-def _centre(factor: float) -> float:
-    """A factor in few steps, so that another measurement of the finger finds its simulations."""
+def _centre(plain: Case) -> float:
+    """The fitted factor of all moduli, under whichever discrepancy the model without causes needs.
+
+    In few steps, so that another measurement of the finger finds its simulations.
+    """
+    rest = np.zeros(plain.own - 1)
+    starts = [np.r_[start, rest] for start in POLICY.starts]
+    fits = [Level(plain, level).of(NONE).fit(starts) for level in levels()]
+    best = max(fits, key=lambda fit: fit.log_evidence)
+    factor = float(plain.factor(best.zeta[0])[0])
     step = np.log(POLICY.recentred)
     return float(np.exp(step * np.round(np.log(factor) / step)))
 

@@ -37,13 +37,11 @@ class FingerDiagnosis(CouponDiagnosis):
         return found
 
     def fitted(self, fit: Fit) -> str:
-        change = 100 * (self.coupons.factor(fit) - 1)
-        told = f"Fitted to make it agree: a modulus {_percent(change)}"
+        told = f"Fitted to make it agree: a modulus {_by(self.coupons.factor(fit), 'higher lower')}"
         if self.coupons.wall_std:
-            thicker = 100 * (float(self.coupons.walls(fit.zeta[1])) - 1)
-            way = "thicker" if thicker > 0 else "thinner"
-            return f"{told} and walls {abs(thicker):.2g} % {way} than configured."
-        return f"{told} than configured."
+            walls = float(self.coupons.walls(fit.zeta[1]))
+            told += f" and walls {_by(walls, 'thicker thinner')}"
+        return f"{told}."
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
         case = self.coupons.case
@@ -112,5 +110,9 @@ class FingerDiagnosis(CouponDiagnosis):
         return self.coupons.overrides(fit)
 
 
-def _percent(change: float) -> str:
-    return f"{abs(change):.2g} % {'higher' if change > 0 else 'lower'}"
+def _by(factor: float, ways: str) -> str:
+    """What a factor of a configured number is, in words."""
+    if not 0.5 < factor < 1.5:
+        return f"{factor:.2g} times as configured"
+    more, less = ways.split()
+    return f"{abs(100 * (factor - 1)):.2g} % {more if factor > 1 else less} than configured"
