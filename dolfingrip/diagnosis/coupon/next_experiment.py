@@ -102,8 +102,14 @@ def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
         if fit.subset and set(fit.subset) & set(decision.first):
             total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
-    kept = sorted(total.items(), key=lambda each: -each[1])[: POLICY.compared]
-    return [(p, posterior.best(subset)) for subset, p in kept if p > POLICY.rival * kept[0][1]]
+    least = POLICY.rival * max(total.values(), default=0.0)
+    likely = {subset: p for subset, p in total.items() if p > least}
+    # two causes of which one is tied alone are the same answer
+    alone = [
+        (p, posterior.best(subset)) for subset, p in likely.items()
+        if not any(set(other) < set(subset) for other in likely)
+    ]  # fmt: skip
+    return sorted(alone, key=lambda each: -each[0])[: POLICY.compared]
 
 
 def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
