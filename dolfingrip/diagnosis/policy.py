@@ -64,6 +64,7 @@ class Policy:
         surer: error of an emulator by that before, where a simulation has corrected it.
         mended_length: of what an exact simulation tells of an emulator's error, in ζ.
         walls: standard deviations of the walls up to which their parabola is believed.
+        walls_reach: standard deviations that walls may be off by.
         rounds: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
@@ -123,6 +124,7 @@ class Policy:
     surer: float = 0.2
     mended_length: float = 1.0
     walls: float = 2.5
+    walls_reach: float = 5.0
     rounds: int = 6
     interval: float = 0.9
     exact: float = 0.5

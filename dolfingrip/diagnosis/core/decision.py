@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.evidence import Fit, Subset
+from dolfingrip.diagnosis.core.evidence import Case, Fit, Subset
 from dolfingrip.diagnosis.core.search import NONE, Posterior
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -94,8 +94,9 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
         answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
     if answer != "cause":
         first, second = (), ()
-    if answer == "none" and (scaled := none * _far(posterior)) >= POLICY.claimed:
-        answer, first, probability, none = "cause", case.scale_names, scaled, none - scaled
+    far, who = _far(posterior)
+    if answer == "none" and (scaled := none * far) >= POLICY.claimed:
+        answer, first, probability, none = "cause", who, scaled, none - scaled
     best = _leading(seen, first, second, posterior)
     return Decision(
         answer, first, second, float(probability), inclusion, none, float(unknown),
@@ -103,14 +104,24 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     )  # fmt: skip
 
 
-def _far(posterior: Posterior) -> float:
-    """Probability that the fitted modulus is from a prior as wide as that of the rig's numbers."""
+def _grounds(case: Case) -> tuple[tuple[str, ...], ...]:
+    """What the model's own numbers are named where they are far out."""
+    return case.ground_names or (case.scale_names,)
+
+
+def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
+    """The model's own number that is farthest out, and how probably it is.
+
+    The probability is that of a prior as wide as that of the rig's numbers.
+    """
     fit, case = posterior.best(NONE, level=0.0), posterior.case
-    z = float(np.log(case.factor(fit.zeta[0])[0])) / case.modulus_std
-    log_odds = 0.5 * z**2 * (1 - POLICY.far**-2) - np.log(POLICY.far)
+    t = POLICY.tail
+    off = np.abs(np.sinh(t * fit.zeta[: case.own]) / t)
+    place = int(np.argmax(off))
+    log_odds = 0.5 * float(off[place]) ** 2 * (1 - POLICY.far**-2) - np.log(POLICY.far)
     log_odds += np.log(POLICY.prior_by_size[1] / POLICY.prior_by_size[0])
     log_odds -= np.log(max(len(posterior.names), 1))
-    return float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50))))
+    return float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50)))), _grounds(case)[place]
 
 
 def _mass(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...]) -> float:
@@ -190,7 +201,7 @@ def _leading(
     """The most probable fit, summed over levels, of causes that the answer names."""
 
     def allowed(visible: Subset) -> bool:
-        if not first or first == posterior.case.scale_names:
+        if not first or first in _grounds(posterior.case):
             return not visible
         own = set(visible)
         return bool(own & set(first)) and (not second or bool(own & set(second)))

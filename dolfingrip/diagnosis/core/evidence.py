@@ -61,6 +61,7 @@ class Case:
         ground: what the model's own numbers change of readings that are not ``scaled``: all
             moduli, and others that are fitted in every hypothesis. None where ``scaled`` tells all.
         ground_box: ranges of ζ of the model's own numbers, (m, 2); that of the moduli first.
+        ground_names: what each of them is named where it is far out; ``scale_names`` where empty.
     """
 
     value: np.ndarray
@@ -77,6 +78,7 @@ class Case:
     scale_names: tuple[str, ...] = ("modulus",)
     ground: Emulator | None = None
     ground_box: np.ndarray = field(default_factory=lambda: np.array([[-8.0, 8.0]]))
+    ground_names: tuple[tuple[str, ...], ...] = ()
 
     @property
     def own(self) -> int:
@@ -91,7 +93,7 @@ class Case:
             self.covariance[np.ix_(kept, kept)], self.kernel[np.ix_(kept, kept)], self.boxes,
             {pair: each.rows(kept) for pair, each in self.joint.items()}, self.local, self.rig,
             self.scale_names, None if self.ground is None else self.ground.rows(kept),
-            self.ground_box,
+            self.ground_box, self.ground_names,
         )  # fmt: skip
 
     def effects(self, subset: Subset) -> Subset:

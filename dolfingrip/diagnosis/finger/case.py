@@ -24,7 +24,7 @@ from dolfingrip.diagnosis.finger.simulation import (
     same_material,
 )
 from dolfingrip.diagnosis.finger.training import overrides_at, trained_causes
-from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
+from dolfingrip.diagnosis.finger.unknowns import FAR, WALLS, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -62,7 +62,7 @@ class FingerCase:
 
     def walls(self, zeta: float | np.ndarray) -> np.ndarray:
         """Thickness of the walls by that configured."""
-        return np.asarray(1 + self.wall_std * np.asarray(zeta))
+        return np.asarray(1 + self.wall_std * far(zeta))
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """The configuration at a fit's numbers, as with ``--set``."""
@@ -163,7 +163,8 @@ def finger_case(
         simulation = finger_simulation(measurement, config, workers, centre)
         off = errors(simulation)
         plain = _base(simulation, off)
-    causes = unknowns(simulation.measurement, _lab(simulation), names)
+    walls = simulation.walls is not None
+    causes = unknowns(simulation.measurement, _lab(simulation), names, walls=walls)
     say(f"simulating what {len(causes)} causes change")
     box = plain.ground_box[0]
     grid = np.linspace(float(box[0]), float(box[1]), 401)
@@ -179,6 +180,16 @@ def finger_case(
     )  # fmt: skip
     std = _wall_std(simulation)
     return FingerCase(case, felt, off, simulation, trained.unseen, trained.failed, std)
+
+
+def far(zeta: float | np.ndarray) -> np.ndarray:
+    """Standard deviations that the walls are off by; far out they lose less than a normal one."""
+    return np.asarray(np.sinh(POLICY.tail * np.asarray(zeta)) / POLICY.tail)
+
+
+def near(off: np.ndarray) -> np.ndarray:
+    """ζ of so many standard deviations."""
+    return np.asarray(np.arcsinh(POLICY.tail * off) / POLICY.tail)
 
 
 def _lab(simulation: FingerSimulation) -> Config:
@@ -231,14 +242,16 @@ def _base(simulation: FingerSimulation, off: CouponErrors) -> Case:
                 else here + simulation.walls.change(1 + w, float(c))[0] for w in walls]  # fmt: skip
         values.append([np.nan_to_num(each - simulation.base.readings) for each in told])
     told_values = np.array(values)
-    zeta = (walls / wall_std)[:, None] if wall_std else np.zeros((1, 0))
+    zeta = near(walls / wall_std)[:, None] if wall_std else np.zeros((1, 0))
     slopes = np.zeros((len(nodes), len(zeta), zeta.shape[1], n))
     if wall_std:
         slopes[:] = np.nan
-    own = [Coordinate(lambda z: z, amplitude=False)] if wall_std else []
+    own = [Coordinate(far, amplitude=False)] if wall_std else []
     every = Simulations(zeta, told_values, slopes, nodes)
     takes = tuple(range(1 + len(own)))
     ground = trained_on(every, own, off.noise, takes, exact=True)
     if wall_std:
-        box = np.vstack([box, [[-5.0, 5.0]]])
-    return replace(case, ground=ground, ground_box=box)
+        end = float(near(np.array(POLICY.walls_reach)))
+        box = np.vstack([box, [[-end, end]]])
+    names = (("modulus",), (WALLS,))[: len(box)]
+    return replace(case, ground=ground, ground_box=box, ground_names=names)

@@ -14,7 +14,7 @@ from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.coupon.gain import held_out
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import suspicions
-from dolfingrip.diagnosis.finger.case import FingerCase, finger_case
+from dolfingrip.diagnosis.finger.case import FingerCase, far, finger_case
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.finger.found import FingerDiagnosis
 from dolfingrip.diagnosis.finger.next_experiment import next_experiments
@@ -112,7 +112,7 @@ def _leading(posterior: Posterior, known: set[Subset]) -> Fit:
     """
     best = sensitivity(posterior)[0].best
     none = posterior.best(NONE, level=0.0)
-    if NONE not in known and np.abs(none.zeta[1:]).max(initial=0.0) > POLICY.walls:
+    if NONE not in known and np.abs(far(none.zeta[1:])).max(initial=0.0) > POLICY.walls:
         return none
     if len(best.subset) < 2:
         return best

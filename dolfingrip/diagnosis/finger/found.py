@@ -9,7 +9,7 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, Estimated, by_hessian, estimated
-from dolfingrip.diagnosis.finger.case import FingerCase
+from dolfingrip.diagnosis.finger.case import FingerCase, far
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.parameter import find, moduli
@@ -47,7 +47,7 @@ class FingerDiagnosis(CouponDiagnosis):
         case = self.coupons.case
         found = {"modulus": float(np.log(case.factor(fit.zeta[0])[0]) / case.modulus_std)}
         if self.coupons.wall_std:
-            found[WALL] = float(fit.zeta[1])
+            found[WALL] = float(far(fit.zeta[1]))
         return found | self.coupons.nuisances(fit)
 
     def far_out(self, fit: Fit) -> list[str]:

@@ -26,23 +26,33 @@ FAR: Final = {
 }
 """Nuisances that can be causes: key of the effect, of what the laboratory tells, and its middle."""
 
+WALLS: Final = "wall_offset"
+
 TILTED: Final = "gravity_pitch"
 """The effect that turns the gravity that a test has."""
 
 
-def unknowns(measurement: Measurement, config: Config, names: Sequence[str] | None) -> list[Cause]:
+def unknowns(
+    measurement: Measurement,
+    config: Config,
+    names: Sequence[str] | None,
+    *,
+    walls: bool = False,
+) -> list[Cause]:
     """All that may be named: of the catalogue, and of the nuisances where all are tried.
 
     Args:
         measurement: whose set-ups tell the nuisances.
         config: the model that is diagnosed, with the laboratory's gravity.
         names: of the causes that are tried; everything where None.
+        walls: whether these are fitted in every hypothesis, and so no cause beside it.
     """
     found = [
         _tilted(each) if each.name == TILTED and config.gravity.acceleration_m_s2 else each
         for each in causes(config, names)
     ]
-    return found if names is not None else [*found, *_far(measurement, config)]
+    far = [each for each in _far(measurement, config) if not (walls and each.name == WALLS)]
+    return found if names is not None else [*found, *far]
 
 
 def _tilted(cause: Cause) -> Cause:
