@@ -19,7 +19,7 @@ import matplotlib.pyplot as plt
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.outcome import Diagnosis, Fit
+from dolfingrip.diagnosis.outcome import DiagnosisFile, Fit
 from dolfingrip.experiments import Result, run
 from dolfingrip.report import theme
 
@@ -30,7 +30,7 @@ PRINTED_kPa = (50, 100, 200, 250)
 STYLES = ((theme.INK, "s"), (theme.GREEN, "^"), (theme.BLUE, "o"), (theme.ORANGE, "v"))
 
 
-def materials(found: Diagnosis) -> Iterator[tuple[str, Config]]:
+def materials(found: DiagnosisFile) -> Iterator[tuple[str, Config]]:
     """Configurations by name: before, and after."""
     yield "as configured", Config()
     for fit in found.fits:
@@ -71,7 +71,7 @@ def main() -> None:
     """Compute, print and draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--diagnosis", type=Path, default=Path("out/diagnosis"))
-    found = Diagnosis.read(parser.parse_args().diagnosis / "diagnosis.json")
+    found = DiagnosisFile.read(parser.parse_args().diagnosis / "diagnosis.json")
     curves: dict[str, dict[str, Result]] = {}
     for name, config in materials(found):
         curves[name] = {}
