@@ -17,7 +17,7 @@ class Policy:
             channel; they share the rest of the probability evenly.
         load_length: length of the discrepancy's kernel, by the largest load.
         path_length: length of its kernel along the path of the load, by the largest load.
-        rough_length: length of its rough part along the path, by the largest load.
+        rough_length: length of its rough parts along load and path, by the largest load.
         wait_weight, wait_s: a wait of t counts as a path of ``wait_weight`` ln(1 + t/``wait_s``).
         visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
         credible: part of the probability that a set of causes has to hold.
@@ -48,6 +48,7 @@ class Policy:
         specimen_scales: scatter of specimens' stiffness, by what was told.
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
         smooth: degree of the smooth curve through the readings, at most.
+        common: numbers of the curve that specimens share in a branch, at most.
         single_shape: the first of these where there is one specimen.
         interval: probability that intervals hold.
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
@@ -93,6 +94,7 @@ class Policy:
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
     own_slack: float = 0.5
     smooth: int = 6
+    common: int = 24
     single_shape: float = 0.003
     interval: float = 0.9
     exact: float = 0.5

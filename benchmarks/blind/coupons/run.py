@@ -76,7 +76,7 @@ def _said(bench: Bench, case: Case, scratch: Path) -> dict[str, Any]:
     found = diagnose_coupons(read, bench.config, quick=True, kept=bench.kept)
     spent = time.process_time() - started
     decision = found.decision
-    exact = _exact(bench, found) if case.kind == "two" else None
+    exact = _exact(bench, found) if case.kind in ("two", "nuisance") else None
     ranks = _ranks(case, found) if case.kind in ("prior", "one") else {}
     visible = {name: round(p, 4) for name, p in decision.inclusion.items() if p >= 0.002}
     row = {

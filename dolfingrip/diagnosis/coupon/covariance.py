@@ -234,14 +234,18 @@ def _between(
 
 
 def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
-    """Columns of any smooth curve that all specimens share, (n, k)."""
+    """Columns of any curve that all specimens share, (n, k).
+
+    It has as many numbers as one specimen has readings: what it cannot follow would be taken for
+    scatter, and hide what the model misses of all specimens alike.
+    """
     columns: list[np.ndarray] = []
     parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
     for _, part in parts:
         at = part.index.to_numpy()
         x = along.load[at]
-        distinct = len(np.unique(np.round(x, 3)))
-        degree = int(np.clip(distinct // 3, 0, 7))
+        each = int(part.groupby("test").size().median())
+        degree = min(len(np.unique(np.round(x, 3))), each, POLICY.common) - 1
         own = np.zeros((len(along.load), degree + 1))
         span = max(float(np.ptp(x)), 1e-9)
         own[at] = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
