@@ -24,6 +24,9 @@ HEADINGS: Final = {
 
 NUISANCES: Final = {
     "coupon_slack_mm": "the force of the coupons begins at another travel than was told",
+    "coupon.gauge_length_mm": "another gauge length than was told",
+    "coupon_area": "another cross-section of the coupons than was told",
+    "modulus": "a stiffer or softer material",
 }
 """Causes that are no effects of the catalogue, in words."""
 
@@ -53,4 +56,4 @@ def with_doubts(result: DiagnosisFile, sentence: str) -> str:
     """A result, doubts about the data first."""
     if not result.suspicions:
         return sentence
-    return f"Check the data first: {result.suspicions[0]} Then: {sentence}"
+    return f"Check the data first: {' Or: '.join(result.suspicions[:2])} Then: {sentence}"

@@ -27,6 +27,7 @@ class Policy:
             s sinh(tail ζ)/tail for a standard deviation s.
         far: width of the prior of a number of the rig, or of all moduli, that is far from what was
             told, by what was told.
+        far_sigma: standard deviations from which on such a number is told among the first lines.
         reach: largest |ζ| of an emulator.
         degrees: degree of its polynomials by the number of its arguments.
         training: simulations by the number of arguments, where they cost nothing.
@@ -75,6 +76,7 @@ class Policy:
     both: float = 0.5
     tail: float = 0.9
     far: float = 4.0
+    far_sigma: float = 3.0
     reach: float = 3.3
     degrees: tuple[int, ...] = (11, 12, 7, 5, 4, 4)
     training: tuple[int, ...] = (64, 400, 512, 512, 600, 900)

@@ -25,6 +25,7 @@ of the noise, of the gauge length and of the specimens' stiffness, and finds all
 - A nuisance is hidden 3 to 5 standard deviations from what was told, however little the readings
   tell of it.
 - *Alarm*: nothing is hidden, and the answer is not "none".
-- Two causes, and nuisances, are compared with exact evidence: the same search under the true covariance.
+- Two causes, and nuisances, are compared with exact evidence: the same search under the true
+  covariance.
 - Priors are twice as wide in every second case.
 """

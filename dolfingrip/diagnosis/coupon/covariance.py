@@ -65,6 +65,7 @@ class CouponErrors:
         along: where the readings lie, for a discrepancy that all specimens share.
         signal: a smooth curve through the readings, shape (n,).
         shared: what the coupons share of the rig.
+        fitted: covariance of what a fit gives the rig and each coupon: slack, stiffness; (n, n).
         scatter: of the specimens.
         sentences: where the noise comes from.
         guessed: whether the noise is a guess.
@@ -75,6 +76,7 @@ class CouponErrors:
     along: Along
     signal: np.ndarray
     shared: tuple[Shared, ...]
+    fitted: np.ndarray
     scatter: Scatter
     sentences: tuple[str, ...]
     guessed: bool
@@ -98,7 +100,7 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     test = listed["test"].to_numpy()
     slack = np.array([each.setup.nuisances[SLACK] for each in measurement.tests])[test]
     late = slack * steep
-    covariance += POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
+    fitted = POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
     usual = float(slack.max())
     share = float(np.sqrt(1 - POLICY.own_slack))
     shared = (
@@ -106,11 +108,15 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
         *_told(simulation, base, signal),
     )
     for each in shared:
-        covariance += np.outer(each.change, each.change)
+        fitted += np.outer(each.change, each.change)
+    covariance += fitted
     scatter, between = _between(simulation, covariance, along, signal)
+    specimen = listed["specimen"].to_numpy()
+    stiff = scatter.scale * signal
+    fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
     guessed = any("guess" in sentence for sentence in told.sentences)
     return CouponErrors(
-        covariance + between, noise, along, signal, shared, scatter, told.sentences, guessed
+        covariance + between, noise, along, signal, shared, fitted, scatter, told.sentences, guessed
     )
 
 

@@ -136,6 +136,55 @@ def exact(coupons: CouponCase, fit: Fit) -> np.ndarray:
     return np.asarray(found)
 
 
+def left(coupons: CouponCase, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """What an exact simulation at a fit leaves of the readings, by C⁻¹ and itself, (n,) each."""
+    case = coupons.case
+    rest = case.value - exact(coupons, fit)
+    total = case.covariance + fit.level**2 * case.kernel
+    return np.asarray(np.linalg.solve(total, rest)), rest
+
+
+def fitted(coupons: CouponCase, fit: Fit) -> np.ndarray:
+    """(n,) exact readings at a fit, with the slack and the stiffness that coupons have there."""
+    weighed, rest = left(coupons, fit)
+    return np.asarray(coupons.case.value - rest + coupons.errors.fitted @ weighed)
+
+
+@dataclass(frozen=True, slots=True)
+class OfTheRig:
+    """A number of the rig, as the readings tell it.
+
+    Attributes:
+        name, unit: of it.
+        told: standard deviation that it was told with.
+        value: difference from what was told.
+    """
+
+    name: str
+    unit: str
+    told: float
+    value: float
+
+    @property
+    def far(self) -> bool:
+        """Whether it is far from what was told."""
+        return abs(self.value) > POLICY.far_sigma * self.told
+
+
+def of_the_rig(coupons: CouponCase, fit: Fit) -> list[OfTheRig]:
+    """The rig's numbers at a fit."""
+    weighed, _ = left(coupons, fit)
+    found, place = [], 1
+    far: dict[str, float] = {}
+    for name in fit.subset:
+        far[name] = POLICY.far * float(fit.zeta[place])
+        place += len(coupons.case.boxes[name])
+    for each in coupons.errors.shared:
+        sigma = float(each.change @ weighed) + far.get(each.name, 0.0)
+        found.append(OfTheRig(each.name, each.unit, each.std, sigma * each.std))
+    return found
+
+
 def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Draws from the normal distribution about the most probable numbers."""
     rng = np.random.default_rng(0)

@@ -14,10 +14,25 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis import brief, outcome
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, Estimated, exact
-from dolfingrip.diagnosis.coupon.gain import SPECIMENS
+from dolfingrip.diagnosis.coupon.covariance import SLACK
+from dolfingrip.diagnosis.coupon.found import (
+    CouponDiagnosis,
+    Estimated,
+    OfTheRig,
+    exact,
+    fitted,
+    of_the_rig,
+)
+from dolfingrip.diagnosis.coupon.gain import BANDS, BRANCHES, SPECIMENS
+from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import find, moduli
 
+ONE_OF = {
+    SPECIMENS: "each specimen",
+    BANDS: "each third of the strain",
+    BRANCHES: "each later branch",
+}
+"""What is left out, by kind."""
 WIDTH_OF_A_BAND = 0.25
 """Of the largest load, of which the page says where something is left."""
 
@@ -120,12 +135,12 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
     case, listed = found.coupons.case, found.coupons.simulation.measurement.listed()
     rows = found.coupons.simulation.measurement.readings
     decision = found.decision
-    after = exact(found.coupons, decision.best)
+    after = fitted(found.coupons, decision.best)
     readings = listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=np.nan,
         run=listed["test"], noise=found.coupons.errors.noise, configured=case.base,
-        before=exact(found.coupons, found.none), after=after,
+        before=fitted(found.coupons, found.none), after=after,
     )  # fmt: skip
     return {
         "readings": readings,
@@ -158,7 +173,7 @@ def _brief(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) -> 
         check=_check(found),
         not_explained=_left(found),
         also_possible=_also(found),
-        cannot_be_seen=", ".join(found.coupons.unseen) or "nothing of the catalogue is hidden",
+        cannot_be_seen=_unseen(found),
         assumed=_assumed(found),
         do_next=_next(found),
         use_it=f"dolfingrip bend --config {out / 'extended.toml'}"
@@ -173,10 +188,29 @@ def _configured(found: CouponDiagnosis) -> str:
     c = _factor(found, found.decision.best)
     off = case.value - case.base
     share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(case.value**2)))
-    return (
-        f"As configured the model is {share:.2g} % off (rms of all readings by that of the "
-        f"measured). The modulus is fitted to {c:.3g} times the configured one."
-    )
+    told = [
+        f"As configured the model is {_percent(share)} off (root mean square). A modulus "
+        f"{_times(c)} the configured one is fitted."
+    ]
+    told += [f"{_of_the_rig(each)}." for each in of_the_rig(found.coupons, found.decision.best)
+             if each.far]  # fmt: skip
+    return " ".join(told)
+
+
+def _times(factor: float) -> str:
+    if 0.5 < factor < 2:
+        return f"{abs(100 * (factor - 1)):.2g} % {'above' if factor > 1 else 'below'}"
+    return f"{factor:.3g} times"
+
+
+def _of_the_rig(each: OfTheRig) -> str:
+    """In words, with units and with what was told."""
+    sigma = abs(each.value) / each.told
+    told = f"±{each.told:.2g} {each.unit} was told: {sigma:.1f} standard deviations"
+    if each.name == SLACK:
+        way = "early" if each.value > 0 else "late"
+        return f"The coupons' force begins {abs(each.value):.2g} mm {way} ({told})"
+    return f"{each.name} is off by {each.value:+.2g} {each.unit} ({told})"
 
 
 def _result(found: CouponDiagnosis) -> str:
@@ -186,15 +220,21 @@ def _result(found: CouponDiagnosis) -> str:
         return f"Nothing else is to be seen: probability {chance}."
     if decision.answer == "unknown":
         return f"Something is off that no effect of the catalogue explains: probability {chance}."
+    if decision.first == found.coupons.case.scale_names:
+        return (
+            "Nothing else is off: either the material is so much stiffer or softer, or the "
+            f"coupons' cross-section is another (modulus or coupon_area); probability {chance}."
+        )
     told = brief.one_of(decision.first)
     if decision.second:
         told += f", together with {brief.one_of(decision.second)}"
     explained = 100 * (1 - decision.unexplained)
     least = found.sensitivity.least
     doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
+    share = "all" if explained > 99.95 else f"{explained:.3g} %"
     return (
-        f"The cause of the rest: {told}; probability {chance}{doubt}. It explains "
-        f"{min(explained, 99.9):.3g} % of what the model misses."
+        f"The cause of the rest: {told}; probability {chance}{doubt}. It explains {share} of what "
+        "the model misses."
     )
 
 
@@ -215,16 +255,19 @@ def _size(found: CouponDiagnosis) -> str:
 
 def _fit(found: CouponDiagnosis) -> str:
     case = found.coupons.case
-    before, plain = case.base, exact(found.coupons, found.none)
-    after = exact(found.coupons, found.decision.best)
+    before, plain = case.base, fitted(found.coupons, found.none)
+    after = fitted(found.coupons, found.decision.best)
+    named = bool(found.decision.best.subset)
     noise = _by_channel(found, found.coupons.errors.noise)
     parts = []
     for name, at in _channels(found).items():
         unit = CHANNELS[name].unit
         errors = [_rms((each - case.value)[at]) for each in (before, plain, after)]
         parts.append(
-            f"{name}: {errors[0]:.3g} {unit} as configured, {errors[1]:.3g} with the modulus "
-            f"fitted, {errors[2]:.3g} {unit} with the cause; noise {noise[name]:.2g} {unit}"
+            f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {errors[1]:.3g} "
+            f"{unit} with modulus, slack and each coupon's stiffness fitted"
+            + (f"; {errors[2]:.3g} {unit} with the cause, too" if named else "")
+            + f"; noise {noise[name]:.2g} {unit}"
         )
     return "; ".join(parts)
 
@@ -236,25 +279,29 @@ def _check(found: CouponDiagnosis) -> str:
     parts = []
     for e in held.errors:
         unit = CHANNELS[e.channel].unit
-        scale = ", their scale fitted" if e.kind == SPECIMENS else ""
+        scale = ", its scale fitted" if e.kind == SPECIMENS else ""
         own = held.scatter.get(e.channel)
-        against = f" (the specimens' own scatter is {own:.2g} {unit})" if own else ""
+        against = f"; specimens scatter by {own:.2g} {unit}" if own else ""
         parts.append(
-            f"{e.kind} left out in turn{scale}, causes chosen anew: {e.channel} "
-            f"{e.nuisances:.3g} → {e.cause:.3g} {unit}{against}"
+            f"{ONE_OF[e.kind]} left out in turn{scale}, causes chosen anew: {e.channel} is "
+            f"foretold to {e.nuisances:.3g} {unit} without a cause, to {e.cause:.3g} {unit} with it"
+            f"{against}"
         )
     worth = "better" if held.claimed else "no better"
-    return "; ".join(parts) + f"; {worth} than both rivals"
+    return (
+        "; ".join(parts)
+        + f"; the cause does {worth} than a fitted modulus and a smooth curve without a cause"
+    )
 
 
 def _left(found: CouponDiagnosis) -> str:
     decision = found.decision
     percent = 100 * decision.unexplained
-    share = f"{percent:.2g} %" if percent >= 0.01 else "less than 0.01 %"
+    share = _percent(percent) if percent >= 0.01 else "less than 0.01 %"
     if decision.discrepancy < 0.5:
         return f"{share}; what is left is no larger than noise and scatter"
     case, along = found.coupons.case, found.coupons.errors.along
-    rest = (case.value - exact(found.coupons, decision.best)) / found.coupons.errors.noise
+    rest = (case.value - fitted(found.coupons, decision.best)) / found.coupons.errors.noise
     bands = np.minimum((along.load / WIDTH_OF_A_BAND).astype(int), int(1 / WIDTH_OF_A_BAND) - 1)
     worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
     low, high = 100 * worst * WIDTH_OF_A_BAND, 100 * (worst + 1) * WIDTH_OF_A_BAND
@@ -272,30 +319,55 @@ def _also(found: CouponDiagnosis) -> str:
     return ", ".join(rest) or "no other cause has a probability of 0.01 or more"
 
 
+def _unseen(found: CouponDiagnosis) -> str:
+    """What these coupons cannot feel, and what no coupon can."""
+    material = [n for n in found.coupons.unseen if effect(n).kind in ("elastic", "dissipative")]
+    rest = [n for n in found.coupons.unseen if n not in material]
+    told = []
+    if material:
+        told.append(f"{', '.join(material)} (other readings of coupons may tell)")
+    if rest:
+        told.append(f"what only a finger or another instrument feels: {', '.join(rest)}")
+    return "; ".join(told) or "nothing of the catalogue is hidden"
+
+
 def _assumed(found: CouponDiagnosis) -> str:
     numbers = found.numbers(found.decision.best)
     parameters = find(found.config, [key for key in moduli(found.config) if "bulk" not in key])
     configured = {each.key: each.value(found.config) for each in parameters}
     parts = [
-        f"{e.key} {e.value:.3g} MPa ({e.low:.3g} to {e.high:.3g}), configured "
-        f"{configured[e.key]:.3g} MPa"
+        f"{e.key} {e.value:.3g} MPa ({e.low:.3g} to {e.high:.3g}; configured "
+        f"{configured[e.key]:.3g} MPa)"
         for e in numbers if e.key in configured
     ]  # fmt: skip
+    rig = of_the_rig(found.coupons, found.decision.best)
+    parts += [f"{text[0].lower()}{text[1:]}" for text in map(_of_the_rig, rig)]
     parts.append(_scatter(found))
+    if found.coupons.errors.guessed:
+        parts.append("the noise is a guess: tell it under [noise]")
     parts += found.warnings[:1]
     return "; ".join(parts)
 
 
 def _next(found: CouponDiagnosis) -> str:
+    decision = found.decision
     if found.next:
         one = found.next[0]
         tells = "tells the causes apart" if one.splits else "may not tell all causes apart"
         return f"{one.name}: {one.minutes:.0f} minutes; it {tells}"
-    if found.decision.answer == "unknown":
+    if decision.answer == "unknown":
         return "a coupon, loading and unloading, at two rates: it would tell memory from elasticity"
-    if found.decision.answer == "none":
+    if decision.answer == "none":
         return "measure the finger: the coupons agree with the model"
-    return "measure the finger: the coupons leave no cause tied with another"
+    if decision.first == found.coupons.case.scale_names:
+        return "measure the coupons' cross-section: it is told from the modulus by nothing else"
+    named = [n for n in (*decision.first, *decision.second) if n not in found.coupons.case.rig]
+    if _once(found) and any(effect(name).kind == "dissipative" for name in named):
+        return (
+            "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape alone "
+            "tells memory here; a loop and a force that fades would prove it"
+        )
+    return "measure the finger: no other cause is nearly as probable as the first"
 
 
 # -- parts ---------------------------------------------------------------------------------------
@@ -320,6 +392,8 @@ def _answer(decision: Any) -> str:
 
 def _takes_part(found: CouponDiagnosis) -> float:
     first = set(found.decision.first)
+    if found.decision.first == found.coupons.case.scale_names:
+        return found.decision.probability
     return sum(p for subset, p in found.decision.subsets.items() if first & set(subset))
 
 
@@ -371,10 +445,16 @@ def _scatter(found: CouponDiagnosis) -> str:
     )
 
 
+def _once(found: CouponDiagnosis) -> bool:
+    """Whether each coupon was pulled once, and no more."""
+    listed = found.coupons.simulation.measurement.listed()
+    return len(listed.groupby(["cycle", "branch"])) == 1
+
+
 def _off(found: CouponDiagnosis) -> list[str]:
     """Where the model with the fitted modulus is off, in words."""
     case, along = found.coupons.case, found.coupons.errors.along
-    off = exact(found.coupons, found.none) - case.value
+    off = fitted(found.coupons, found.none) - case.value
     largest = float(np.abs(found.coupons.simulation.measurement.readings["displacement_mm"]).max())
     told = []
     for name, at in _channels(found).items():
@@ -404,6 +484,10 @@ def _changes(found: CouponDiagnosis) -> dict[str, Any]:
 
 def _number(e: Estimated) -> str:
     return f"{e.key} = {e.value:.3g} ({e.low:.3g} to {e.high:.3g})"
+
+
+def _percent(value: float) -> str:
+    return f"{value:.2g} %" if value < 99.5 else f"{value:.0f} %"
 
 
 def _rms(values: np.ndarray) -> float:
