@@ -11,30 +11,21 @@ import numpy as np
 from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis import brief, outcome
-from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.coupon.covariance import SLACK
 from dolfingrip.diagnosis.coupon.found import (
     CouponDiagnosis,
-    Estimated,
-    OfTheRig,
-    exact,
     fitted,
-    of_the_rig,
 )
-from dolfingrip.diagnosis.coupon.gain import BANDS, BRANCHES, SPECIMENS
-from dolfingrip.extensions.index import effect
-from dolfingrip.parameter import find, moduli
-
-ONE_OF = {
-    SPECIMENS: "each specimen",
-    BANDS: "each third of the strain",
-    BRANCHES: "each later branch",
-}
-"""What is left out, by kind."""
-WIDTH_OF_A_BAND = 0.25
-"""Of the largest load, of which the page says where something is left."""
+from dolfingrip.diagnosis.coupon.ten_lines import (
+    WIDTH_OF_A_BAND,
+    by_channel,
+    chance,
+    channels,
+    factor,
+    scatter,
+    ten_lines,
+)
 
 
 def extended_toml(found: CouponDiagnosis) -> str:
@@ -98,10 +89,10 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
         differences=(),
         sentences=tuple(_off(found)),
         noise=outcome.Noise(
-            std=_by_channel(found, found.coupons.errors.noise), correlated_std={},
+            std=by_channel(found, found.coupons.errors.noise), correlated_std={},
             models={"as believed": 1.0},
             verdicts={name: _answer(each) for name, each in found.sensitivity.answers.items()},
-            sentences=(*found.coupons.errors.sentences, _scatter(found)),
+            sentences=(*found.coupons.errors.sentences, scatter(found)),
         ),
         nuisances=_nuisances(found),
         gain=tuple(
@@ -127,7 +118,7 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
         extended=_changes(found),
         simulated_s=0.0,
     )  # fmt: skip
-    return result.model_copy(update={"brief": _brief(found, result, out)})
+    return result.model_copy(update={"brief": ten_lines(found, result, out)})
 
 
 def pictures(found: CouponDiagnosis) -> dict[str, Any]:
@@ -160,230 +151,17 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
     }  # fmt: skip
 
 
-# -- the ten lines -------------------------------------------------------------------------------
-
-
-def _brief(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) -> outcome.Brief:
-    decision = found.decision
-    named = decision.answer == "cause"
-    return outcome.Brief(
-        result=brief.with_doubts(result, f"{_configured(found)} {_result(found)}"),
-        size=_size(found),
-        fit=_fit(found),
-        check=_check(found),
-        not_explained=_left(found),
-        also_possible=_also(found),
-        cannot_be_seen=_unseen(found),
-        assumed=_assumed(found),
-        do_next=_next(found),
-        use_it=f"dolfingrip bend --config {out / 'extended.toml'}"
-        if named
-        else f"dolfingrip bend --config {out / 'extended.toml'} (the fitted modulus alone)",
-    )
-
-
-def _configured(found: CouponDiagnosis) -> str:
-    """What is off as configured, and what was fitted for it."""
-    case = found.coupons.case
-    c = _factor(found, found.decision.best)
-    off = case.value - case.base
-    share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(case.value**2)))
-    told = [
-        f"As configured the model is {_percent(share)} off (root mean square). A modulus "
-        f"{_times(c)} the configured one is fitted."
-    ]
-    told += [f"{_of_the_rig(each)}." for each in of_the_rig(found.coupons, found.decision.best)
-             if each.far]  # fmt: skip
-    return " ".join(told)
-
-
-def _times(factor: float) -> str:
-    if 0.5 < factor < 2:
-        return f"{abs(100 * (factor - 1)):.2g} % {'above' if factor > 1 else 'below'}"
-    return f"{factor:.3g} times"
-
-
-def _of_the_rig(each: OfTheRig) -> str:
-    """In words, with units and with what was told."""
-    sigma = abs(each.value) / each.told
-    told = f"±{each.told:.2g} {each.unit} was told: {sigma:.1f} standard deviations"
-    if each.name == SLACK:
-        way = "early" if each.value > 0 else "late"
-        return f"The coupons' force begins {abs(each.value):.2g} mm {way} ({told})"
-    return f"{each.name} is off by {each.value:+.2g} {each.unit} ({told})"
-
-
-def _result(found: CouponDiagnosis) -> str:
-    decision = found.decision
-    chance = _chance(decision.probability)
-    if decision.answer == "none":
-        return f"Nothing else is to be seen: probability {chance}."
-    if decision.answer == "unknown":
-        return f"Something is off that no effect of the catalogue explains: probability {chance}."
-    if decision.first == found.coupons.case.scale_names:
-        return (
-            "Nothing else is off: either the material is so much stiffer or softer, or the "
-            f"coupons' cross-section is another (modulus or coupon_area); probability {chance}."
-        )
-    told = brief.one_of(decision.first)
-    if decision.second:
-        told += f", together with {brief.one_of(decision.second)}"
-    explained = 100 * (1 - decision.unexplained)
-    least = found.sensitivity.least
-    doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
-    share = "all" if explained > 99.95 else f"{explained:.3g} %"
-    return (
-        f"The cause of the rest: {told}; probability {chance}{doubt}. It explains {share} of what "
-        "the model misses."
-    )
-
-
-def _size(found: CouponDiagnosis) -> str:
-    fit = found.decision.best
-    numbers = ", ".join(_number(e) for e in found.numbers(fit))
-    change = exact(found.coupons, fit) - exact(found.coupons, _without(found, fit))
-    place = int(np.argmax(np.abs(change / found.coupons.errors.noise)))
-    listed = found.coupons.simulation.measurement.listed().iloc[place]
-    channel = CHANNELS[str(listed["column"])]
-    if not fit.subset:
-        return numbers
-    return (
-        f"{numbers}; at {listed['control']:.3g} mm it changes the {channel.title.lower()} by "
-        f"{change[place]:+.3g} {channel.unit} of {listed['value']:.3g} {channel.unit}"
-    )
-
-
-def _fit(found: CouponDiagnosis) -> str:
-    case = found.coupons.case
-    before, plain = case.base, fitted(found.coupons, found.none)
-    after = fitted(found.coupons, found.decision.best)
-    named = bool(found.decision.best.subset)
-    noise = _by_channel(found, found.coupons.errors.noise)
-    parts = []
-    for name, at in _channels(found).items():
-        unit = CHANNELS[name].unit
-        errors = [_rms((each - case.value)[at]) for each in (before, plain, after)]
-        parts.append(
-            f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {errors[1]:.3g} "
-            f"{unit} with modulus, slack and each coupon's stiffness fitted"
-            + (f"; {errors[2]:.3g} {unit} with the cause, too" if named else "")
-            + f"; noise {noise[name]:.2g} {unit}"
-        )
-    return "; ".join(parts)
-
-
-def _check(found: CouponDiagnosis) -> str:
-    held = found.held_out
-    if held is None:
-        return "not done: nothing was named" if found.decision.answer != "cause" else "not done"
-    parts = []
-    for e in held.errors:
-        unit = CHANNELS[e.channel].unit
-        scale = ", its scale fitted" if e.kind == SPECIMENS else ""
-        own = held.scatter.get(e.channel)
-        against = f"; specimens scatter by {own:.2g} {unit}" if own else ""
-        parts.append(
-            f"{ONE_OF[e.kind]} left out in turn{scale}, causes chosen anew: {e.channel} is "
-            f"foretold to {e.nuisances:.3g} {unit} without a cause, to {e.cause:.3g} {unit} with it"
-            f"{against}"
-        )
-    worth = "better" if held.claimed else "no better"
-    return (
-        "; ".join(parts)
-        + f"; the cause does {worth} than a fitted modulus and a smooth curve without a cause"
-    )
-
-
-def _left(found: CouponDiagnosis) -> str:
-    decision = found.decision
-    percent = 100 * decision.unexplained
-    share = _percent(percent) if percent >= 0.01 else "less than 0.01 %"
-    if decision.discrepancy < 0.5:
-        return f"{share}; what is left is no larger than noise and scatter"
-    case, along = found.coupons.case, found.coupons.errors.along
-    rest = (case.value - fitted(found.coupons, decision.best)) / found.coupons.errors.noise
-    bands = np.minimum((along.load / WIDTH_OF_A_BAND).astype(int), int(1 / WIDTH_OF_A_BAND) - 1)
-    worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
-    low, high = 100 * worst * WIDTH_OF_A_BAND, 100 * (worst + 1) * WIDTH_OF_A_BAND
-    return f"{share}, most of it between {low:.0f} and {high:.0f} % of the largest strain"
-
-
-def _also(found: CouponDiagnosis) -> str:
-    decision = found.decision
-    named = {*decision.first, *decision.second}
-    rest = [
-        f"{name} ({_chance(p)})"
-        for name, p in sorted(decision.inclusion.items(), key=lambda each: -each[1])
-        if name not in named and p >= 0.01
-    ]
-    return ", ".join(rest) or "no other cause has a probability of 0.01 or more"
-
-
-def _unseen(found: CouponDiagnosis) -> str:
-    """What these coupons cannot feel, and what no coupon can."""
-    material = [n for n in found.coupons.unseen if effect(n).kind in ("elastic", "dissipative")]
-    rest = [n for n in found.coupons.unseen if n not in material]
-    told = []
-    if material:
-        told.append(f"{', '.join(material)} (other readings of coupons may tell)")
-    if rest:
-        told.append(f"what only a finger or another instrument feels: {', '.join(rest)}")
-    return "; ".join(told) or "nothing of the catalogue is hidden"
-
-
-def _assumed(found: CouponDiagnosis) -> str:
-    numbers = found.numbers(found.decision.best)
-    parameters = find(found.config, [key for key in moduli(found.config) if "bulk" not in key])
-    configured = {each.key: each.value(found.config) for each in parameters}
-    parts = [
-        f"{e.key} {e.value:.3g} MPa ({e.low:.3g} to {e.high:.3g}; configured "
-        f"{configured[e.key]:.3g} MPa)"
-        for e in numbers if e.key in configured
-    ]  # fmt: skip
-    rig = of_the_rig(found.coupons, found.decision.best)
-    parts += [f"{text[0].lower()}{text[1:]}" for text in map(_of_the_rig, rig)]
-    parts.append(_scatter(found))
-    if found.coupons.errors.guessed:
-        parts.append("the noise is a guess: tell it under [noise]")
-    parts += found.warnings[:1]
-    return "; ".join(parts)
-
-
-def _next(found: CouponDiagnosis) -> str:
-    decision = found.decision
-    if found.next:
-        one = found.next[0]
-        tells = "tells the causes apart" if one.splits else "may not tell all causes apart"
-        return f"{one.name}: {one.minutes:.0f} minutes; it {tells}"
-    if decision.answer == "unknown":
-        return "a coupon, loading and unloading, at two rates: it would tell memory from elasticity"
-    if decision.answer == "none":
-        return "measure the finger: the coupons agree with the model"
-    if decision.first == found.coupons.case.scale_names:
-        return "measure the coupons' cross-section: it is told from the modulus by nothing else"
-    named = [n for n in (*decision.first, *decision.second) if n not in found.coupons.case.rig]
-    if _once(found) and any(effect(name).kind == "dissipative" for name in named):
-        return (
-            "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape alone "
-            "tells memory here; a loop and a force that fades would prove it"
-        )
-    return "measure the finger: no other cause is nearly as probable as the first"
-
-
-# -- parts ---------------------------------------------------------------------------------------
-
-
 def _sentence(found: CouponDiagnosis) -> str:
     decision = found.decision
-    chance = _chance(decision.probability)
+    sure = chance(decision.probability)
     if decision.answer == "none":
-        return f"nothing beyond noise and nuisances is to be seen (probability {chance})"
+        return f"nothing beyond noise and nuisances is to be seen (probability {sure})"
     if decision.answer == "unknown":
-        return f"something is off that the catalogue does not explain (probability {chance})"
+        return f"something is off that the catalogue does not explain (probability {sure})"
     told = " or ".join(decision.first)
     if decision.second:
         told += f", with {' or '.join(decision.second)}"
-    return f"the cause is {told} (probability {chance})"
+    return f"the cause is {told} (probability {sure})"
 
 
 def _answer(decision: Any) -> str:
@@ -409,46 +187,9 @@ def _strength(found: CouponDiagnosis, name: str) -> float:
     return float(best[1])
 
 
-def _factor(found: CouponDiagnosis, fit: Fit) -> float:
-    return float(found.coupons.case.factor(fit.zeta[0])[0])
-
-
-def _without(found: CouponDiagnosis, fit: Fit) -> Fit:
-    """The model at a fit's modulus without its causes."""
-    none = found.none
-    return Fit(
-        NONE, 0.0, none.log_evidence, fit.zeta[:1], none.hessian, none.misfit, none.strengths
-    )
-
-
 def _nuisances(found: CouponDiagnosis) -> dict[str, float]:
-    return {"modulus": float(np.log(_factor(found, found.decision.best))
+    return {"modulus": float(np.log(factor(found, found.decision.best))
                              / found.coupons.case.modulus_std)}  # fmt: skip
-
-
-def _channels(found: CouponDiagnosis) -> dict[str, np.ndarray]:
-    column = found.coupons.simulation.measurement.listed()["column"].to_numpy()
-    return {str(name): column == name for name in dict.fromkeys(column)}
-
-
-def _by_channel(found: CouponDiagnosis, values: np.ndarray) -> dict[str, float]:
-    return {name: float(np.median(values[at])) for name, at in _channels(found).items()}
-
-
-def _scatter(found: CouponDiagnosis) -> str:
-    scatter = found.coupons.errors.scatter
-    if not scatter.estimated:
-        return "one specimen: its own deviation is taken as 0.3 %"
-    return (
-        f"specimens differ by {100 * scatter.scale:.2g} % in stiffness and by "
-        f"{100 * scatter.shape:.2g} % in shape, by their own differences"
-    )
-
-
-def _once(found: CouponDiagnosis) -> bool:
-    """Whether each coupon was pulled once, and no more."""
-    listed = found.coupons.simulation.measurement.listed()
-    return len(listed.groupby(["cycle", "branch"])) == 1
 
 
 def _off(found: CouponDiagnosis) -> list[str]:
@@ -457,7 +198,7 @@ def _off(found: CouponDiagnosis) -> list[str]:
     off = fitted(found.coupons, found.none) - case.value
     largest = float(np.abs(found.coupons.simulation.measurement.readings["displacement_mm"]).max())
     told = []
-    for name, at in _channels(found).items():
+    for name, at in channels(found).items():
         for band in range(int(1 / WIDTH_OF_A_BAND)):
             low, high = band * WIDTH_OF_A_BAND, (band + 1) * WIDTH_OF_A_BAND
             own = at & (along.load > low) & (along.load <= high)
@@ -480,19 +221,3 @@ def _changes(found: CouponDiagnosis) -> dict[str, Any]:
         for section, values in after.model_dump(mode="json", exclude_none=True).items()
         if isinstance(values, dict) and values != before.get(section)
     }
-
-
-def _number(e: Estimated) -> str:
-    return f"{e.key} = {e.value:.3g} ({e.low:.3g} to {e.high:.3g})"
-
-
-def _percent(value: float) -> str:
-    return f"{value:.2g} %" if value < 99.5 else f"{value:.0f} %"
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
-
-
-def _chance(p: float) -> str:
-    return f"{p:.2f}" if p < 0.995 else "> 0.99"
