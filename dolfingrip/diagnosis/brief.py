@@ -40,10 +40,16 @@ def in_words(name: str) -> str:
     return f"{NUISANCES.get(name, name)} ({name})"
 
 
+IN_WORDS: Final = 3
+"""So many causes of a set are told in words, the rest by their names."""
+
+
 def one_of(names: Sequence[str]) -> str:
-    """Causes that cannot be told apart."""
-    told = [in_words(name) for name in names]
-    return told[0] if len(told) == 1 else " or ".join(told)
+    """Causes that cannot be told apart, the most probable first."""
+    told = [in_words(name) for name in names[:IN_WORDS]]
+    text = told[0] if len(told) == 1 else " or ".join(told)
+    rest = names[IN_WORDS:]
+    return f"{text} or, less probably, {' or '.join(rest)}" if rest else text
 
 
 def lines(brief: Brief) -> list[str]:

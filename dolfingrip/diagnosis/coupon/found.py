@@ -150,6 +150,15 @@ def fitted(coupons: CouponCase, fit: Fit) -> np.ndarray:
     return np.asarray(coupons.case.value - rest + coupons.errors.fitted @ weighed)
 
 
+def with_best_modulus(coupons: CouponCase) -> np.ndarray:
+    """(n,) readings as configured but for the modulus, the one that leaves least."""
+    case = coupons.case
+    scaled = case.base * case.scaled
+    square = float(scaled @ scaled)
+    factor = float(scaled @ case.value) / square if square > 0 else 1.0
+    return np.where(case.scaled, factor, 1.0) * case.base
+
+
 @dataclass(frozen=True, slots=True)
 class OfTheRig:
     """A number of the rig, as the readings tell it.

@@ -16,6 +16,7 @@ from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.found import (
     CouponDiagnosis,
     fitted,
+    with_best_modulus,
 )
 from dolfingrip.diagnosis.coupon.ten_lines import (
     WIDTH_OF_A_BAND,
@@ -131,7 +132,7 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=np.nan,
         run=listed["test"], noise=found.coupons.errors.noise, configured=case.base,
-        before=fitted(found.coupons, found.none), after=after,
+        before=with_best_modulus(found.coupons), after=after,
     )  # fmt: skip
     return {
         "readings": readings,
@@ -193,9 +194,9 @@ def _nuisances(found: CouponDiagnosis) -> dict[str, float]:
 
 
 def _off(found: CouponDiagnosis) -> list[str]:
-    """Where the model with the fitted modulus is off, in words."""
+    """Where the model is off with the modulus that leaves least, in words."""
     case, along = found.coupons.case, found.coupons.errors.along
-    off = fitted(found.coupons, found.none) - case.value
+    off = with_best_modulus(found.coupons) - case.value
     largest = float(np.abs(found.coupons.simulation.measurement.readings["displacement_mm"]).max())
     told = []
     for name, at in channels(found).items():

@@ -18,6 +18,7 @@ from dolfingrip.diagnosis.coupon.found import (
     exact,
     fitted,
     of_the_rig,
+    with_best_modulus,
 )
 from dolfingrip.diagnosis.coupon.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.extensions.index import effect
@@ -126,7 +127,7 @@ def _size(found: CouponDiagnosis) -> str:
 
 def _fit(found: CouponDiagnosis) -> str:
     case = found.coupons.case
-    before, plain = case.base, fitted(found.coupons, found.none)
+    before, plain = case.base, with_best_modulus(found.coupons)
     after = fitted(found.coupons, found.decision.best)
     named = bool(found.decision.best.subset)
     noise = by_channel(found, found.coupons.errors.noise)
@@ -136,8 +137,9 @@ def _fit(found: CouponDiagnosis) -> str:
         errors = [_rms((each - case.value)[at]) for each in (before, plain, after)]
         parts.append(
             f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {errors[1]:.3g} "
-            f"{unit} with modulus, slack and each coupon's stiffness fitted"
-            + (f"; {errors[2]:.3g} {unit} with the cause, too" if named else "")
+            f"{unit} with another modulus; {errors[2]:.3g} {unit} with "
+            + ("the cause, and " if named else "")
+            + "each coupon's own stiffness and slack"
             + f"; noise {noise[name]:.2g} {unit}"
         )
     return "; ".join(parts)
@@ -169,7 +171,7 @@ def _left(found: CouponDiagnosis) -> str:
     decision = found.decision
     percent = 100 * decision.unexplained
     share = _percent(percent) if percent >= 0.01 else "less than 0.01 %"
-    if decision.discrepancy < 0.5:
+    if decision.discrepancy < 0.5 or percent < 0.01:
         return f"{share}; what is left is no larger than noise and scatter"
     case, along = found.coupons.case, found.coupons.errors.along
     rest = (case.value - fitted(found.coupons, decision.best)) / found.coupons.errors.noise
