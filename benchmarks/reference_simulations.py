@@ -31,8 +31,8 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.finger.case import finger_case
+from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.reference import reference_measurement

@@ -17,7 +17,7 @@ class Policy:
             channel; they share the rest of the probability evenly.
         load_length: length of the discrepancy's kernel, by the largest load.
         path_length: length of its kernel along the path of the load, by the largest load.
-        rough_length: length of its rough part along the path, by the largest load.
+        rough_length: length of its rough parts along load and path, by the largest load.
         wait_weight, wait_s: a wait of t counts as a path of ``wait_weight`` ln(1 + t/``wait_s``).
         visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
         credible: part of the probability that a set of causes has to hold.
@@ -27,6 +27,7 @@ class Policy:
             s sinh(tail ζ)/tail for a standard deviation s.
         far: width of the prior of a number of the rig, or of all moduli, that is far from what was
             told, by what was told.
+        far_sigma: standard deviations from which on such a number is told among the first lines.
         reach: largest |ζ| of an emulator.
         degrees: degree of its polynomials by the number of its arguments.
         training: simulations by the number of arguments, where they cost nothing.
@@ -59,8 +60,8 @@ class Policy:
         specimen_scales: scatter of specimens' stiffness, by what was told.
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
         smooth: degree of the smooth curve through the readings, at most.
+        common: numbers of the curve that specimens share in a branch, at most.
         single_shape: the first of these where there is one specimen.
-        far_out: standard deviations from which on a nuisance is said to be far from what was told.
         surer: error of an emulator by that before, where a simulation has corrected it.
         mended_length: of what an exact simulation tells of an emulator's error, in ζ.
         walls: standard deviations of the walls up to which their parabola is believed.
@@ -91,6 +92,7 @@ class Policy:
     both: float = 0.5
     tail: float = 0.9
     far: float = 4.0
+    far_sigma: float = 3.0
     reach: float = 3.3
     degrees: tuple[int, ...] = (11, 12, 7, 5, 4, 4)
     training: tuple[int, ...] = (64, 400, 512, 512, 600, 900)
@@ -119,8 +121,8 @@ class Policy:
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
     own_slack: float = 0.5
     smooth: int = 6
+    common: int = 24
     single_shape: float = 0.003
-    far_out: float = 2.0
     surer: float = 0.2
     mended_length: float = 1.0
     walls: float = 2.5

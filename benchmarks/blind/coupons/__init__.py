@@ -17,11 +17,15 @@ of the noise, of the gauge length and of the specimens' stiffness, and finds all
 
 - What is diagnosed is what ``dolfingrip diagnose`` does up to its verdict, on every case.
 - *Named*: the answer is a cause, and the hidden cause is in one of its sets.
-- *Wrong*: the answer is a cause of probability 0.9 or more, and one of its sets has no hidden cause.
+- *Wrong*: the answer is a cause of probability 0.9 or more, and one of its sets has no hidden
+  cause.
 - *Outsider claimed*: the same where only an outsider is hidden.
-- Causes, outsiders and nuisances are hidden at 6 standard deviations or more, by what they change
-  after the modulus (an outsider: by what the best single cause of the catalogue leaves).
+- Causes and outsiders are hidden at 6 standard deviations or more, by what they change after the
+  modulus (an outsider alone: by what the best single cause of the catalogue leaves).
+- A nuisance is hidden 3 to 5 standard deviations from what was told, however little the readings
+  tell of it.
 - *Alarm*: nothing is hidden, and the answer is not "none".
-- Two causes are compared with exact evidence: the same search under the true covariance.
+- Two causes, and nuisances, are compared with exact evidence: the same search under the true
+  covariance.
 - Priors are twice as wide in every second case.
 """

@@ -8,6 +8,7 @@ arXiv:1804.06788, 2018).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -44,7 +45,7 @@ def draw(rows: Sequence[dict[str, str]], file: Path) -> None:
             told.append(float(p))
             true.append(name in hidden)
     p, there = np.array(told), np.array(true)
-    for low, high in zip(EDGES[:-1], EDGES[1:], strict=True):
+    for low, high in pairwise(EDGES):
         own = (p >= low) & (p <= high) if high == 1.0 else (p >= low) & (p < high)
         if not own.any():
             continue

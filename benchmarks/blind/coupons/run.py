@@ -50,10 +50,9 @@ def run(
         table = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
         if not done:
             table.writeheader()
-        for kind, count in COUNTS[which].items():
-            if kinds and kind not in kinds:
-                continue
-            for number in range(count if only is None else min(count, only)):
+        counts = {k: n for k, n in COUNTS[which].items() if not kinds or k in kinds}
+        for number in range(max(counts.values()) if only is None else only):
+            for kind in [k for k, count in counts.items() if number < count]:
                 if (kind, number) not in done:
                     case = drawn(bench, which, kind, number)
                     table.writerow(_said(bench, case, out / "scratch" / f"{which}-{protocol}"))
@@ -67,16 +66,21 @@ def rows(file: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-def _said(bench: Bench, case: Case, scratch: Path) -> dict[str, Any]:
-    started = time.process_time()
+def diagnosed(bench: Bench, case: Case, scratch: Path) -> CouponDiagnosis:
+    """A case is measured, written, read, and diagnosed up to its verdict."""
     rng = np.random.default_rng((*case.seed, 1))
     forces = coupon.measured(bench.protocol, case.truth, rng)
     file = coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
     read = measurement.read([file], bench.config)
-    found = diagnose_coupons(read, bench.config, quick=True, kept=bench.kept)
+    return diagnose_coupons(read, bench.config, quick=True, kept=bench.kept)
+
+
+def _said(bench: Bench, case: Case, scratch: Path) -> dict[str, Any]:
+    started = time.process_time()
+    found = diagnosed(bench, case, scratch)
     spent = time.process_time() - started
     decision = found.decision
-    exact = _exact(bench, found) if case.kind == "two" else None
+    exact = _exact(bench, found) if case.kind in ("two", "nuisance") else None
     ranks = _ranks(case, found) if case.kind in ("prior", "one") else {}
     visible = {name: round(p, 4) for name, p in decision.inclusion.items() if p >= 0.002}
     row = {

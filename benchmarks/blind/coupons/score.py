@@ -25,6 +25,12 @@ def wrong(row: Row) -> bool:
     return any(not each & hidden for each in sets)
 
 
+def exactly(row: Row) -> bool:
+    """Whether exact evidence names a hidden cause."""
+    said = {*row["exact_first"].split(), *row["exact_second"].split()}
+    return bool(said & set(row["hidden"].split()))
+
+
 def both(row: Row, first: str = "first", second: str = "second") -> bool:
     """Whether two sets hold a hidden cause each."""
     a, b = row["hidden"].split()
@@ -52,6 +58,7 @@ def table(rows: Sequence[Row]) -> str:
     add("wrong", "≤ 0.03", "with_outsider", wrong)
     add("outsider alone: claimed as of the catalogue", "≤ 0.03", "outsider", wrong)
     add("nuisance 3 to 5 σ out: named", "≥ 0.80", "nuisance", named)
+    add("named by exact evidence", "", "nuisance", exactly)
     add("wrong", "≤ 0.03", "nuisance", wrong)
     add("two causes: both named", "exact evidence's", "two", both)
     add("both named by exact evidence", "", "two",

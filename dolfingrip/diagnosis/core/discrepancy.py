@@ -1,13 +1,13 @@
 """A process for what no effect of the catalogue is: an always-possible discrepancy.
 
-    K = S² {½ [k_SE(x, x′)]₀ + ¼ [k_M(s, s′)]₀ + ¼ [k_E(s, s′)]₀}
+    K = S² {½ [k_SE(x, x′)]₀ + ¼ [k_M(s, s′)]₀ + ⅛ [k_E(x, x′)]₀ + ⅛ [k_E(s, s′)]₀}
     [k(a, b)]₀ = k(a, b) − k(a, 0) k(0, b)
 
 x is the load by the largest, s the path Σ|Δx| of the load plus the logarithm of waits, S the root
 mean square of a channel (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). k_SE is a squared
 exponential, k_M a Matérn kernel of order 3/2, k_E an exponential one. So the process is 0 at rest,
 is smooth along the load, may differ between branches, cycles and waits, and may jump and waver:
-without the third part a slip or a crosshead's uneven screw is taken for whichever effect follows a
+without the last two a slip or a crosshead's uneven screw is taken for whichever effect follows a
 little of it. Readings of another channel or another protocol have their own.
 """
 
@@ -41,11 +41,11 @@ class Along:
 def kernel(along: Along) -> np.ndarray:
     """K for a level of 1, shape (n, n)."""
     x, s = along.load / POLICY.load_length, along.path / POLICY.path_length
-    rough = along.path / POLICY.rough_length
     parts = (
         0.5 * _at_rest_zero(_squared_exponential, x)
         + 0.25 * _at_rest_zero(_matern, s)
-        + 0.25 * _at_rest_zero(_exponential, rough)
+        + 0.125 * _at_rest_zero(_exponential, along.load / POLICY.rough_length)
+        + 0.125 * _at_rest_zero(_exponential, along.path / POLICY.rough_length)
     )
     same = along.block[:, None] == along.block
     return np.asarray(np.outer(along.size, along.size) * np.where(same, parts, 0.0))

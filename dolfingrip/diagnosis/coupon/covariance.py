@@ -66,6 +66,7 @@ class CouponErrors:
         along: where the readings lie, for a discrepancy that all specimens share.
         signal: a smooth curve through the readings, shape (n,).
         shared: what the coupons share of the rig.
+        fitted: covariance of what a fit gives the rig and each coupon: slack, stiffness; (n, n).
         scatter: of the specimens.
         sentences: where the noise comes from.
         guessed: whether the noise is a guess.
@@ -76,6 +77,7 @@ class CouponErrors:
     along: Along
     signal: np.ndarray
     shared: tuple[Shared, ...]
+    fitted: np.ndarray
     scatter: Scatter
     sentences: tuple[str, ...]
     guessed: bool
@@ -99,7 +101,7 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     test = listed["test"].to_numpy()
     slack = np.array([each.setup.nuisances[SLACK] for each in measurement.tests])[test]
     late = slack * steep
-    covariance += POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
+    fitted = POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
     usual = float(slack.max())
     share = float(np.sqrt(1 - POLICY.own_slack))
     shared = (
@@ -107,11 +109,15 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
         *_told(simulation, base, signal),
     )
     for each in shared:
-        covariance += np.outer(each.change, each.change)
+        fitted += np.outer(each.change, each.change)
+    covariance += fitted
     scatter, apart = between(measurement, covariance, along, signal)
+    specimen = listed["specimen"].to_numpy()
+    stiff = scatter.scale * signal
+    fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
     guessed = any("guess" in sentence for sentence in told.sentences)
     return CouponErrors(
-        covariance + apart, noise, along, signal, shared, scatter, told.sentences, guessed
+        covariance + apart, noise, along, signal, shared, fitted, scatter, told.sentences, guessed
     )
 
 
@@ -234,14 +240,18 @@ def between(
 
 
 def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
-    """Columns of any smooth curve that all specimens share, (n, k)."""
+    """Columns of any curve that all specimens share, (n, k).
+
+    It has as many numbers as one specimen has readings: what it cannot follow would be taken for
+    scatter, and hide what the model misses of all specimens alike.
+    """
     columns: list[np.ndarray] = []
     parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
     for _, part in parts:
         at = part.index.to_numpy()
         x = along.load[at]
-        distinct = len(np.unique(np.round(x, 3)))
-        degree = int(np.clip(distinct // 3, 0, 7))
+        each = int(part.groupby("test").size().median())
+        degree = min(len(np.unique(np.round(x, 3))), each, POLICY.common) - 1
         own = np.zeros((len(along.load), degree + 1))
         span = max(float(np.ptp(x)), 1e-9)
         own[at] = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)

@@ -17,7 +17,7 @@ from dolfingrip.diagnosis.coupon.gain import held_out
 from dolfingrip.diagnosis.coupon.next_experiment import next_experiments
 from dolfingrip.diagnosis.coupon.simulation import Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import suspicions
+from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
 from dolfingrip.diagnosis.policy import POLICY
 
 
@@ -67,7 +67,7 @@ def diagnose_coupons(
     found = CouponDiagnosis(
         config, coupons, posterior, decision, under, _left(coupons, decision.best)
     )
-    found.suspicions = [each.sentence() for each in suspicions(measurement, coupons.case.base)]
+    found.suspicions = sentences(suspicions(measurement, coupons.case.base))
     found.warnings = [*measurement.warnings, *_cautions(found)]
     if quick or decision.answer != "cause":
         return found

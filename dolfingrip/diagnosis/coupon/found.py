@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -49,6 +50,7 @@ class CouponDiagnosis:
         downstream: what the extended model changes about a campaign's designs.
         simulated_s: time of all simulations.
         load: what readings lie along.
+        beside: what is fitted beside the causes, in words.
     """
 
     config: Config
@@ -65,7 +67,8 @@ class CouponDiagnosis:
     simulated_s: float = 0.0
     downstream: Downstream | None = None
 
-    load = "strain"
+    load: ClassVar[str] = "strain"
+    beside: ClassVar[str] = "each coupon's own stiffness and slack"
 
     @property
     def none(self) -> Fit:
@@ -111,27 +114,24 @@ class CouponDiagnosis:
     def fitted(self, fit: Fit) -> str:
         """What of the model's own was fitted, in a sentence."""
         c = float(self.coupons.case.factor(fit.zeta[0])[0])
-        return f"The modulus is fitted to {c:.3g} times the configured one."
+        return f"A modulus {times(c)} the configured one is fitted."
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""
         case = self.coupons.case
         return {"modulus": float(np.log(case.factor(fit.zeta[0])[0]) / case.modulus_std)}
 
-    def far_out(self, fit: Fit) -> list[str]:
-        """Nuisances that are far from what was told, with units."""
-        return []
+    def rig(self, fit: Fit) -> list[OfTheRig]:
+        """The rig's numbers at a fit."""
+        return of_the_rig(self.coupons, fit)
 
-    def afterwards(self) -> str:
-        """What to do next where no cause is tied with another."""
-        if self.decision.answer == "unknown":
-            return (
-                "a coupon, loading and unloading, at two rates: it would tell memory from "
-                "elasticity"
-            )
-        if self.decision.answer == "none":
-            return "measure the finger: the coupons agree with the model"
-        return "measure the finger: the coupons leave no cause tied with another"
+    def with_best_modulus(self) -> np.ndarray:
+        """(n,) readings of the model without causes, what is its own fitted."""
+        return with_best_modulus(self.coupons)
+
+    def afterwards(self) -> str | None:
+        """What to do next where no cause is tied with another, if it is no coupons' matter."""
+        return None
 
     @property
     def extended(self) -> Config:
@@ -149,6 +149,64 @@ def exact(coupons: CouponCase, fit: Fit) -> np.ndarray:
     return coupons.exact(fit)
 
 
+def left(coupons: CouponCase, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """What an exact simulation at a fit leaves of the readings, by C⁻¹ and itself, (n,) each."""
+    case = coupons.case
+    rest = case.value - exact(coupons, fit)
+    total = case.covariance + fit.level**2 * case.kernel
+    return np.asarray(np.linalg.solve(total, rest)), rest
+
+
+def fitted(coupons: CouponCase, fit: Fit) -> np.ndarray:
+    """(n,) exact readings at a fit, with the slack and the stiffness that coupons have there."""
+    weighed, rest = left(coupons, fit)
+    return np.asarray(coupons.case.value - rest + coupons.errors.fitted @ weighed)
+
+
+def with_best_modulus(coupons: CouponCase) -> np.ndarray:
+    """(n,) readings as configured but for the modulus, the one that leaves least."""
+    case = coupons.case
+    scaled = case.base * case.scaled
+    square = float(scaled @ scaled)
+    factor = float(scaled @ case.value) / square if square > 0 else 1.0
+    return np.where(case.scaled, factor, 1.0) * case.base
+
+
+@dataclass(frozen=True, slots=True)
+class OfTheRig:
+    """A number of the rig, as the readings tell it.
+
+    Attributes:
+        name, unit: of it.
+        told: standard deviation that it was told with.
+        value: difference from what was told.
+    """
+
+    name: str
+    unit: str
+    told: float
+    value: float
+
+    @property
+    def far(self) -> bool:
+        """Whether it is far from what was told."""
+        return abs(self.value) > POLICY.far_sigma * self.told
+
+
+def of_the_rig(coupons: CouponCase, fit: Fit) -> list[OfTheRig]:
+    """The rig's numbers at a fit."""
+    weighed, _ = left(coupons, fit)
+    found, place = [], 1
+    far: dict[str, float] = {}
+    for name in fit.subset:
+        far[name] = POLICY.far * float(fit.zeta[place])
+        place += len(coupons.case.boxes[name])
+    for each in coupons.errors.shared:
+        sigma = float(each.change @ weighed) + far.get(each.name, 0.0)
+        found.append(OfTheRig(each.name, each.unit, each.std, sigma * each.std))
+    return found
+
+
 def by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Draws from the normal distribution about the most probable numbers."""
     rng = np.random.default_rng(0)
@@ -163,3 +221,10 @@ def estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) ->
     tail = (1 - POLICY.interval) / 2
     low, high = (float(draws[order][np.searchsorted(total, p)]) for p in (tail, 1 - tail - 1e-9))
     return Estimated(key, float(value), min(low, float(value)), max(high, float(value)))
+
+
+def times(factor: float) -> str:
+    """A factor in words."""
+    if 0.5 < factor < 2:
+        return f"{abs(100 * (factor - 1)):.2g} % {'above' if factor > 1 else 'below'}"
+    return f"{factor:.3g} times"

@@ -84,12 +84,8 @@ class FingerCase:
         return f"{applied.geometry_table}.wall_mm", applied.geometry.wall_mm
 
     def exact(self, fit: Fit) -> np.ndarray:
-        """(n,) readings at a fit's numbers, with the most probable linear nuisances."""
-        found = self.case.predicted(fit.subset, fit.zeta)
-        fitted = self.nuisances(fit)
-        for each in self.errors.shared:
-            found = found + fitted[each.name] * each.change
-        return found
+        """(n,) readings at a fit's numbers, linear nuisances left out."""
+        return self.case.predicted(fit.subset, fit.zeta)
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
         """The most probable linear nuisances at a fit, by their standard deviations."""

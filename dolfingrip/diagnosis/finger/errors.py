@@ -46,9 +46,11 @@ def errors(simulation: FingerSimulation) -> CouponErrors:
         if test.experiment == "coupon":
             own = np.where(listed["test"].to_numpy() == test.number, steep, 0.0)
             columns.append(own * test.setup.nuisances[SLACK])
+    fitted = np.zeros_like(covariance)
     for column in columns:
         own = np.nan_to_num(column)
-        covariance += np.outer(own, own)
+        fitted += np.outer(own, own)
+    covariance += fitted
     told_scale = float(np.max([t.setup.nuisances["specimen_scale"] for t in measurement.tests]))
     scatter, more = Scatter(0.0, told_scale, 0.0, estimated=False), np.zeros_like(covariance)
     if len(set(listed["specimen"])) > 1 and len({t.experiment for t in measurement.tests}) == 1:
@@ -58,7 +60,15 @@ def errors(simulation: FingerSimulation) -> CouponErrors:
         more = POLICY.single_shape**2 * discrepancy.kernel(along) * np.outer(coupon, coupon)
     guessed = any("guess" in sentence for sentence in told.sentences)
     return CouponErrors(
-        covariance + more, noise, along, signal, tuple(shared), scatter, told.sentences, guessed
+        covariance + more,
+        noise,
+        along,
+        signal,
+        tuple(shared),
+        fitted,
+        scatter,
+        told.sentences,
+        guessed,
     )
 
 

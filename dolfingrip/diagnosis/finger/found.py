@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, Estimated, by_hessian, estimated
+from dolfingrip.diagnosis.coupon.found import (
+    CouponDiagnosis,
+    Estimated,
+    OfTheRig,
+    by_hessian,
+    estimated,
+    times,
+)
+from dolfingrip.diagnosis.coupon.found import fitted as fitted_readings
 from dolfingrip.diagnosis.finger.case import FingerCase, far
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.parameter import find, moduli
 from dolfingrip.sections.geometry.index import TABLES
@@ -25,7 +33,8 @@ class FingerDiagnosis(CouponDiagnosis):
 
     coupons: FingerCase  # type: ignore[assignment]
 
-    load = "pressure or travel"
+    load: ClassVar[str] = "pressure"
+    beside: ClassVar[str] = "what else the rig may be off by"
 
     def configured(self) -> dict[str, float]:
         applied = self.coupons.simulation.applied
@@ -37,11 +46,12 @@ class FingerDiagnosis(CouponDiagnosis):
         return found
 
     def fitted(self, fit: Fit) -> str:
-        told = f"Fitted to make it agree: a modulus {_by(self.coupons.factor(fit), 'higher lower')}"
-        if self.coupons.wall_std:
-            walls = float(self.coupons.walls(fit.zeta[1]))
-            told += f" and walls {_by(walls, 'thicker thinner')}"
-        return f"{told}."
+        told = f"A modulus {times(self.coupons.factor(fit))} the configured one"
+        if not self.coupons.wall_std:
+            return f"{told} is fitted."
+        walls = 100 * (float(self.coupons.walls(fit.zeta[1])) - 1)
+        way = "thicker" if walls > 0 else "thinner"
+        return f"{told} and walls {abs(walls):.2g} % {way} than configured are fitted."
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
         case = self.coupons.case
@@ -50,26 +60,27 @@ class FingerDiagnosis(CouponDiagnosis):
             found[WALL] = float(far(fit.zeta[1]))
         return found | self.coupons.nuisances(fit)
 
-    def far_out(self, fit: Fit) -> list[str]:
+    def rig(self, fit: Fit) -> list[OfTheRig]:
+        """Gain, zero, gap and others that are told; a cause's number is told as one."""
         fitted = self.coupons.nuisances(fit)
-        told = []
+        found = []
         for each in self.coupons.errors.shared:
-            zeta = fitted[each.name]
-            if abs(zeta) > POLICY.far_out:
-                name = each.name.replace("_kPa", "").replace("_mm", "").replace("_", " ")
-                size = zeta * each.std
-                value = f"{size:+.2g} {each.unit}" if each.unit else f"{100 * size:+.2g} %"
-                told.append(
-                    f"{name} {value}, {abs(zeta):.1f} standard deviations from what is told"
-                )
-        return told
+            if not each.std or each.name.startswith("specimen_scale"):
+                continue
+            size, unit = (1.0, each.unit) if each.unit else (100.0, "%")
+            value = size * each.std * fitted[each.name]
+            found.append(OfTheRig(each.name, unit, size * each.std, value))
+        return found
 
-    def afterwards(self) -> str:
+    def with_best_modulus(self) -> np.ndarray:
+        return fitted_readings(self.coupons, self.none)  # type: ignore[arg-type]
+
+    def afterwards(self) -> str | None:
         if self.decision.answer == "unknown":
             return "another channel, unloading, or a coupon: they would tell what kind it is of"
         if self.decision.answer == "none":
             return "nothing: the readings agree with the model within their noise"
-        return "nothing is needed: no other cause is tied with what is named"
+        return "nothing is needed: no other cause is nearly as probable as what is named"
 
     def numbers(self, fit: Fit) -> list[Estimated]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
@@ -92,8 +103,8 @@ class FingerDiagnosis(CouponDiagnosis):
         place = case.own
         for name in fit.subset:
             for number in finger.causes[name].numbers:
-                times = c if number.key.endswith("_MPa") else 1.0
-                add(number.key, number.at(draws[:, place]) * times)
+                scale = c if number.key.endswith("_MPa") else 1.0
+                add(number.key, number.at(draws[:, place]) * scale)
                 place += 1
         return found
 
@@ -108,11 +119,3 @@ class FingerDiagnosis(CouponDiagnosis):
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """What makes the configuration the fitted one, as with ``--set``."""
         return self.coupons.overrides(fit)
-
-
-def _by(factor: float, ways: str) -> str:
-    """What a factor of a configured number is, in words."""
-    if not 0.5 < factor < 1.5:
-        return f"{factor:.2g} times as configured"
-    more, less = ways.split()
-    return f"{abs(100 * (factor - 1)):.2g} % {more if factor > 1 else less} than configured"
