@@ -17,6 +17,7 @@ from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.extensions.effect import Prior
 from dolfingrip.extensions.index import effect
+from dolfingrip.parameter import bounds_of
 
 FAR: Final = {
     "pressure_gain": ("gain", "pressure_gain", 1.0),
@@ -60,7 +61,9 @@ def _tilted(cause: Cause) -> Cause:
     prior = effect(TILTED).priors()["pitch_deg"]
     key = f"extensions.{TILTED}.pitch_deg"
     reach = POLICY.finger_reach
-    return Cause(cause.name, (UnknownNumber(key, prior, -reach, reach, True, False),), ())
+    return Cause(
+        cause.name, (UnknownNumber(key, prior, -reach, reach, (-180.0, 180.0), True, False),), ()
+    )
 
 
 def _far(measurement: Measurement, config: Config) -> list[Cause]:
@@ -85,7 +88,9 @@ def _far(measurement: Measurement, config: Config) -> list[Cause]:
         if name == "plate_gap":
             gaps = [t.setup.applied(config).plate.gap_mm for t in fingers]
             low = max(low, prior.zeta(-min(gaps)))
-        number = UnknownNumber(f"extensions.{name}.{key}", prior, low, high, True, False)
+        number = UnknownNumber(
+            f"extensions.{name}.{key}", prior, low, high, bounds_of(effect(name), key), True, False
+        )
         found.append(Cause(name, (number,), ()))
     return found
 
