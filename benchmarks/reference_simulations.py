@@ -31,11 +31,11 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.finger.case import finger_case
 from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation import shipped, sources
-from dolfingrip.diagnosis.simulation.base import simulate_base
+from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
-from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
@@ -63,6 +63,16 @@ def code() -> str:
     return hashlib.sha256("".join(every).encode()).hexdigest()[:12]
 
 
+def read_alike_simulated(measurement: Measurement, base: BaseSimulation) -> Measurement:
+    """The measurement with the model's own readings, so that its moduli are as configured."""
+    rows = measurement.readings.copy()
+    for (row, column), value in zip(
+        measurement.listed()[["row", "column"]].itertuples(index=False), base.readings, strict=True
+    ):
+        rows.loc[rows.index[row], column] = value
+    return Measurement(rows, measurement.tests)
+
+
 def main() -> None:
     """Compute what is missing, and write the file."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -86,8 +96,8 @@ def main() -> None:
             if part in parts:
                 print(part, flush=True)
                 base = simulate_base(measurement, Config(), workers, effects=tried(None))
-                if part == PROTOCOL:
-                    simulate_walls(measurement, base, workers)
+                if part == PROTOCOL:  # what emulators of all causes are made from
+                    finger_case(read_alike_simulated(measurement, base), Config(), workers)
     jobs, results = workers.kept()
     seconds = sum(result.wall_s or 0.0 for result in results)
     print(f"{len(jobs)} simulations of {seconds:.0f} s")

@@ -17,18 +17,18 @@ import numpy as np
 from benchmarks.blind import noise
 from benchmarks.blind.cases import Case, Readings
 from benchmarks.blind.curved import CurvedScreen, CurvedShape
+from benchmarks.blind.exact.analysis import Analysis
+from benchmarks.blind.exact.folds import folds
+from benchmarks.blind.exact.thresholds import Thresholds, of_analysis
+from benchmarks.blind.exact.verdict import Verdict, decide
 from benchmarks.blind.generator import Cause
 from benchmarks.blind.noise import Instruments
 from benchmarks.blind.opinions import Interval
 from benchmarks.blind.response import NUISANCES, Catalogue, Hidden, Truth
-from dolfingrip.diagnosis.gain.folds import folds
-from dolfingrip.diagnosis.inference.analysis import Analysis
 from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import noise_matrix
 from dolfingrip.diagnosis.inference.posterior import HypothesisWeights
-from dolfingrip.diagnosis.inference.thresholds import Thresholds, of_analysis
-from dolfingrip.diagnosis.inference.verdict import Verdict, decide
 
 STEP: Final = 0.1
 """Standard deviations over which a nuisance is taken as linear."""

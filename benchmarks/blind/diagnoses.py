@@ -23,8 +23,8 @@ from benchmarks.blind.protocols import PROTOCOLS
 from dolfingrip.config import Config
 from dolfingrip.diagnosis import diagnose as analyser
 from dolfingrip.diagnosis import selection
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data import measurement as measured
-from dolfingrip.diagnosis.found import Diagnosis
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.simulation import shipped
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
@@ -105,27 +105,30 @@ def diagnose_files(case: Case, files: Sequence[Path], out: Path, how: How) -> di
     """Diagnose measured files with the results in ``out``; files that are there are read."""
     if not (out / RESULT).is_file():
         config = generator.analysed(PROTOCOLS[case.protocol])
-        settings = analyser.Settings(
-            how.workers, how.store, how.quick, how.effects, progress=how.progress
-        )
+        settings = settings_of(how)
         found = (
             analyser.diagnose(files, config, out, settings)
             if how.crew is None
             else _diagnosed(files, config, how.crew, settings)
         )
-        write(found, config, files, out)
+        write(found, files, out)
     content = kept(out)
     assert content is not None
     return content
 
 
+def settings_of(how: How) -> analyser.Settings:
+    """The analyser's settings."""
+    return analyser.Settings(how.workers, how.store, how.quick, how.effects, progress=how.progress)
+
+
 def _diagnosed(
     files: Sequence[Path], config: Config, crew: StayingWorkers, settings: analyser.Settings
-) -> Diagnosis:
+) -> CouponDiagnosis:
     """A diagnosis like the analyser's, with one set of workers for all cases."""
     crew.spent_s.clear()
     measurement, notes = selection.selected(measured.read(files, config), config)
-    found = analyser.diagnose_measurement(measurement, config, crew, settings)
+    found = analyser.judged(measurement, config, crew, settings)
     found.simulated_s = sum(crew.spent_s.values())
     found.warnings = [*notes, *found.warnings]
     return found

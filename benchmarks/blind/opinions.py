@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from dolfingrip.diagnosis.inference.verdict import Verdict
+from benchmarks.blind.exact.verdict import Verdict
 
 Names = tuple[str, ...]
 

@@ -13,11 +13,13 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from benchmarks.blind.alarms import whole_problem
+from benchmarks.blind import generator
+from benchmarks.blind.alarms import measured_of
 from benchmarks.blind.diagnoses import OF_ANALYSER, PACKED, How
 from benchmarks.blind.library import Entry, known
-from benchmarks.blind.response import Catalogue
+from benchmarks.blind.response import Catalogue, Truth
 from benchmarks.remembering import Remembering
+from dolfingrip.diagnosis.finger.case import finger_case
 from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -101,7 +103,9 @@ def _made(
     workers = Remembering(crew.store, crew.where, crew.progress, known=crew.known, computes=False)
     for catalogue in catalogues:
         with suppress(NotAtHand):
-            whole_problem(catalogue, folder / catalogue.protocol.name, workers)
+            protocol = catalogue.protocol
+            whole = measured_of(catalogue, folder / protocol.name, catalogue.vector(Truth()))
+            finger_case(whole, generator.analysed(protocol), workers)
     jobs, results = workers.kept()
     own, come = shipped.read(), set[str]()
     if own is not None and own.core == sources.core_digest():

@@ -55,7 +55,7 @@ def diagnose(
                 show,
             )  # fmt: skip
         found = work.diagnose(data, resolved, out, settings)
-    result = write(found, resolved, data, out)
+    result = write(found, data, out)
     from dolfingrip.report import diagnosis as pictures
 
     pictures.draw(result.pictures, out)

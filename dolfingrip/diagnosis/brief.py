@@ -24,6 +24,9 @@ HEADINGS: Final = {
 
 NUISANCES: Final = {
     "coupon_slack_mm": "the force of the coupons begins at another travel than was told",
+    "coupon.gauge_length_mm": "another gauge length than was told",
+    "coupon_area": "another cross-section of the coupons than was told",
+    "modulus": "a stiffer or softer material",
 }
 """Causes that are no effects of the catalogue, in words."""
 
@@ -37,10 +40,16 @@ def in_words(name: str) -> str:
     return f"{NUISANCES.get(name, name)} ({name})"
 
 
+IN_WORDS: Final = 3
+"""So many causes of a set are told in words, the rest by their names."""
+
+
 def one_of(names: Sequence[str]) -> str:
-    """Causes that cannot be told apart."""
-    told = [in_words(name) for name in names]
-    return told[0] if len(told) == 1 else " or ".join(told)
+    """Causes that cannot be told apart, the most probable first."""
+    told = [in_words(name) for name in names[:IN_WORDS]]
+    text = told[0] if len(told) == 1 else " or ".join(told)
+    rest = names[IN_WORDS:]
+    return f"{text} or, less probably, {' or '.join(rest)}" if rest else text
 
 
 def lines(brief: Brief) -> list[str]:
@@ -51,6 +60,8 @@ def lines(brief: Brief) -> list[str]:
 
 def with_doubts(result: DiagnosisFile, sentence: str) -> str:
     """A result, doubts about the data first."""
+    if result.not_reached:
+        sentence = f"Not all readings are compared: {result.not_reached[0]}. {sentence}"
     if not result.suspicions:
         return sentence
-    return f"Check the data first: {result.suspicions[0]} Then: {sentence}"
+    return f"Check the data first: {' Or: '.join(result.suspicions[:2])} Then: {sentence}"

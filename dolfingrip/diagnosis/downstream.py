@@ -14,8 +14,6 @@ from typing import Any, Final
 
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError, from_dict
-from dolfingrip.diagnosis import extend
-from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.experiments.decisive import decisive, digest_of
 from dolfingrip.jobs.job import Data, Job, content_key
 from dolfingrip.jobs.pool import Pool
@@ -86,14 +84,14 @@ class Downstream:
 
 
 def compare(
-    folder: Path, config: Config, fit: Hypothesis, out: Path, pool: Pool, count: int = LEADING
+    folder: Path, config: Config, extended: Config, out: Path, pool: Pool, count: int = LEADING
 ) -> Downstream:
     """Compute a campaign's leading designs with the extended model.
 
     Args:
         folder: of the campaign.
         config: that was diagnosed.
-        fit: the cause at its fitted parameters.
+        extended: the same with the cause at its fitted numbers.
         out: folder of the designs that are computed.
         pool: workers.
         count: designs beside the original one.
@@ -111,7 +109,7 @@ def compare(
         raise ConfigError(f"{folder}: no design with a COG offset up to {LARGEST_COG_mm:g} mm")
     leading = sorted(within, key=lambda row: -_outputs(row)[FORCE.name])[:count]
     designs = [from_dict(row["arguments"]["config"]) for row in leading]
-    changed = [_extended(each, config, fit) for each in (base, *designs)]
+    changed = [_extended(each, config, extended) for each in (base, *designs)]
     after = _forces([_job(leading[0], each) for each in changed], out / "extended", pool)
     before = _forces([_job(leading[0], base)], out / "configured", pool)
     first, original = before[0], after[0]
@@ -141,9 +139,8 @@ def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     return facts, rows
 
 
-def _extended(base: Config, config: Config, fit: Hypothesis) -> Config:
+def _extended(base: Config, config: Config, own: Config) -> Config:
     """The campaign's configuration with the cause; its modulus by the fitted factor."""
-    own = extend.extended(config, fit)
     factor = own.material.shear_MPa / config.material.shear_MPa
     own_effects = own.extensions.model_dump(mode="json", exclude_none=True)
     known = config.extensions.model_dump(mode="json", exclude_none=True)

@@ -2,28 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from typing import Final
-
 from dolfingrip.diagnosis import brief, outcome
-from dolfingrip.diagnosis.gain.odds import CLEAR
-
-CERTAIN: Final = 0.9
-
-DIGITS: Final = 4
-"""Power of ten up to which odds are written out."""
-
-EVEN: Final = 0.5
-"""Probability of no cause below which its absence cannot be claimed either."""
-
-LITTLE: Final = 1.0
-"""Expected ln Bayes factor below which an experiment tells nothing worth mentioning (Kass and
-Raftery 1995)."""
 
 
 def text(result: outcome.DiagnosisFile) -> str:
-    """One page; its first three lines are the verdict."""
-    head = brief.lines(result.brief) if result.brief else _head(result)
+    """One page; its first ten lines are the verdict."""
+    head = brief.lines(result.brief) if result.brief else [result.verdict.sentence]
     lines = [*head, "", "## Where the simulation is off (nuisances fitted)", ""]
     lines += [f"- {each}" for each in result.sentences] or ["- nowhere"]
     lines += ["", "## Classes of effects", "", "| effects | probability |", "|---|---|"]
@@ -84,63 +68,6 @@ def _downstream(found: outcome.Downstream) -> list[str]:
     return lines
 
 
-def _head(result: outcome.DiagnosisFile) -> list[str]:
-    """Verdict, how much it explains, and what to do next."""
-    verdict = result.verdict
-    first = f"# {verdict.sentence[0].upper()}{verdict.sentence[1:]}."
-    if verdict.takes_part > max(CERTAIN, verdict.probability):
-        chance = _chance(verdict.takes_part)
-        who = "one of them" if len(verdict.effects) > 1 else "it"
-        first += f" That {who} takes part, perhaps together with something else: {chance}."
-    if result.suspicions:
-        first += f" But check the data first: {result.suspicions[0]}"
-    if result.not_reached:
-        first += f" Not all readings are compared: {result.not_reached[0]}."
-    if result.noise.too_small or result.noise.correlated:
-        first += f" But the noise is not as believed: {result.noise.doubts[0]}."
-    best = next((f for f in result.fits if f.effects and set(f.effects) <= {
-        *result.verdict.effects, *result.verdict.second}), None)  # fmt: skip
-    if result.quick:
-        second = "Quick screen alone: nothing was fitted, strengths are linear estimates."
-    elif result.gain:
-        rows = result.gain
-        parts = [
-            f"{row.nuisances:.3g} → {row.cause:.3g} ({row.channel}, {row.left_out})"
-            for row in rows[:2]
-        ]
-        claim = "beats both rivals" if result.gain_claimed else "does not beat both rivals"
-        second = (
-            f"Error on left-out readings, nuisances refitted → cause: {', '.join(parts)}; {claim}."
-        )
-    elif best is None:
-        second = "Nothing was named, so the model stays as configured but for the fitted modulus."
-    else:
-        second = f"Fitted: {', '.join(f'{p.key} = {p.value:.3g}' for p in best.parameters)}."
-    third = "Next experiment: none is needed to tell effects apart."
-    if result.next_experiments:
-        third = f"Next experiment: {_proposed(result.next_experiments[0])}"
-    elif result.verdict.answer == "none" and result.none < EVEN:
-        third = (
-            "Next experiment: none is ranked, as nothing is claimed; another channel, unloading, "
-            "or a coupon in another mode would tell more."
-        )
-    elif result.verdict.answer == "none":
-        third = "Next experiment: none; the readings agree with the model within their noise."
-    elif result.verdict.answer == "unknown":
-        third = (
-            "Next experiment: repeat the measurement; look at the residuals for what is missing."
-        )
-    return [first, second, third]
-
-
-def _proposed(one: outcome.NextExperiment) -> str:
-    """What is proposed, and what may be expected of it."""
-    if one.gain < LITTLE:
-        return f"no addition of the list tells them apart; {one.name} would tell the most."
-    told = f"{one.name} ({one.minutes:.0f} minutes)"
-    return f"{told}." if one.splits else f"{told}; it may not tell all of them apart."
-
-
 def _gain(result: outcome.DiagnosisFile) -> list[str]:
     lines = ["", "## Error on readings that were left out (root mean square)", "",
              "| left out | reading | as configured | nuisances refitted | process | cause (90 %) |",
@@ -153,27 +80,7 @@ def _gain(result: outcome.DiagnosisFile) -> list[str]:
             f"({row.cause_low:.3g} to {row.cause_high:.3g}) |"
             for row in result.gain
         ),
-        *_odds(result.gain_odds),
     ]
-
-
-def _odds(odds: outcome.GainOdds | None) -> list[str]:
-    """In words, for the summary."""
-    if odds is None:
-        return []
-    return [
-        "",
-        "Given the others, readings that were left out are more probable with the cause: "
-        f"{_power(min(odds.mean, odds.nuisances))} times against refitted nuisances "
-        f"({CLEAR:.0f} are needed), {_power(odds.process)} times against a process without cause "
-        "(1 is needed).",
-    ]
-
-
-def _power(log: float) -> str:
-    """Odds of this logarithm, in digits or as a power of ten."""
-    power = log / math.log(10)
-    return f"{math.exp(log):.2g}" if abs(power) < DIGITS else f"10^{power:.0f}"
 
 
 def _chance(p: float) -> str:

@@ -17,6 +17,7 @@ class Policy:
             channel; they share the rest of the probability evenly.
         load_length: length of the discrepancy's kernel, by the largest load.
         path_length: length of its kernel along the path of the load, by the largest load.
+        rough_length: length of its rough parts along load and path, by the largest load.
         wait_weight, wait_s: a wait of t counts as a path of ``wait_weight`` ln(1 + t/``wait_s``).
         visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
         credible: part of the probability that a set of causes has to hold.
@@ -24,15 +25,32 @@ class Policy:
         both: probability of two causes from which on a second set is named.
         tail: how fast a modulus far from the configured one loses probability: ln c =
             s sinh(tail ζ)/tail for a standard deviation s.
-        far: width of the prior of a nuisance that is far from what was told, by what was told.
+        far: width of the prior of a number of the rig, or of all moduli, that is far from what was
+            told, by what was told.
+        far_sigma: standard deviations from which on such a number is told among the first lines.
         reach: largest |ζ| of an emulator.
         degrees: degree of its polynomials by the number of its arguments.
         training: simulations by the number of arguments, where they cost nothing.
         components: most columns of an emulator.
+        curved_degree: degree of a finger's polynomials, at most.
+        curved_share: most monomials by the number of values and derivatives.
+        slope_weight: weight of a derivative by ζ beside a value.
+        finger_places: simulations of a finger by the number of a cause's arguments.
+        far_places: simulations of a nuisance that is far from what was told.
+        finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
+            many times √(2/n).
+        stiffest: largest factor of a finger's moduli, and 1 by the smallest.
+        nodes: moduli at which a simulation that scales is read.
+        recentred: fitted factor of the moduli, or 1 by it, from which on all effects are
+            simulated at other moduli; and by powers of which these are told.
         component_error: error of a reading that columns may leave, by its noise.
         error_columns: columns of an emulator's error.
         pairs: pairs of effects that are fitted; the others are bounded from above.
+        hopeless: ln of how much less than the best evidence the likelihood of a pair may be.
         starts: ζ of the amplitudes from which a fit starts.
+        settled: ln of probability that the last step of a fit gains at most.
+        kept: probability of causes by all readings from which on they are tried again where some
+            readings are left out.
         draws: samples of a hypothesis that is near the leading one.
         effective: part of the draws that have to count.
         sampled: posterior probability from which on a hypothesis is sampled.
@@ -40,8 +58,21 @@ class Policy:
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
             channel's root mean square.
         specimen_scales: scatter of specimens' stiffness, by what was told.
+        own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
+        smooth: degree of the smooth curve through the readings, at most.
+        common: numbers of the curve that specimens share in a branch, at most.
         single_shape: the first of these where there is one specimen.
+        surer: error of an emulator by that before, where a simulation has corrected it.
+        mended_length: of what an exact simulation tells of an emulator's error, in ζ.
+        walls: standard deviations of the walls up to which their parabola is believed.
+        walls_reach: standard deviations that walls may be off by.
+        rounds: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
+        exact: largest difference between an emulator and an exact simulation at a likely fit, by
+            the noise; beyond it the emulator is trained anew about the fit.
+        verified: probability of causes from which on they are held against exact simulations.
+        near: standard deviations about a fit that it is trained in then.
+        fewer: part of the simulations that do there.
         joint: probability from which on a pair of causes is simulated together.
         compared: hypotheses that a next experiment is to tell apart, at most.
         rival: probability by the leading hypothesis' from which on one is among them.
@@ -52,6 +83,7 @@ class Policy:
     discrepancy_levels: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1)
     load_length: float = 0.35
     path_length: float = 1.0
+    rough_length: float = 0.3
     wait_weight: float = 0.3
     wait_s: float = 5.0
     visible_sigma: float = 2.0
@@ -60,22 +92,47 @@ class Policy:
     both: float = 0.5
     tail: float = 0.9
     far: float = 4.0
+    far_sigma: float = 3.0
     reach: float = 3.3
     degrees: tuple[int, ...] = (11, 12, 7, 5, 4, 4)
     training: tuple[int, ...] = (64, 400, 512, 512, 600, 900)
     components: int = 10
+    curved_degree: int = 4
+    curved_share: float = 0.7
+    slope_weight: float = 0.5
+    finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
+    far_places: int = 6
+    finger_reach: float = 2.5
+    stiffest: float = 4.0
+    nodes: int = 33
+    recentred: float = 1.6
     component_error: float = 0.03
     error_columns: int = 3
     pairs: int = 40
+    hopeless: float = 15.0
     starts: tuple[float, ...] = (0.0, -1.5, 1.5)
+    settled: float = 1e-4
+    kept: float = 1e-6
     draws: int = 400
     effective: float = 0.1
     sampled: float = 0.01
     noise_factors: tuple[float, ...] = (1.0, 1.6, 2.5)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
+    own_slack: float = 0.5
+    smooth: int = 6
+    common: int = 24
     single_shape: float = 0.003
+    surer: float = 0.2
+    mended_length: float = 1.0
+    walls: float = 2.5
+    walls_reach: float = 5.0
+    rounds: int = 6
     interval: float = 0.9
+    exact: float = 0.5
+    verified: float = 0.03
+    near: float = 4.5
+    fewer: float = 0.35
     joint: float = 0.01
     compared: int = 5
     rival: float = 0.03

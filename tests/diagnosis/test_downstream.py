@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from diagnosis.invented_force import PATH
 
@@ -13,7 +12,6 @@ from dolfingrip.design.campaign import campaign
 from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.diagnosis.downstream import compare, read_campaign
-from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 
@@ -33,11 +31,9 @@ def test_the_optimum_moves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     keys = ("morph.xi1", "morph.xi2")
     where = Where(workers=1)
     campaign.run(Plan(base, keys, designs(*POINTS), objective=PATH), tmp_path / "doe", where)
-    none = np.zeros(0)
-    softening = ("extensions.mooney_rivlin.C01_MPa=1.0",)
-    fit = Hypothesis(("mooney_rivlin",), (), none, none, none[:, None], overrides=softening)
+    softening = Config().overridden(("extensions.mooney_rivlin.C01_MPa=1.0",))
     with Pool(where) as pool:
-        found = compare(tmp_path / "doe", Config(), fit, tmp_path / "after", pool)
+        found = compare(tmp_path / "doe", Config(), softening, tmp_path / "after", pool)
     assert [each.inputs["morph.xi1"] for each in found.designs] == [0.15, 0.2, 0.1, -0.2]
     first, second, *_ = found.designs
     assert first.phi_before == pytest.approx(0.3 * 0.15 + 0.1 * 0.5)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +12,7 @@ from experiments import small
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.diagnose import problem_of
-from dolfingrip.diagnosis.extend import extended, parameters
-from dolfingrip.diagnosis.fit import Fitter
+from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.simulation import meshes, modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.nuisances import WALL
@@ -124,37 +121,22 @@ def test_the_derivative_is_that_of_the_change(curves: WallCurves, walls: float) 
     np.testing.assert_allclose(slope, (more - less) / (2 * step), rtol=1e-4, atol=1e-5)
 
 
-def test_a_fit_finds_the_walls(base: BaseSimulation, curves: WallCurves, store: Path) -> None:
+def test_a_fit_finds_the_walls(base: BaseSimulation, store: Path, tmp_path: Path) -> None:
     """The readings were simulated with walls 8 % thinner of a material 10 % softer."""
     true = with_walls(base.measurement, store, 0.92, 0.9)
-    measured = written_with(store, true)
-    problem, _ = problem_of(measured, base, WallCurves(measured, *_three(curves)))
-    assert WALL not in [each.name for each in problem.linear_nuisances()]
-    fit = Fitter(problem, Here(store), print).none()
-    modulus, walls = fit.values
-    print("modulus", modulus, "walls", walls, "std", fit.std(problem))
-    assert [each.key for each in fit.parameters] == ["modulus", WALL]
-    left = (problem.value - fit.predicted(problem, np.ones(len(true), bool))) / problem.noise_std
-    print("left", left)
-    assert np.abs(left).max() < 1.0
-    std = fit.std(problem)
-    assert abs(walls - 0.92) < 0.05 * 3 * std[1]
-    linear, _ = problem_of(measured, base)
-    old = Fitter(linear, Here(store), print).none()
-    off = linear.value - old.predicted(linear, np.ones(len(true), bool))
-    free = (problem.index["channel"] == "angle_deg").to_numpy()
-    assert np.abs(off / linear.noise_std)[free].max() > 1.5 * np.abs(left)[free].max()
-
-
-def test_walls_are_a_nuisance_and_no_result(
-    base: BaseSimulation, curves: WallCurves, store: Path
-) -> None:
-    """They stay out of the extended model and of its numbers: they belong to one print."""
-    problem, _ = problem_of(base.measurement, base, curves)
-    fit = Fitter(problem, Here(store), print).none()
-    numbers = parameters(finger(), fit, fit.estimates(problem))
-    assert [key for key, _ in numbers] == ["material.mu_MPa"]
-    assert extended(finger(), fit).finger.wall_mm == finger().finger.wall_mm
+    measured = written_with(tmp_path, true)
+    found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
+    assert found.decision.answer == "none"
+    numbers = {each.key: each for each in found.numbers(found.decision.best)}
+    print(numbers)
+    modulus_MPa, wall_mm = numbers["material.mu_MPa"], numbers["finger.wall_mm"]
+    assert wall_mm.low < 0.92 * finger().finger.wall_mm < wall_mm.high
+    assert modulus_MPa.low < 0.9 * finger().material.mu_MPa < modulus_MPa.high
+    left = found.coupons.case.value - found.coupons.exact(found.decision.best)
+    assert np.abs(left / found.coupons.errors.noise).max() < 1.0
+    # both are in what is delivered
+    assert found.extended.finger.wall_mm == pytest.approx(wall_mm.value)
+    assert found.extended.material.mu_MPa == pytest.approx(modulus_MPa.value)
 
 
 @pytest.mark.parametrize(
@@ -167,12 +149,11 @@ def test_else_a_derivative_serves(names: str, more: str, tmp_path: Path, store: 
     own = simulate_base(measured, finger(), Here(store), effects=())
     assert simulate_walls(measured, own, Here(tmp_path / "none")) is None
     assert not (tmp_path / "none").exists()
-    problem, _ = problem_of(measured, own)
-    assert WALL in [each.name for each in problem.linear_nuisances()]
+    assert WALL in [each.name for each in own.nuisance_list]
 
 
 def test_the_mesh_is_off_as_with_the_walls_that_are_found(tmp_path: Path, store: Path) -> None:
-    """Against what grading changes with thinner walls; and a fit whose readings had these."""
+    """Against what grading changes with thinner walls."""
     config = small.short("mesh.edge_size_mm=4", "solver.rtol=1e-9")
     measured = read([written(tmp_path, _table(None, "both"), TOLD)], config)
     base = simulate_base(measured, config, Here(store), effects=())
@@ -186,17 +167,3 @@ def test_the_mesh_is_off_as_with_the_walls_that_are_found(tmp_path: Path, store:
     np.testing.assert_allclose(found, expected, atol=1e-6)
     assert np.abs(curves.mesh(1 - PART)).max() > 0.02 * np.abs(base.mesh).max()
     assert not curves.mesh(1.0).any()
-    again = read([written(tmp_path, _table(graded, "both"), TOLD)], config)
-    problem, _ = problem_of(again, base, replace(curves, measurement=again))
-    fitter = Fitter(problem, Here(store), print)
-    fit = fitter.settled()
-    assert fitter.problem.walls_at == pytest.approx(fit.by_key[WALL], abs=0.003)
-    assert fitter.problem.walls_at < 0.97
-    error = fitter.problem.errors[:, 0]
-    np.testing.assert_allclose(
-        error, base.mesh[:, 0] + curves.mesh(fitter.problem.walls_at), atol=1e-12
-    )
-
-
-def _three(curves: WallCurves):
-    return curves.thinner, curves.usual, curves.thicker

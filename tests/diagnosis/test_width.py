@@ -10,11 +10,10 @@ from diagnosis.invented_coupon import WIDTH_NOISE, made, white
 from diagnosis.simulation.here import Here
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions import worth
 from dolfingrip.diagnosis.additions.protocols import SETUP_MIN, Proposal, proposals
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
-from dolfingrip.diagnosis.found import Diagnosis
+from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
@@ -42,34 +41,34 @@ def coupon(folder: Path, *overrides: str, told: str = EXACT, **others: object) -
     return selected(read([file]), Config())[0]
 
 
-def diagnosed(measurement: Measurement, store: Path, *effects: str) -> Diagnosis:
-    return diagnose_measurement(measurement, Config(), Here(store), Settings(effects=effects))
+def diagnosed(measurement: Measurement, store: Path, *effects: str) -> CouponDiagnosis:
+    return judged(measurement, Config(), Here(store), Settings(effects=effects))
 
 
 @pytest.fixture(scope="module")
-def tied(store: Path, tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+def tied(store: Path, tmp_path_factory: pytest.TempPathFactory) -> CouponDiagnosis:
     """Its force alone, of a material that is less compressible."""
     measurement = coupon(tmp_path_factory.mktemp("force"), HIDDEN)
     return diagnosed(measurement, store, "bulk_modulus", "ogden_terms")
 
 
 def test_the_width_tells_how_far_the_volume_changes(
-    tied: Diagnosis, store: Path, tmp_path: Path
+    tied: CouponDiagnosis, store: Path, tmp_path: Path
 ) -> None:
     """A bulk modulus that is 4.5 times as large changes the force as another law does, and the
     width at 50 % by 0.013, 6.5 standard deviations of a camera."""
-    print(tied.verdict.sentence())
-    assert set(tied.verdict.named[0].names) == {"bulk_modulus", "ogden_terms"}
+    print(tied.decision)
+    assert set(tied.decision.first) == {"bulk_modulus", "ogden_terms"}
     measurement = coupon(tmp_path, HIDDEN, width=True)
     both = diagnosed(measurement, store, "bulk_modulus", "ogden_terms")
-    print(both.verdict.sentence())
-    assert both.verdict.names == ("bulk_modulus",)
-    assert both.verdict.probability > 0.95
-    more = both.best.estimates(both.problem)[-1]
+    print(both.decision)
+    assert both.decision.first == ("bulk_modulus",)
+    assert both.decision.probability > 0.95
+    more = both.numbers(both.decision.best)[-1]
     assert more.low < 100 < more.high
 
 
-def test_a_camera_is_asked_for_where_the_force_ties(tied: Diagnosis) -> None:
+def test_a_camera_is_asked_for_where_the_force_ties(tied: CouponDiagnosis) -> None:
     for each in tied.next:
         print(each.name, each.gain, each.chance)
     assert tied.next[0].splits
@@ -84,9 +83,9 @@ def columns(proposal: Proposal) -> set[str]:
     return set(proposal.measurement.listed()["column"])
 
 
-def test_additions_with_a_camera(tied: Diagnosis, tmp_path: Path) -> None:
+def test_additions_with_a_camera(tied: CouponDiagnosis, tmp_path: Path) -> None:
     """Where there is none yet it takes its minutes; where there is one it goes on seeing."""
-    found = by_name(tied.problem.measurement)
+    found = by_name(tied.coupons.simulation.measurement)
     seen = {name: each for name, each in found.items() if each.kind == "coupon_width"}
     assert len(seen) == 3
     for name, each in seen.items():
@@ -125,26 +124,3 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     # it begins to narrow where the force begins: the travel's error is both readings'
     slope = np.gradient(base.readings[across], measurement.listed()["control"][across])
     np.testing.assert_allclose(base.by_control[across][1:-1], slope[1:-1], rtol=0.01)
-
-
-def test_a_tie_with_an_instrument_is_judged(store: Path, tmp_path: Path) -> None:
-    """A load cell whose zero is off beside a law: the same cell reads what is added."""
-    offset_N = 0.05
-    found = diagnosed(
-        coupon(tmp_path, HIDDEN, offset_N=offset_N), store, "force_offset", "ogden_terms"
-    )
-    fits = [found.fits[frozenset([name])] for name in ("force_offset", "ogden_terms")]
-    far = [each for each in proposals(found.problem.measurement, Config()) if "1.5" in each.name]
-    workers = Here(store)
-    judged, failed = worth.judge(
-        found.problem, [(fit, 0.5) for fit in fits], far, workers, lambda text: None
-    )
-    assert failed == []
-    assert len(judged) == len(far) == 4
-    assert all(each.gain > 0 for each in judged)
-    base = simulate_base(far[0].measurement, Config(), workers, effects=["force_offset"])
-    readings, slopes = worth.fitted_readings(fits[0], far[0], Config(), workers)
-    strength_N = fits[0].by_key["strength of force_offset"] * 0.02
-    expected = base.at_modulus(fits[0].values[0]) + strength_N
-    np.testing.assert_allclose(readings, expected, atol=1e-4)
-    np.testing.assert_allclose(slopes[:, -1], 0.02, rtol=1e-6)

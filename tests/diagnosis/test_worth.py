@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 
 from dolfingrip.diagnosis.additions import memory, worth
-from dolfingrip.diagnosis.additions.worth import Expected, chance_alone
+from dolfingrip.diagnosis.additions.worth import Expected, Fitted, chance_alone
 from dolfingrip.diagnosis.data import planned
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.hypothesis import Hypothesis
 from dolfingrip.diagnosis.inference.covariance import Covariance
 
 SEED = 4
@@ -24,7 +23,7 @@ LAWS = {1: 1.0, 4: 0.2}
 """Numbers of terms, and the standard deviations of their sizes by their priors."""
 
 
-def fits(reach: float, count: int = 20) -> tuple[Covariance, list[Hypothesis], list]:
+def fits(reach: float, count: int = 20) -> tuple[Covariance, list[Fitted], list]:
     """Force by travel of laws of one power and of four, both fitted to 0.6 x².
 
     What the larger law has more is not needed, so that both follow the readings alike.
@@ -35,7 +34,7 @@ def fits(reach: float, count: int = 20) -> tuple[Covariance, list[Hypothesis], l
     for terms, spread in LAWS.items():
         slopes = np.column_stack([spread * x ** (2 + k) for k in range(terms)])
         zeta = np.array([0.6 / spread, *np.zeros(terms - 1)])
-        found.append(cast(Hypothesis, SimpleNamespace(zeta=zeta)))
+        found.append(cast(Fitted, SimpleNamespace(zeta=zeta)))
         readings.append((slopes @ zeta, slopes))
     return covariance, found, readings
 
@@ -74,7 +73,7 @@ def test_a_law_of_many_terms_is_refuted_by_more_travel(reach: float, chance: flo
 
 def test_pairs_that_differ_are_told_apart() -> None:
     covariance = Covariance.of(STD**2 * np.eye(2))
-    laws = [cast(Hypothesis, SimpleNamespace(zeta=np.ones(1)))] * 2
+    laws = [cast(Fitted, SimpleNamespace(zeta=np.ones(1)))] * 2
     alike = [(np.array([1.0, 0.0]), np.array([[1.0], [0.0]])),
              (np.array([1.0, 0.001]), np.array([[1.0], [0.001]]))]  # fmt: skip
     other = [alike[0], (np.array([1.0, 0.2]), np.array([[1.0], [0.2]]))]
@@ -113,10 +112,3 @@ def test_memory_shows_where_a_loading_at_one_rate_is_not_all() -> None:
     assert memory.shows(known, pulled([*once, ("unloading", 1)], 0.5))
     assert memory.shows(known, pulled([*once, ("hold", 1)], 0.5))
     assert memory.shows(pulled(planned.cycles(2), 0.5), known)
-
-
-def test_pairs_of_which_one_has_memory_differ_in_it() -> None:
-    names = (("ogden_terms",), ("prony",), ("bulk_modulus",), ("yeoh", "mullins"))
-    fits = [cast(Hypothesis, SimpleNamespace(effects=each)) for each in names]
-    expected = np.array([[0, 1, 0, 1], [1, 0, 1, 0], [0, 1, 0, 1], [1, 0, 1, 0]], dtype=bool)
-    np.testing.assert_array_equal(memory.differs(fits), expected)

@@ -2,27 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
-import numpy.typing as npt
-
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.hypothesis import Hypothesis
-from dolfingrip.extensions.index import effect
 
 OTHER_RATE: Final = 2.0
 """Ratio of two rates from which on they are different ones."""
-
-
-def differs(fits: Sequence[Hypothesis]) -> npt.NDArray[np.bool_]:
-    """(n, n) pairs of which one hypothesis has an effect with memory and the other has none."""
-    remembers = np.array(
-        [any(effect(name).kind == "dissipative" for name in fit.effects) for fit in fits],
-        dtype=bool,
-    )
-    return remembers[:, None] != remembers[None, :]
 
 
 def shows(known: Measurement, added: Measurement) -> bool:

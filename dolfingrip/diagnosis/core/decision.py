@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.evidence import Fit, Subset
+from dolfingrip.diagnosis.core.evidence import Case, Fit, Subset
 from dolfingrip.diagnosis.core.search import NONE, Posterior
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -49,13 +49,19 @@ class Decision:
 def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     """The answer of a posterior.
 
+    Numbers of the rig that are far from what was told stand beside the causes, not in their place:
+    a set of causes holds effects; a number of the rig is named second where it takes part more
+    probably than not, and first where no effect is.
+
     Args:
         posterior: probabilities of all hypotheses.
         single: name one set of causes even where two causes act more probably than not.
     """
     mass: dict[Subset, float] = defaultdict(float)
+    by_effects: dict[Subset, float] = defaultdict(float)
     none = 0.0
     seen: list[tuple[float, Subset, Fit]] = []
+    case = posterior.case
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
         visible = tuple(
             name
@@ -63,17 +69,21 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
             if strength >= POLICY.visible_sigma
         )
         mass[visible] += float(p)
+        by_effects[case.effects(visible) or visible] += float(p)
         seen.append((float(p), visible, fit))
         if not visible and fit.level == 0:
             none += float(p)
     inclusion = {
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
-    first, second = _sets(mass, inclusion, _strengths(seen), single=single)
+    first, second = _sets(by_effects, inclusion, _strengths(seen), single=single)
     claim = _mass(mass, first, second)
     if second and claim <= POLICY.both:  # one set is surer than two
-        first, second = _smallest(mass, inclusion), ()
+        first, second = _smallest(by_effects, inclusion), ()
         claim = _mass(mass, first, second)
+    rig = max(case.rig & set(posterior.names) - {*first}, key=inclusion.__getitem__, default=None)
+    if not second and not single and rig and _mass(mass, first, (rig,)) > POLICY.both:
+        second, claim = (rig,), _mass(mass, first, (rig,))
     unexplained, discrepancy = _unexplained(posterior, seen)
     unknown = mass[NONE] - none
     answer: Answer = "cause"
@@ -84,11 +94,34 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
         answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
     if answer != "cause":
         first, second = (), ()
+    far, who = _far(posterior)
+    if answer == "none" and (scaled := none * far) >= POLICY.claimed:
+        answer, first, probability, none = "cause", who, scaled, none - scaled
     best = _leading(seen, first, second, posterior)
     return Decision(
         answer, first, second, float(probability), inclusion, none, float(unknown),
         unexplained, discrepancy, dict(mass), best,
     )  # fmt: skip
+
+
+def _grounds(case: Case) -> tuple[tuple[str, ...], ...]:
+    """What the model's own numbers are named where they are far out."""
+    return case.ground_names or (case.scale_names,)
+
+
+def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
+    """The model's own number that is farthest out, and how probably it is.
+
+    The probability is that of a prior as wide as that of the rig's numbers.
+    """
+    fit, case = posterior.best(NONE, level=0.0), posterior.case
+    t = POLICY.tail
+    off = np.abs(np.sinh(t * fit.zeta[: case.own]) / t)
+    place = int(np.argmax(off))
+    log_odds = 0.5 * float(off[place]) ** 2 * (1 - POLICY.far**-2) - np.log(POLICY.far)
+    log_odds += np.log(POLICY.prior_by_size[1] / POLICY.prior_by_size[0])
+    log_odds -= np.log(max(len(posterior.names), 1))
+    return float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50)))), _grounds(case)[place]
 
 
 def _mass(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...]) -> float:
@@ -168,7 +201,7 @@ def _leading(
     """The most probable fit, summed over levels, of causes that the answer names."""
 
     def allowed(visible: Subset) -> bool:
-        if not first:
+        if not first or first in _grounds(posterior.case):
             return not visible
         own = set(visible)
         return bool(own & set(first)) and (not second or bool(own & set(second)))

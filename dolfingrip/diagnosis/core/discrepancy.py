@@ -1,16 +1,19 @@
 """A process for what no effect of the catalogue is: an always-possible discrepancy.
 
-    K = ½ S² {k_SE(x, x′) − k_SE(x, 0) k_SE(0, x′) + k_M(s, s′) − k_M(s, 0) k_M(0, s′)}
+    K = S² {½ [k_SE(x, x′)]₀ + ¼ [k_M(s, s′)]₀ + ⅛ [k_E(x, x′)]₀ + ⅛ [k_E(s, s′)]₀}
+    [k(a, b)]₀ = k(a, b) − k(a, 0) k(0, b)
 
 x is the load by the largest, s the path Σ|Δx| of the load plus the logarithm of waits, S the root
 mean square of a channel (Kennedy & O'Hagan, J. R. Stat. Soc. B 63, 2001). k_SE is a squared
-exponential, k_M a Matérn kernel of order 3/2. So the process is 0 at rest, is smooth along the load
-and may differ between branches, cycles and waits. Readings of another channel or another protocol
-have their own.
+exponential, k_M a Matérn kernel of order 3/2, k_E an exponential one. So the process is 0 at rest,
+is smooth along the load, may differ between branches, cycles and waits, and may jump and waver:
+without the last two a slip or a crosshead's uneven screw is taken for whichever effect follows a
+little of it. Readings of another channel or another protocol have their own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,14 +41,22 @@ class Along:
 def kernel(along: Along) -> np.ndarray:
     """K for a level of 1, shape (n, n)."""
     x, s = along.load / POLICY.load_length, along.path / POLICY.path_length
-    smooth = _squared_exponential(x[:, None] - x) - np.outer(
-        _squared_exponential(x), _squared_exponential(x)
+    parts = (
+        0.5 * _at_rest_zero(_squared_exponential, x)
+        + 0.25 * _at_rest_zero(_matern, s)
+        + 0.125 * _at_rest_zero(_exponential, along.load / POLICY.rough_length)
+        + 0.125 * _at_rest_zero(_exponential, along.path / POLICY.rough_length)
     )
-    winding = _matern(s[:, None] - s) - np.outer(_matern(s), _matern(s))
     same = along.block[:, None] == along.block
-    return np.asarray(
-        0.5 * np.outer(along.size, along.size) * np.where(same, smooth + winding, 0.0)
-    )
+    return np.asarray(np.outer(along.size, along.size) * np.where(same, parts, 0.0))
+
+
+def _at_rest_zero(k: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> np.ndarray:
+    return k(at[:, None] - at) - np.outer(k(at), k(at))
+
+
+def _exponential(t: np.ndarray) -> np.ndarray:
+    return np.exp(-np.abs(t))
 
 
 def _squared_exponential(t: np.ndarray) -> np.ndarray:

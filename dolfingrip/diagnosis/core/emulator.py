@@ -10,7 +10,7 @@ deviation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -32,6 +32,9 @@ class Emulator:
         weights: of the monomials in each component, shape (m, k).
         errors: columns of the error, one standard deviation each, shape (n, l).
         left: root mean square error of a simulation that was left out, by the noise.
+        middle, half: of the range that it was trained in, shape (d,); monomials are of
+            (ζ − middle)/half.
+        takes: which of the model's own numbers come before those of the cause in ζ.
     """
 
     columns: np.ndarray
@@ -39,6 +42,9 @@ class Emulator:
     weights: np.ndarray
     errors: np.ndarray
     left: float
+    middle: np.ndarray
+    half: np.ndarray
+    takes: tuple[int, ...] = ()
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         """g at many places, shape (places, k).
@@ -46,27 +52,132 @@ class Emulator:
         Args:
             zeta: shape (places, d).
         """
-        return np.asarray(_monomials(zeta, self.exponents) @ self.weights)
+        return np.asarray(
+            _monomials((zeta - self.middle) / self.half, self.exponents) @ self.weights
+        )
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """g, shape (k,), and its derivatives, shape (k, d), at one place, shape (d,)."""
-        scaled = zeta / POLICY.reach
-        powers = scaled[:, None] ** np.arange(self.exponents.max() + 1)
-        each = powers[np.arange(len(zeta)), self.exponents]
-        value = each.prod(axis=1) @ self.weights
-        slopes = []
-        for i in range(len(zeta)):
-            e = self.exponents[:, i]
-            down = np.where(e > 0, powers[i][np.maximum(e - 1, 0)], 0.0) * e
-            rest = np.delete(each, i, axis=1).prod(axis=1)
-            slopes.append((down * rest) @ self.weights / POLICY.reach)
-        return value, np.column_stack(slopes)
+        scaled = (zeta - self.middle) / self.half
+        d = len(zeta)
+        orders = np.arange(self.exponents.max() + 1)
+        powers = scaled[:, None] ** orders
+        down = np.zeros_like(powers)
+        down[:, 1:] = powers[:, :-1] * orders[1:] / self.half[:, None]
+        rows = np.arange(d)
+        each, changed = powers[rows, self.exponents], down[rows, self.exponents]
+        before, after = np.ones_like(each), np.ones_like(each)
+        for i in range(1, d):
+            before[:, i] = before[:, i - 1] * each[:, i - 1]
+            after[:, d - 1 - i] = after[:, d - i] * each[:, d - i]
+        value = (before[:, -1] * each[:, -1]) @ self.weights
+        return value, self.weights.T @ (before * changed * after)
 
     def rows(self, kept: np.ndarray) -> Emulator:
         """Of some of the readings."""
-        return Emulator(
-            self.columns[kept], self.exponents, self.weights, self.errors[kept], self.left
-        )
+        return replace(self, columns=self.columns[kept], errors=self.errors[kept])
+
+
+@dataclass(frozen=True, eq=False)
+class Stacked(Emulator):
+    """Several emulators of the same numbers, whose changes add.
+
+    Attributes:
+        parts: of which ``columns`` and ``errors`` stand side by side.
+    """
+
+    parts: tuple[Emulator, ...] = ()
+
+    @classmethod
+    def of(cls, parts: tuple[Emulator, ...]) -> Stacked:
+        """All parts take the same numbers."""
+        first = parts[0]
+        return cls(
+            np.hstack([each.columns for each in parts]), first.exponents, first.weights,
+            np.hstack([each.errors for each in parts]),
+            float(np.sqrt(sum(each.left**2 for each in parts))), first.middle, first.half,
+            first.takes, parts,
+        )  # fmt: skip
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        return np.hstack([each.at(zeta) for each in self.parts])
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found = [each.with_slopes(zeta) for each in self.parts]
+        return np.concatenate([g for g, _ in found]), np.vstack([slopes for _, slopes in found])
+
+    def rows(self, kept: np.ndarray) -> Stacked:
+        return replace(
+            self, columns=self.columns[kept], errors=self.errors[kept],
+            parts=tuple(each.rows(kept) for each in self.parts),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Mended(Emulator):
+    """An emulator with what one exact simulation, and its derivatives, told beyond it.
+
+    The rest is a Gaussian process of ζ whose value and slopes are known at one place:
+    (d + D (ζ − ζ*)) exp(−½ |ζ − ζ*|²/ℓ²) (Rasmussen & Williams, Gaussian Processes for Machine
+    Learning, 2006, section 9.4).
+
+    Attributes:
+        inner: the emulator.
+        inside: which of ζ it takes, shape (d₀,).
+        at_place: ζ*, shape (d,).
+        length: ℓ.
+    """
+
+    inner: Emulator | None = None
+    inside: np.ndarray | None = None
+    at_place: np.ndarray | None = None
+    length: float = 1.0
+
+    @classmethod
+    def of(
+        cls, inner: Emulator, inside: np.ndarray, takes: tuple[int, ...], place: np.ndarray,
+        missed: np.ndarray, length: float, surer: float,
+    ) -> Mended:  # fmt: skip
+        """Mend an emulator.
+
+        Args:
+            inner: the emulator.
+            inside: which of ζ it takes.
+            takes: of the model's own numbers.
+            place: ζ*, shape (d,).
+            missed: exact less emulated readings and their derivatives, shape (n, 1 + d).
+            length: ℓ.
+            surer: error by that before.
+        """
+        return cls(
+            np.hstack([inner.columns, missed]), inner.exponents, inner.weights,
+            surer * inner.errors, inner.left, inner.middle, inner.half, takes, inner, inside,
+            place, length,
+        )  # fmt: skip
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        assert self.inner is not None
+        away = zeta - self.at_place
+        near = np.exp(-0.5 * (away**2).sum(axis=1, keepdims=True) / self.length**2)
+        return np.hstack([self.inner.at(zeta[:, self.inside]), near, near * away])
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        assert self.inner is not None
+        value, own = self.inner.with_slopes(zeta[self.inside])
+        slopes = np.zeros((len(value), len(zeta)))
+        slopes[:, self.inside] = own
+        away = zeta - self.at_place
+        near = float(np.exp(-0.5 * away @ away / self.length**2))
+        fading = -near * away / self.length**2
+        local = np.vstack([fading, near * np.eye(len(zeta)) + np.outer(away, fading)])
+        return np.concatenate([value, [near], near * away]), np.vstack([slopes, local])
+
+    def rows(self, kept: np.ndarray) -> Mended:
+        assert self.inner is not None
+        return replace(
+            self, columns=self.columns[kept], errors=self.errors[kept],
+            inner=self.inner.rows(kept),
+        )  # fmt: skip
 
 
 def places(box: np.ndarray, count: int) -> np.ndarray:
@@ -83,15 +194,21 @@ def places(box: np.ndarray, count: int) -> np.ndarray:
     return np.asarray(box[:, 0] + np.clip(edges, 0, 1) * (box[:, 1] - box[:, 0]))
 
 
-def trained(zeta: np.ndarray, changes: np.ndarray, scale: np.ndarray) -> Emulator:
+def trained(
+    zeta: np.ndarray, changes: np.ndarray, scale: np.ndarray, box: np.ndarray | None = None
+) -> Emulator:
     """An emulator from simulated changes.
 
     Args:
         zeta: shape (places, d).
         changes: shape (places, n).
         scale: noise of the readings, shape (n,).
+        box: ranges of ζ, shape (d, 2); the reach of every number where None.
     """
     count, d = zeta.shape
+    if box is None:
+        box = np.tile([-POLICY.reach, POLICY.reach], (d, 1))
+    middle, half = box.mean(axis=1), np.maximum(np.ptp(box, axis=1) / 2, 1e-6)
     left_out = np.arange(count) % EVERY == EVERY - 1
     white = changes / scale
     _, values, right = np.linalg.svd(white, full_matrices=False)
@@ -99,26 +216,29 @@ def trained(zeta: np.ndarray, changes: np.ndarray, scale: np.ndarray) -> Emulato
     k = int(np.clip((variance > POLICY.component_error**2).sum(), 1, POLICY.components))
     basis = right[:k]
     exponents = _exponents(d, POLICY.degrees[min(d, len(POLICY.degrees)) - 1], count)
-    told = _monomials(zeta, exponents)
+    told = _monomials((zeta - middle) / half, exponents)
     score = white @ basis.T
     weights, *_ = np.linalg.lstsq(told[~left_out], score[~left_out], rcond=1e-10)
     rest = white[left_out] - told[left_out] @ weights @ basis
     weights, *_ = np.linalg.lstsq(told, score, rcond=1e-10)
     # places count as the prior has them: what is far out hardly matters
-    weight = np.exp(-0.25 * (zeta[left_out] ** 2).sum(axis=1))
+    near = np.clip(0.0, *box.T)
+    weight = np.exp(-0.25 * ((zeta[left_out] - near) ** 2).sum(axis=1))
     weight /= max(weight.sum(), 1e-300)
     rest = rest * np.sqrt(weight)[:, None]
     _, sizes, ways = np.linalg.svd(rest, full_matrices=False)
     kept = slice(0, POLICY.error_columns)
     errors = (sizes[kept, None] * ways[kept]).T * scale[:, None]
     left = float(np.sqrt((rest**2).sum() / rest.shape[1]))
-    return Emulator(basis.T * scale[:, None], exponents, weights, errors, left)
+    return Emulator(basis.T * scale[:, None], exponents, weights, errors, left, middle, half)
 
 
 def linear(change: np.ndarray) -> Emulator:
     """Of one number, whose change by one standard deviation is told, shape (n,)."""
-    weights = np.array([[POLICY.reach]])
-    return Emulator(change[:, None], np.array([[1]]), weights, np.zeros((len(change), 0)), 0.0)
+    none = np.zeros((len(change), 0))
+    return Emulator(
+        change[:, None], np.array([[1]]), np.ones((1, 1)), none, 0.0, np.zeros(1), np.ones(1)
+    )
 
 
 def _exponents(d: int, degree: int, count: int) -> np.ndarray:
@@ -134,8 +254,7 @@ def _exponents(d: int, degree: int, count: int) -> np.ndarray:
         degree -= 1
 
 
-def _monomials(zeta: np.ndarray, exponents: np.ndarray) -> np.ndarray:
-    scaled = np.asarray(zeta) / POLICY.reach
+def _monomials(scaled: np.ndarray, exponents: np.ndarray) -> np.ndarray:
     powers = scaled[:, :, None] ** np.arange(exponents.max() + 1)
     found = np.ones((len(scaled), len(exponents)))
     for i in range(scaled.shape[1]):

@@ -30,6 +30,15 @@ Subset = tuple[str, ...]
 """Names of causes, in the order of the case."""
 
 
+def joint_name(subset: Subset) -> str:
+    """Name of the emulator of what causes change together."""
+    return "together: " + " with ".join(subset)
+
+
+GROUND = "ground"
+"""Name of the columns that the model's own numbers change."""
+
+
 @dataclass(frozen=True, eq=False)
 class Case:
     """Readings, and what could explain them.
@@ -43,8 +52,16 @@ class Case:
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         boxes: ranges of ζ of each cause, (d, 2).
-        joint: what two causes change together beyond the sum of what each changes alone, a
-            polynomial of the numbers of both.
+        joint: what causes change together beyond the sum of what each changes alone, a polynomial
+            of the numbers of all.
+        local: ranges of ζ, (d, 2), of causes whose joint polynomial holds there alone, and holds
+            what each emulator misses, too.
+        rig: which of the causes are numbers of the rig; they come last in every subset.
+        scale_names: what a factor of all readings in proportion to the moduli may be.
+        ground: what the model's own numbers change of readings that are not ``scaled``: all
+            moduli, and others that are fitted in every hypothesis. None where ``scaled`` tells all.
+        ground_box: ranges of ζ of the model's own numbers, (m, 2); that of the moduli first.
+        ground_names: what each of them is named where it is far out; ``scale_names`` where empty.
     """
 
     value: np.ndarray
@@ -56,6 +73,17 @@ class Case:
     kernel: np.ndarray
     boxes: Mapping[str, np.ndarray]
     joint: Mapping[Subset, Emulator] = field(default_factory=dict)
+    local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
+    rig: frozenset[str] = frozenset()
+    scale_names: tuple[str, ...] = ("modulus",)
+    ground: Emulator | None = None
+    ground_box: np.ndarray = field(default_factory=lambda: np.array([[-8.0, 8.0]]))
+    ground_names: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def own(self) -> int:
+        """Count of the model's own numbers, which come first in every ζ."""
+        return len(self.ground_box)
 
     def rows(self, kept: np.ndarray) -> Case:
         """The case of some of the readings."""
@@ -63,19 +91,40 @@ class Case:
             self.value[kept], self.base[kept], self.scaled[kept], self.modulus_std,
             {name: each.rows(kept) for name, each in self.emulators.items()},
             self.covariance[np.ix_(kept, kept)], self.kernel[np.ix_(kept, kept)], self.boxes,
-            {pair: each.rows(kept) for pair, each in self.joint.items()},
+            {pair: each.rows(kept) for pair, each in self.joint.items()}, self.local, self.rig,
+            self.scale_names, None if self.ground is None else self.ground.rows(kept),
+            self.ground_box, self.ground_names,
         )  # fmt: skip
 
-    def parts(self, subset: Subset) -> list[tuple[str, Emulator, slice]]:
-        """Emulators of a hypothesis: name, polynomials, and which of ζ they depend on."""
-        found, at = [], 1
+    def effects(self, subset: Subset) -> Subset:
+        """Causes that are no numbers of the rig."""
+        return tuple(name for name in subset if name not in self.rig)
+
+    def parts(self, subset: Subset) -> list[tuple[str, Emulator, np.ndarray]]:
+        """Emulators of a hypothesis: name, function, and which of ζ it depends on."""
+        found: list[tuple[str, Emulator, np.ndarray]] = []
+        if self.ground is not None:
+            found.append((GROUND, self.ground, np.arange(self.own)))
+        at = self.own
         for name in subset:
             d = len(self.boxes[name])
-            found.append((name, self.emulators[name], slice(at, at + d)))
+            each = self.emulators[name]
+            found.append((name, each, np.r_[np.array(each.takes, int), np.arange(at, at + d)]))
             at += d
-        if subset in self.joint:
-            found.append((" with ".join(subset), self.joint[subset], slice(1, at)))
+        together = self.effects(subset)
+        if together in self.joint:
+            d = sum(len(self.boxes[name]) for name in together)
+            both = np.arange(self.own, self.own + d)
+            found.append((joint_name(together), self.joint[together], both))
         return found
+
+    def box(self, subset: Subset) -> np.ndarray:
+        """Ranges of ζ of a hypothesis' causes, (d, 2)."""
+        together = self.effects(subset)
+        if together not in self.local:
+            return np.vstack([np.zeros((0, 2)), *(self.boxes[name] for name in subset)])
+        own = [self.boxes[name] for name in subset if name in self.rig]
+        return np.vstack([self.local[together], *own])
 
     def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """c and dc/dζ; far from 1 it loses less probability than a normal logarithm would."""
@@ -152,8 +201,9 @@ class Level:
             at += columns.shape[1]
 
         add("base", np.hstack([case.base[:, None] * on, case.base[:, None] * off]))
-        pairs = {" with ".join(pair): each for pair, each in case.joint.items()}
-        for name, each in {**case.emulators, **pairs}.items():
+        pairs = {joint_name(pair): each for pair, each in case.joint.items()}
+        grounds = {} if case.ground is None else {GROUND: case.ground}
+        for name, each in {**grounds, **case.emulators, **pairs}.items():
             add(name, np.hstack([each.columns * on, each.columns * off]))
             add(f"{name} error", each.errors)
         white = scipy.linalg.solve_triangular(lower, np.hstack(blocks), lower=True)
@@ -161,19 +211,23 @@ class Level:
         n = len(case.value)
         self.log_det = 2 * float(np.log(np.diag(lower)).sum()) + n * np.log(2 * np.pi)
 
-    def bound(self, subset: Subset) -> float:
-        """Largest ½ χ² that any change within the causes' columns explains."""
-        at = np.r_[self._place["base"], *(self._place[name] for name in subset)]
+    def largest(self, subset: Subset) -> float:
+        """ln of the largest likelihood of any change within the columns of causes."""
+        names = [name for name, _, _ in self.case.parts(subset)]
+        at = np.r_[self._place["base"], *(self._place[name] for name in names)]
         inner = self.gram[np.ix_(at, at)]
         inner = inner + np.diag(1e-9 * np.diag(inner) + 1e-12)
         found = self.gram[at, 0] @ np.linalg.solve(inner, self.gram[at, 0])
-        return 0.5 * float(found)
+        return -0.5 * float(self.gram[0, 0] - found + self.log_det)
 
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance."""
         names = [name for name, _, _ in self.case.parts(subset)]
         at = np.r_[0, self._place["base"], *(self._place[name] for name in names)]
-        errors = np.r_[self._place[""], *(self._place[f"{name} error"] for name in names)]
+        wrong = names
+        if self.case.effects(subset) in self.case.local:
+            wrong = [name for name in names if name not in subset]
+        errors = np.r_[self._place[""], *(self._place[f"{name} error"] for name in wrong)]
         errors = errors.astype(int)
         gram, log_det = self.gram[np.ix_(at, at)], self.log_det
         if len(errors):
@@ -196,27 +250,27 @@ class Hypothesis:
     log_det: float
 
     def __post_init__(self) -> None:
-        boxes = [np.array([[-8.0, 8.0]]), *(self.case.boxes[name] for name in self.subset)]
-        self._box = np.vstack(boxes)
+        self._box = np.vstack([self.case.ground_box, self.case.box(self.subset)])
+        self._parts = self.case.parts(self.subset)
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """b, shape (k,), and J = db/dζ, shape (k, d)."""
         c, dc = self.case.factor(zeta[0])
-        parts, slopes = [np.array([1.0, -c, -1.0])], [np.array([0.0, -dc, 0.0])]
-        row, every = 3, self.case.parts(self.subset)
+        every = self._parts
         total = 3 + sum(2 * emulator.columns.shape[1] for _, emulator, _ in every)
-        columns = np.zeros((total, len(zeta) - 1))
+        value, columns = np.zeros(total), np.zeros((total, len(zeta)))
+        value[:3] = 1.0, -c, -1.0
+        columns[1, 0] = -dc
+        row = 3
         for _, emulator, own in every:
             g, dg = emulator.with_slopes(zeta[own])
             k = len(g)
-            parts += [-c * g, -g]
-            slopes += [-dc * g, np.zeros(k)]
-            place = slice(own.start - 1, own.stop - 1)
-            columns[row : row + k, place] = -c * dg
-            columns[row + k : row + 2 * k, place] = -dg
+            value[row : row + k], value[row + k : row + 2 * k] = -c * g, -g
+            columns[row : row + k, 0] = -dc * g
+            columns[row : row + k, own] += -c * dg
+            columns[row + k : row + 2 * k, own] += -dg
             row += 2 * k
-        first = np.concatenate(slopes)[:, None]
-        return np.concatenate(parts), np.hstack([first, columns])
+        return value, columns
 
     def fit(self, starts: Sequence[np.ndarray]) -> Fit:
         """The most probable ζ from several starts, whose separate modes add."""
@@ -266,40 +320,29 @@ class Hypothesis:
             gain = value - there
             zeta, b, slopes, pull, value = new, told, told_slopes, told_pull, there
             damping = max(damping / 10, 1e-9)
-            if gain < 1e-6:
+            if gain < POLICY.settled:
                 break
         hessian = slopes.T @ self.gram @ slopes + np.eye(len(zeta))
         return value, zeta, hessian, float(b @ pull)
 
     def _strengths(self, zeta: np.ndarray) -> tuple[float, ...]:
-        """Length of each cause's change, the modulus left free, standard deviations."""
-        b, _ = self._factors(zeta)
-        direction = np.zeros(len(b))
-        direction[1:3] = [1.0, 0.0]
-        for k in range(3, len(b)):
-            direction[k] = b[k] / b[1] if self._is_scaled(k) else 0.0
-        length = float(direction @ self.gram @ direction)
+        """Length of each cause's change, the model's own numbers left free, standard deviations."""
+        b, slopes = self._factors(zeta)
+        free = slopes[:, : self.case.own]
+        inner = free.T @ self.gram @ free
+        inner = inner + np.diag(1e-9 * np.diag(inner) + 1e-12)
         found, row = [], 3
-        for name in self.subset:
-            k = 2 * self.case.emulators[name].columns.shape[1]
-            own = np.zeros(len(b))
-            own[row : row + k] = b[row : row + k]
-            square = float(own @ self.gram @ own)
-            if length > 0:
-                square -= float(own @ self.gram @ direction) ** 2 / length
-            found.append(float(np.sqrt(max(square, 0.0))))
+        for name, emulator, _ in self.case.parts(self.subset):
+            k = 2 * emulator.columns.shape[1]
+            if name in self.subset:
+                own = np.zeros(len(b))
+                own[row : row + k] = b[row : row + k]
+                pull = self.gram @ own
+                cross = free.T @ pull
+                square = float(own @ pull - cross @ np.linalg.solve(inner, cross))
+                found.append(float(np.sqrt(max(square, 0.0))))
             row += k
         return tuple(found)
-
-    def _is_scaled(self, row: int) -> bool:
-        """Whether a column holds readings in proportion to the moduli."""
-        at = 3
-        for _, emulator, _ in self.case.parts(self.subset):
-            k = emulator.columns.shape[1]
-            if row < at + 2 * k:
-                return at <= row < at + k
-            at += 2 * k
-        return False
 
     def sampled(self, fit: Fit, rng: np.random.Generator) -> Fit:
         """The evidence by importance sampling, with draws (multivariate t of 5 degrees).
@@ -340,7 +383,7 @@ class Hypothesis:
         c, _ = self.case.factor(zeta[:, 0])
         one = np.ones(len(zeta))
         parts = [np.column_stack([one, -c, -one])]
-        for _, emulator, own in self.case.parts(self.subset):
+        for _, emulator, own in self._parts:
             g = emulator.at(zeta[:, own])
             parts += [-c[:, None] * g, -g]
         return np.hstack(parts)

@@ -25,6 +25,7 @@ class UnknownNumber:
         key: of the configuration, without entry numbers.
         prior: of the number, for the material's stiffness.
         low, high: range of ζ, by the number's bounds and the emulator's reach.
+        bounds: of the number itself.
         amplitude: whether the effect vanishes at a value of it.
         listed: whether the configuration has a list with this one entry.
     """
@@ -33,12 +34,13 @@ class UnknownNumber:
     prior: Prior
     low: float
     high: float
+    bounds: tuple[float, float]
     amplitude: bool
     listed: bool
 
     def at(self, zeta: float | np.ndarray) -> np.ndarray:
-        """Values, of the shape of ``zeta``."""
-        return np.vectorize(self.prior.at, otypes=[float])(zeta)
+        """Values, of the shape of ``zeta``; rounding leads beyond no bound."""
+        return np.clip(np.vectorize(self.prior.at, otypes=[float])(zeta), *self.bounds)
 
     def override(self, value: float) -> str:
         """As with ``--set``."""
@@ -119,4 +121,4 @@ def _number(each: type[Effect], key: str, prior: Prior, *, amplitude: bool) -> U
     if np.isfinite(high):
         most = min(most, prior.zeta(high))
     name = f"extensions.{each.name()}.{key}"
-    return UnknownNumber(name, prior, least, most, amplitude, _listed(each, key))
+    return UnknownNumber(name, prior, least, most, (low, high), amplitude, _listed(each, key))

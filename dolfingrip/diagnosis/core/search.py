@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -61,13 +62,16 @@ def levels() -> dict[float, float]:
 
 
 def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Posterior:
-    """The posterior over all hypotheses of a case."""
+    """The posterior over all hypotheses of a case.
+
+    A pair of causes is left out where even its largest likelihood is far below the best evidence.
+    """
     every = {level: Level(case, level) for level in levels()}
     names = tuple(case.emulators)
     singles: dict[str, np.ndarray] = {}
     none: dict[float, Fit] = {}
     fits: list[Fit] = []
-    start = np.array([0.0])
+    start = np.zeros(case.own)
     for level, columns in every.items():
         none[level] = columns.of(NONE).fit([start])
         start = none[level].zeta
@@ -75,24 +79,56 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
     for name in names:
         warm: list[np.ndarray] = []
         for level, columns in every.items():
-            first = [np.r_[none[level].zeta[0], z] for z in _starts(case, name)]
+            first = [np.r_[none[level].zeta, z] for z in _starts(case, name)]
             fit = columns.of((name,)).fit([*warm, *(first if not warm else first[:1])])
             warm = [fit.zeta]
             fits.append(fit)
             if level == 0.0:
                 singles[name] = fit.zeta
+    best = max(fit.log_evidence for fit in fits)
+    own = case.own
     for pair in _pairs(every, names):
         warm = []
-        for columns in every.values():
+        hopeful = [
+            level for level, columns in every.items()
+            if columns.largest(pair) >= best - POLICY.hopeless
+        ]  # fmt: skip
+        for level, columns in every.items():
+            # the share that stays is counted without a discrepancy
+            if not hopeful or level not in (0.0, *hopeful):
+                continue
             first = [
                 np.r_[singles[pair[0]], _starts(case, pair[1])[0]],
-                np.r_[singles[pair[1]][0], _starts(case, pair[0])[0], singles[pair[1]][1:]],
-                np.r_[singles[pair[0]], singles[pair[1]][1:]],
+                np.r_[singles[pair[1]][:own], _starts(case, pair[0])[0], singles[pair[1]][own:]],
+                np.r_[singles[pair[0]], singles[pair[1]][own:]],
             ]
             fit = columns.of(pair).fit([*warm, *(first if not warm else ())])
             warm = [fit.zeta]
             fits.append(fit)
+            best = max(best, fit.log_evidence)
     return _weighed(case, fits, every, names, rng if sample else None)
+
+
+def searched_again(
+    case: Case, whole: Posterior, rng: np.random.Generator | None = None
+) -> Posterior:
+    """The posterior over those causes that were likely before.
+
+    Args:
+        case: the same, with some of the readings or with better emulators.
+        whole: before; fits begin at its numbers.
+        rng: of samples; Laplace's method alone where None.
+    """
+    every = {level: Level(case, level) for level in levels()}
+    total: dict[Subset, float] = defaultdict(float)
+    for p, fit in zip(whole.probability, whole.fits, strict=True):
+        total[fit.subset] += float(p)
+    fits = [
+        every[fit.level].of(fit.subset).fit([fit.zeta])
+        for fit in whole.fits
+        if not fit.subset or total[fit.subset] > POLICY.kept
+    ]
+    return _weighed(case, fits, every, whole.names, rng)
 
 
 def _weighed(
@@ -145,7 +181,7 @@ def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
     found: dict[Subset, None] = {}
     everything = list(combinations(names, 2))
     for columns in every.values():
-        bounds = [columns.bound(pair) for pair in everything]
+        bounds = [columns.largest(pair) for pair in everything]
         order = np.argsort(bounds)[::-1]
         found |= dict.fromkeys(everything[i] for i in order[: POLICY.pairs])
         if columns.level >= 0.01:

@@ -43,7 +43,9 @@ def sensitivity(posterior: Posterior) -> tuple[Decision, Sensitivity]:
         OWN: posterior,
         "two causes a third as likely": _reweighted(posterior, _pairs_by(posterior, 1 / 3)),
         "two causes three times as likely": _reweighted(posterior, _pairs_by(posterior, 3.0)),
-        "priors twice as wide": _reweighted(posterior, [_wider(fit) for fit in posterior.fits]),
+        "priors twice as wide": _reweighted(
+            posterior, [_wider(fit, posterior.case.own) for fit in posterior.fits]
+        ),
     }
     answers = {name: decide(each) for name, each in variants.items()}
     decision = answers[OWN]
@@ -71,19 +73,19 @@ def _pairs_by(posterior: Posterior, factor: float) -> list[float]:
     return [np.log(factor) if len(fit.subset) == 2 else 0.0 for fit in posterior.fits]
 
 
-def _wider(fit: Fit) -> float:
+def _wider(fit: Fit, first: int) -> float:
     """Change of ln evidence where the priors of the causes' numbers are twice as wide (Laplace)."""
     d = len(fit.zeta)
-    if d == 1:
+    if d == first:
         return 0.0
-    own = np.r_[0.0, np.ones(d - 1)]
+    own = np.r_[np.zeros(first), np.ones(d - first)]
     relaxed = fit.hessian - 0.75 * np.diag(own)
     pull = own * fit.zeta
     # the numbers follow where the prior pulls less
     gain = 0.5 * 0.75 * float(pull @ pull)
     gain += 0.5 * 0.75**2 * float(pull @ np.linalg.solve(relaxed, pull))
     determinants = np.linalg.slogdet(relaxed)[1] - np.linalg.slogdet(fit.hessian)[1]
-    return gain - (d - 1) * float(np.log(2)) - 0.5 * float(determinants)
+    return gain - (d - first) * float(np.log(2)) - 0.5 * float(determinants)
 
 
 def _reweighted(posterior: Posterior, logs: Sequence[float]) -> Posterior:

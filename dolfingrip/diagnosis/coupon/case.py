@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,14 +11,14 @@ from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
-from dolfingrip.diagnosis.core.evidence import Case, Subset
+from dolfingrip.diagnosis.core.evidence import Case, Fit, Subset
 from dolfingrip.diagnosis.core.numbers import Cause, causes
+from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors, errors
-from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 
-SLACK = "coupon_slack_mm"
 INVISIBLE = 0.05
 """Root mean square change, by the noise, below which no reading feels a cause."""
 
@@ -41,12 +41,27 @@ class CouponCase:
     simulation: CouponSimulation
     unseen: tuple[str, ...]
 
+    def exact(self, fit: Fit) -> np.ndarray:
+        """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
+        case = self.case
+        c, _ = case.factor(fit.zeta[0])
+        overrides = causes_at(self, fit, 1.0)
+        simulated = self.simulation.base(tuple(overrides)) if overrides else case.base
+        found = np.where(case.scaled, c, 1.0) * simulated
+        place = 1
+        for name in fit.subset:
+            if name not in self.causes:
+                found = found + case.predicted((name,), fit.zeta[[0, place]])
+                found = found - case.predicted(NONE, fit.zeta[:1])
+            place += len(case.boxes[name])
+        return np.asarray(found)
+
 
 def coupon_case(
     measurement: Measurement,
     config: Config,
     names: Sequence[str] | None = None,
-    told: Callable[[str], None] = lambda name: None,
+    kept: Kept | None = None,
 ) -> CouponCase:
     """Simulate what every cause changes about the coupons, and make emulators of it.
 
@@ -54,9 +69,9 @@ def coupon_case(
         measurement: of coupons that :func:`~dolfingrip.diagnosis.coupon.simulation.in_closed_form`.
         config: the model that is diagnosed.
         names: of the causes that are tried; the whole catalogue where None.
-        told: called with the name of each cause that is done.
+        kept: what was simulated before of coupons of this set-up on this way; it grows.
     """
-    simulation = CouponSimulation(measurement, config)
+    simulation = CouponSimulation(measurement, config, kept)
     listed = measurement.listed()
     base = simulation.base()
     off = errors(simulation)
@@ -66,21 +81,22 @@ def coupon_case(
     unseen: list[str] = []
     for cause in causes(config, names):
         found = _emulated(simulation, cause, off)
-        told(cause.name)
         if found is None:
             unseen.append(cause.name)
             continue
         felt[cause.name] = cause
         emulators[cause.name], boxes[cause.name] = found, cause.box()
-    if names is None and np.abs(off.slack / off.noise).max(initial=0.0) > INVISIBLE:
-        emulators[SLACK] = linear(POLICY.far * off.slack)
-        boxes[SLACK] = np.array([[-POLICY.reach, POLICY.reach]])
+    for each in off.shared:  # far from what was told, it is a cause
+        if np.abs(each.change / off.noise).max(initial=0.0) > INVISIBLE:
+            emulators[each.name] = linear(POLICY.far * each.change)
+            boxes[each.name] = np.array([[-POLICY.reach, POLICY.reach]])
     scaled = np.array([CHANNELS[name].in_proportion for name in listed["column"]])
     setups = [test.setup.nuisances for test in measurement.tests]
     modulus = max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups)
     case = Case(
         listed["value"].to_numpy(), base, scaled, float(modulus), emulators, off.covariance,
-        discrepancy.kernel(off.along), boxes,
+        discrepancy.kernel(off.along), boxes, rig=frozenset(each.name for each in off.shared),
+        scale_names=("modulus", "coupon_area"),
     )  # fmt: skip
     return CouponCase(case, felt, off, simulation, tuple(unseen))
 
@@ -91,24 +107,54 @@ def with_pairs(coupons: CouponCase, pairs: Sequence[Subset]) -> CouponCase:
     The sum is not exact: a coupon that is pulled harder changes its volume more.
     """
     joint: dict[Subset, Emulator] = {}
-    case = coupons.case
     for pair in pairs:
-        if not all(name in coupons.causes for name in pair):
+        if len(coupons.case.effects(pair)) > 1:
+            box = np.vstack([coupons.causes[name].box() for name in pair])
+            joint[pair] = _beyond(coupons, pair, box)
+    return replace(coupons, case=replace(coupons.case, joint=joint))
+
+
+def refined(coupons: CouponCase, fits: Sequence[Fit]) -> CouponCase:
+    """The case with emulators that are exact about some fits, where all of these are likely.
+
+    Args:
+        coupons: the case.
+        fits: of likely hypotheses, several of the same causes where levels differ.
+    """
+    case = coupons.case
+    joint, local = dict(case.joint), dict(case.local)
+    for effects in dict.fromkeys(case.effects(fit.subset) for fit in fits):
+        if not effects:
             continue
-        both = [coupons.causes[name] for name in pair]
-        box = np.vstack([each.box() for each in both])
-        count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-        zeta = places(box, count)
-        together = coupons.simulation.changed(both, zeta)
-        at = 0
-        for name in pair:
-            d = len(case.boxes[name])
-            emulator = case.emulators[name]
-            together = together - emulator.at(zeta[:, at : at + d]) @ emulator.columns.T
-            at += d
-        solved = np.isfinite(together).all(axis=1)
-        joint[pair] = trained(zeta[solved], together[solved], coupons.errors.noise)
-    return replace(coupons, case=replace(case, joint=joint))
+        ends = []
+        wide = np.vstack([coupons.causes[name].box() for name in effects])
+        for fit in fits:
+            if case.effects(fit.subset) == effects:
+                own = slice(1, 1 + len(wide))
+                std = np.sqrt(np.diag(np.linalg.inv(fit.hessian)))[own]
+                ends.append(fit.zeta[own] + POLICY.near * np.outer([-1, 1], np.maximum(std, 0.02)))
+        reached = np.vstack(ends)
+        box = np.column_stack([reached.min(axis=0), reached.max(axis=0)])
+        box = np.clip(box, wide[:, :1], wide[:, 1:])
+        joint[effects] = _beyond(coupons, effects, box, POLICY.fewer)
+        local[effects] = box
+    return replace(coupons, case=replace(case, joint=joint, local=local))
+
+
+def _beyond(coupons: CouponCase, effects: Subset, box: np.ndarray, part: float = 1.0) -> Emulator:
+    """What causes change together beyond the sum of their emulators, within a box of ζ."""
+    case = coupons.case
+    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
+    zeta = places(box, int(part * count))
+    together = coupons.simulation.changed([coupons.causes[name] for name in effects], zeta)
+    at = 0
+    for name in effects:
+        d = len(case.boxes[name])
+        emulator = case.emulators[name]
+        together = together - emulator.at(zeta[:, at : at + d]) @ emulator.columns.T
+        at += d
+    solved = np.isfinite(together).all(axis=1)
+    return trained(zeta[solved], together[solved], coupons.errors.noise, box)
 
 
 def _emulated(simulation: CouponSimulation, cause: Cause, off: CouponErrors) -> Emulator | None:
@@ -121,4 +167,25 @@ def _emulated(simulation: CouponSimulation, cause: Cause, off: CouponErrors) -> 
     white = changes[solved] / off.noise
     if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < INVISIBLE:
         return None
-    return trained(zeta[solved], changes[solved], off.noise)
+    return trained(zeta[solved], changes[solved], off.noise, box)
+
+
+def causes_at(coupons: CouponCase, fit: Fit, factor: float) -> list[str]:
+    """The causes of a fit as overrides, moduli times a factor."""
+    found: list[str] = []
+    place = 1
+    for name in fit.subset:
+        cause = coupons.causes.get(name)
+        if cause is None:
+            place += 1
+            continue
+        for number in cause.numbers:
+            value = float(number.at(fit.zeta[place]))
+            found.append(number.override(value * (factor if number.key.endswith("_MPa") else 1.0)))
+            place += 1
+        for held in cause.held:
+            key, _, text = held.partition("=")
+            if key.endswith("_MPa") and "[" not in text:
+                text = repr(float(text) * factor)
+            found.append(f"{key}={text}")
+    return found

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -14,8 +15,11 @@ from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data import noise as instruments
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.parameter import named
+
+SLACK: Final = "coupon_slack_mm"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +40,23 @@ class Scatter:
 
 
 @dataclass(frozen=True, eq=False)
+class Shared:
+    """A number of the rig that all coupons share, known to a standard deviation.
+
+    Attributes:
+        name: as the laboratory tells it.
+        unit: of the number.
+        std: told, or usual, in that unit.
+        change: of the readings by one standard deviation, shape (n,).
+    """
+
+    name: str
+    unit: str
+    std: float
+    change: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class CouponErrors:
     """Everything but causes that readings of coupons differ by.
 
@@ -44,7 +65,8 @@ class CouponErrors:
         noise: of instruments and gauge, standard deviations, shape (n,).
         along: where the readings lie, for a discrepancy that all specimens share.
         signal: a smooth curve through the readings, shape (n,).
-        slack: changes by one usual slack of all coupons, shape (n,).
+        shared: what the coupons share of the rig.
+        fitted: covariance of what a fit gives the rig and each coupon: slack, stiffness; (n, n).
         scatter: of the specimens.
         sentences: where the noise comes from.
         guessed: whether the noise is a guess.
@@ -54,7 +76,8 @@ class CouponErrors:
     noise: np.ndarray
     along: Along
     signal: np.ndarray
-    slack: np.ndarray
+    shared: tuple[Shared, ...]
+    fitted: np.ndarray
     scatter: Scatter
     sentences: tuple[str, ...]
     guessed: bool
@@ -65,51 +88,75 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     measurement = simulation.measurement
     listed = measurement.listed()
     told = instruments.noise(measurement)
-    value = listed["value"].to_numpy()
-    base, slope = simulation.base(), simulation.slopes()
+    base = simulation.base()
     along = _along(simulation)
-    signal = smooth(listed, along, base, value)
-    ratio = np.where(np.abs(base) > 1e-12, signal / np.where(base == 0, 1.0, base), 1.0)
-    steep = slope * ratio
+    signal, steep = smooth(simulation, along, base)
     covariance = np.diag(np.maximum(told.independent, 1e-9) ** 2)
-    covariance += _drifting(listed, told)
+    covariance += drifting(listed, told)
     # one reading of the travel stands behind all readings of its row
-    gauge = np.where(np.isfinite(steep), steep, 0.0) * told.control
+    gauge = steep * told.control
     row = listed["row"].to_numpy()
     covariance += np.outer(gauge, gauge) * (row[:, None] == row)
     noise = np.sqrt(np.diag(covariance))
     test = listed["test"].to_numpy()
-    for number, each in enumerate(measurement.tests):
-        mine = test == number
-        slack = np.where(mine, steep, 0.0) * each.setup.nuisances["coupon_slack_mm"]
-        covariance += np.outer(slack, slack)
-    covariance += _own(simulation, base, ratio)
-    usual = measurement.tests[0].setup.nuisances["coupon_slack_mm"]
-    scatter, between = _between(simulation, covariance, along, signal)
+    slack = np.array([each.setup.nuisances[SLACK] for each in measurement.tests])[test]
+    late = slack * steep
+    fitted = POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
+    usual = float(slack.max())
+    share = float(np.sqrt(1 - POLICY.own_slack))
+    shared = (
+        Shared(SLACK, "mm", share * usual, share * late),
+        *_told(simulation, base, signal),
+    )
+    for each in shared:
+        fitted += np.outer(each.change, each.change)
+    covariance += fitted
+    scatter, apart = between(measurement, covariance, along, signal)
+    specimen = listed["specimen"].to_numpy()
+    stiff = scatter.scale * signal
+    fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
     guessed = any("guess" in sentence for sentence in told.sentences)
     return CouponErrors(
-        covariance + between, noise, along, signal, steep * usual, scatter, told.sentences, guessed
+        covariance + apart, noise, along, signal, shared, fitted, scatter, told.sentences, guessed
     )
 
 
-def smooth(listed: pd.DataFrame, along: Along, base: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """A smooth curve through the readings of each channel, protocol and branch, shape (n,)."""
-    found = np.zeros(len(value))
+def smooth(
+    simulation: CouponSimulation, along: Along, base: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A smooth curve through the readings of each channel, protocol and branch, and its slope.
+
+    The configured model times a polynomial of the load. The slope is the curve's own: a material
+    that softens answers a slip of the travel at its toe by more, and later by less, than the
+    configured one.
+
+    Returns:
+        Shapes (n,), and (n,) for each mm of travel.
+    """
+    listed = simulation.measurement.listed()
+    value, slope = listed["value"].to_numpy(), simulation.slopes()
+    slope = np.where(np.isfinite(slope), slope, 0.0)
+    travel = listed["control"].to_numpy()
+    moved = np.abs(travel) > 1e-9
+    by_mm = np.where(moved, along.load / np.where(moved, travel, 1.0), 0.0)
+    found, steep = np.zeros(len(value)), np.zeros(len(value))
     parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
     for _, part in parts:
         at = part.index.to_numpy()
-        x = along.load[at]
-        degree = int(np.clip(len(np.unique(np.round(x, 4))) // 4, 0, 4))
-        columns = base[at, None] * (2 * x[:, None] - 1) ** np.arange(degree + 1)
-        weights, *_ = np.linalg.lstsq(columns, value[at], rcond=1e-8)
-        found[at] = columns @ weights
-    return found
+        x = 2 * along.load[at] - 1
+        degree = int(np.clip(len(np.unique(np.round(x / 2, 4))) // 4, 0, POLICY.smooth))
+        powers = np.polynomial.chebyshev.chebvander(x, degree)
+        weights, *_ = np.linalg.lstsq(base[at, None] * powers, value[at], rcond=1e-8)
+        turned = np.polynomial.chebyshev.chebval(x, np.polynomial.chebyshev.chebder(weights))
+        found[at] = base[at] * (powers @ weights)
+        moves = slope[at] != 0  # a wait has no slope
+        steep[at] = slope[at] * (powers @ weights) + moves * base[at] * turned * 2 * by_mm[at]
+    return found, steep
 
 
 def _along(simulation: CouponSimulation) -> Along:
     measurement = simulation.measurement
     listed, rows = measurement.listed(), measurement.readings
-    largest = float(np.nanmax(np.abs(rows[DISPLACEMENT.name]))) or 1.0
     gauges = np.array(
         [test.setup.applied(simulation.config).coupon.gauge_length_mm for test in measurement.tests]
     )
@@ -134,7 +181,7 @@ def _along(simulation: CouponSimulation) -> Along:
     return Along(load[row], path[row], block, size)
 
 
-def _drifting(listed: pd.DataFrame, told: instruments.InstrumentNoise) -> np.ndarray:
+def drifting(listed: pd.DataFrame, told: instruments.InstrumentNoise) -> np.ndarray:
     """Noise that drifts along a run, told by the laboratory."""
     if not told.correlated.any():
         return np.zeros((len(listed), len(listed)))
@@ -146,21 +193,17 @@ def _drifting(listed: pd.DataFrame, told: instruments.InstrumentNoise) -> np.nda
     return np.outer(told.correlated, told.correlated) * np.where(same, fading, 0.0)
 
 
-def _own(simulation: CouponSimulation, base: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+def _told(simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray) -> Iterator[Shared]:
     """Numbers of the configuration that the laboratory gave a standard deviation."""
-    found = np.zeros((len(base), len(base)))
-    nuisances = simulation.measurement.tests[0].setup.nuisances
-    for key, std in nuisances.items():
-        if "." not in key or not std:
-            continue
-        value = named(key).value(simulation.config)
-        change = (simulation.base((f"{key}={value + std!r}",)) - base) * ratio
-        found += np.outer(change, change)
-    return found
+    ratio = np.where(np.abs(base) > 1e-12, signal / np.where(base == 0, 1.0, base), 1.0)
+    for key, std in simulation.measurement.tests[0].setup.nuisances.items():
+        if "." in key and std:
+            change = simulation.base(moved={key: std}) - base
+            yield Shared(key, named(key).unit, std, change * ratio)
 
 
-def _between(
-    simulation: CouponSimulation, covariance: np.ndarray, along: Along, signal: np.ndarray
+def between(
+    measurement: Measurement, covariance: np.ndarray, along: Along, signal: np.ndarray
 ) -> tuple[Scatter, np.ndarray]:
     """What one specimen differs from another by: its stiffness, and its own smooth deviation.
 
@@ -168,7 +211,6 @@ def _between(
     all have in common is taken out first (restricted likelihood; Patterson & Thompson, Biometrika
     58, 1971), so that no hypothesis about it matters.
     """
-    measurement = simulation.measurement
     listed = measurement.listed()
     specimen = listed["specimen"].to_numpy()
     names = sorted(set(specimen))
@@ -198,14 +240,18 @@ def _between(
 
 
 def _common(listed: pd.DataFrame, along: Along) -> np.ndarray:
-    """Columns of any smooth curve that all specimens share, (n, k)."""
+    """Columns of any curve that all specimens share, (n, k).
+
+    It has as many numbers as one specimen has readings: what it cannot follow would be taken for
+    scatter, and hide what the model misses of all specimens alike.
+    """
     columns: list[np.ndarray] = []
     parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
     for _, part in parts:
         at = part.index.to_numpy()
         x = along.load[at]
-        distinct = len(np.unique(np.round(x, 3)))
-        degree = int(np.clip(distinct // 3, 0, 7))
+        each = int(part.groupby("test").size().median())
+        degree = min(len(np.unique(np.round(x, 3))), each, POLICY.common) - 1
         own = np.zeros((len(along.load), degree + 1))
         span = max(float(np.ptp(x)), 1e-9)
         own[at] = np.polynomial.chebyshev.chebvander(2 * (x - x.min()) / span - 1, degree)
@@ -220,8 +266,3 @@ def _restricted(covariance: np.ndarray, common: np.ndarray, value: np.ndarray) -
     rest = white[:, 0] - q @ (q.T @ white[:, 0])
     determinant = np.log(np.diag(lower)).sum() + np.log(np.abs(np.diag(r)) + 1e-300).sum()
     return float(-0.5 * rest @ rest - determinant)
-
-
-def rows_of(measurement_tests: Sequence[int], listed: pd.DataFrame) -> np.ndarray:
-    """Places of the readings of some tests."""
-    return np.flatnonzero(np.isin(listed["test"].to_numpy(), measurement_tests))

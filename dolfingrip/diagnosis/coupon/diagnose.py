@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.core.search import Posterior, pairs_above, search
+from dolfingrip.diagnosis.core.evidence import Fit, Subset
+from dolfingrip.diagnosis.core.search import Posterior, pairs_above, search, searched_again
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
-from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case, with_pairs
+from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case, refined, with_pairs
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, exact
 from dolfingrip.diagnosis.coupon.gain import held_out
 from dolfingrip.diagnosis.coupon.next_experiment import next_experiments
+from dolfingrip.diagnosis.coupon.simulation import Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import suspicions
+from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
 from dolfingrip.diagnosis.policy import POLICY
 
 
@@ -25,6 +28,7 @@ def diagnose_coupons(
     *,
     quick: bool = False,
     say: Callable[[str], None] = lambda text: None,
+    kept: Kept | None = None,
 ) -> CouponDiagnosis:
     """Find out what the simulation gets wrong about coupons, and why.
 
@@ -34,29 +38,36 @@ def diagnose_coupons(
         names: of the causes that are tried; the whole catalogue where None.
         quick: measure no gain and propose nothing.
         say: told what is being done.
+        kept: what was simulated before of coupons of this set-up on this way; it grows.
 
     Raises:
         ConfigError: one line, where the configured material has no equilibrium at some reading.
     """
     say("simulating what each effect changes about the coupons")
-    coupons = coupon_case(measurement, config, names)
+    coupons = coupon_case(measurement, config, names, kept)
     if not np.isfinite(coupons.case.base).all():
         raise ConfigError(
             "coupons: the configured material has no equilibrium at some reading; allowed: a "
             "smaller coupon.max_strain, or another material"
         )
     say("comparing all causes, alone and in pairs")
-    posterior = search(coupons.case, np.random.default_rng(0), sample=False)
+    rng = np.random.default_rng(0)
+    posterior = search(coupons.case, rng, sample=False)
     likely = pairs_above(posterior, POLICY.joint)
     if likely:
         say(f"simulating {len(likely)} pairs of causes together")
         coupons = with_pairs(coupons, likely)
-    posterior = search(coupons.case, np.random.default_rng(0))
+    posterior = searched_again(coupons.case, posterior, rng)
+    far_off = _far_off(coupons, posterior)
+    if far_off:
+        say("simulating likely causes anew about their fits")
+        coupons = refined(coupons, far_off)
+        posterior = searched_again(coupons.case, posterior, rng)
     decision, under = sensitivity(posterior)
     found = CouponDiagnosis(
-        config, coupons, posterior, decision, under, _left(coupons, posterior, decision.best)
+        config, coupons, posterior, decision, under, _left(coupons, decision.best)
     )
-    found.suspicions = [each.sentence() for each in suspicions(measurement, coupons.case.base)]
+    found.suspicions = sentences(suspicions(measurement, coupons.case.base))
     found.warnings = [*measurement.warnings, *_cautions(found)]
     if quick or decision.answer != "cause":
         return found
@@ -67,11 +78,28 @@ def diagnose_coupons(
     return found
 
 
-def _left(coupons: CouponCase, posterior: Posterior, fit: object) -> float:
+def _left(coupons: CouponCase, fit: Fit) -> float:
     """Largest difference between emulator and exact simulation at a fit, by the noise."""
-    best = posterior.best(fit.subset)  # type: ignore[attr-defined]
-    told = coupons.case.predicted(best.subset, best.zeta)
-    return float(np.abs((exact(coupons, best) - told) / coupons.errors.noise).max())
+    told = coupons.case.predicted(fit.subset, fit.zeta)
+    return float(np.abs((exact(coupons, fit) - told) / coupons.errors.noise).max())
+
+
+def _far_off(coupons: CouponCase, posterior: Posterior) -> list[Fit]:
+    """Likely fits of those causes whose emulator is not exact there."""
+    total: dict[Subset, float] = defaultdict(float)
+    likely: dict[Subset, list[Fit]] = defaultdict(list)
+    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+        effects = coupons.case.effects(fit.subset)
+        total[effects] += float(p)
+        if p > POLICY.joint:
+            likely[effects].append(fit)
+    return [
+        fit
+        for effects, fits in likely.items()
+        if effects and total[effects] > POLICY.verified
+        and max(_left(coupons, each) for each in fits) > POLICY.exact
+        for fit in fits
+    ]  # fmt: skip
 
 
 def _cautions(found: CouponDiagnosis) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,8 +13,9 @@ from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior
 from dolfingrip.diagnosis.core.sensitivity import Sensitivity
-from dolfingrip.diagnosis.coupon.case import CouponCase
+from dolfingrip.diagnosis.coupon.case import CouponCase, causes_at
 from dolfingrip.diagnosis.coupon.gain import HeldOut
+from dolfingrip.diagnosis.downstream import Downstream
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.parameter import find, moduli, scaled
 
@@ -44,6 +46,11 @@ class CouponDiagnosis:
         next: additions, the best first.
         suspicions: doubts about the data, a sentence each.
         warnings: what else to beware of.
+        not_reached: tests with readings that the model does not reach, and why.
+        downstream: what the extended model changes about a campaign's designs.
+        simulated_s: time of all simulations.
+        load: what readings lie along.
+        beside: what is fitted beside the causes, in words.
     """
 
     config: Config
@@ -56,6 +63,12 @@ class CouponDiagnosis:
     next: list[AdditionWorth] = field(default_factory=list)
     suspicions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    not_reached: list[str] = field(default_factory=list)
+    simulated_s: float = 0.0
+    downstream: Downstream | None = None
+
+    load: ClassVar[str] = "strain"
+    beside: ClassVar[str] = "each coupon's own stiffness and slack"
 
     @property
     def none(self) -> Fit:
@@ -65,11 +78,11 @@ class CouponDiagnosis:
     def numbers(self, fit: Fit) -> list[Estimated]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
         case = self.coupons.case
-        draws, weights = fit.draws or _by_hessian(fit)
+        draws, weights = fit.draws or by_hessian(fit)
         c, _ = case.factor(draws[:, 0])
         at_c = float(case.factor(fit.zeta[0])[0])
         found = [
-            _estimated(
+            estimated(
                 each.key, each.value(self.config) * at_c, each.value(self.config) * c, weights
             )
             for each in find(self.config, [k for k in moduli(self.config) if "bulk" not in k])
@@ -78,12 +91,10 @@ class CouponDiagnosis:
         for name in fit.subset:
             cause = self.coupons.causes.get(name)
             if cause is None:
-                usual = next(iter(
-                    t.setup.nuisances[name] for t in self.coupons.simulation.measurement.tests
-                ))  # fmt: skip
-                wide = POLICY.far * usual
+                shared = next(each for each in self.coupons.errors.shared if each.name == name)
+                wide = POLICY.far * shared.std
                 found.append(
-                    _estimated(name, wide * fit.zeta[place], wide * draws[:, place], weights)
+                    estimated(name, wide * fit.zeta[place], wide * draws[:, place], weights)
                 )
                 place += 1
                 continue
@@ -91,9 +102,41 @@ class CouponDiagnosis:
                 times = number.key.endswith("_MPa")
                 value = float(number.at(fit.zeta[place])) * (at_c if times else 1.0)
                 told = number.at(draws[:, place]) * (c if times else 1.0)
-                found.append(_estimated(number.key, value, told, weights))
+                found.append(estimated(number.key, value, told, weights))
                 place += 1
         return found
+
+    def configured(self) -> dict[str, float]:
+        """The model's own numbers that are fitted, as configured, by key."""
+        keys = [key for key in moduli(self.config) if "bulk" not in key]
+        return {each.key: each.value(self.config) for each in find(self.config, keys)}
+
+    def fitted(self, fit: Fit) -> str:
+        """What of the model's own was fitted, in a sentence."""
+        c = float(self.coupons.case.factor(fit.zeta[0])[0])
+        return f"A modulus {times(c)} the configured one is fitted."
+
+    def nuisances(self, fit: Fit) -> dict[str, float]:
+        """Fitted nuisances by their standard deviations."""
+        case = self.coupons.case
+        return {"modulus": float(np.log(case.factor(fit.zeta[0])[0]) / case.modulus_std)}
+
+    def rig(self, fit: Fit) -> list[OfTheRig]:
+        """The rig's numbers at a fit."""
+        return of_the_rig(self.coupons, fit)
+
+    def with_best_modulus(self) -> np.ndarray:
+        """(n,) readings of the model without causes, what is its own fitted."""
+        return with_best_modulus(self.coupons)
+
+    def afterwards(self) -> str | None:
+        """What to do next where no cause is tied with another, if it is no coupons' matter."""
+        return None
+
+    @property
+    def extended(self) -> Config:
+        """The configuration at the answer's numbers."""
+        return self.config.overridden(self.overrides(self.decision.best))
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """What makes the configuration the fitted one, as with ``--set``."""
@@ -101,44 +144,70 @@ class CouponDiagnosis:
         return (*scaled(self.config, factor), *causes_at(self.coupons, fit, factor))
 
 
-def causes_at(coupons: CouponCase, fit: Fit, factor: float) -> list[str]:
-    """The causes of a fit as overrides, moduli times a factor."""
-    found: list[str] = []
-    place = 1
+def exact(coupons: CouponCase, fit: Fit) -> np.ndarray:
+    """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
+    return coupons.exact(fit)
+
+
+def left(coupons: CouponCase, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """What an exact simulation at a fit leaves of the readings, by C⁻¹ and itself, (n,) each."""
+    case = coupons.case
+    rest = case.value - exact(coupons, fit)
+    total = case.covariance + fit.level**2 * case.kernel
+    return np.asarray(np.linalg.solve(total, rest)), rest
+
+
+def fitted(coupons: CouponCase, fit: Fit) -> np.ndarray:
+    """(n,) exact readings at a fit, with the slack and the stiffness that coupons have there."""
+    weighed, rest = left(coupons, fit)
+    return np.asarray(coupons.case.value - rest + coupons.errors.fitted @ weighed)
+
+
+def with_best_modulus(coupons: CouponCase) -> np.ndarray:
+    """(n,) readings as configured but for the modulus, the one that leaves least."""
+    case = coupons.case
+    scaled = case.base * case.scaled
+    square = float(scaled @ scaled)
+    factor = float(scaled @ case.value) / square if square > 0 else 1.0
+    return np.where(case.scaled, factor, 1.0) * case.base
+
+
+@dataclass(frozen=True, slots=True)
+class OfTheRig:
+    """A number of the rig, as the readings tell it.
+
+    Attributes:
+        name, unit: of it.
+        told: standard deviation that it was told with.
+        value: difference from what was told.
+    """
+
+    name: str
+    unit: str
+    told: float
+    value: float
+
+    @property
+    def far(self) -> bool:
+        """Whether it is far from what was told."""
+        return abs(self.value) > POLICY.far_sigma * self.told
+
+
+def of_the_rig(coupons: CouponCase, fit: Fit) -> list[OfTheRig]:
+    """The rig's numbers at a fit."""
+    weighed, _ = left(coupons, fit)
+    found, place = [], 1
+    far: dict[str, float] = {}
     for name in fit.subset:
-        cause = coupons.causes.get(name)
-        if cause is None:
-            place += 1
-            continue
-        for number in cause.numbers:
-            value = float(number.at(fit.zeta[place]))
-            found.append(number.override(value * (factor if number.key.endswith("_MPa") else 1.0)))
-            place += 1
-        for held in cause.held:
-            key, _, text = held.partition("=")
-            if key.endswith("_MPa") and "[" not in text:
-                text = repr(float(text) * factor)
-            found.append(f"{key}={text}")
+        far[name] = POLICY.far * float(fit.zeta[place])
+        place += len(coupons.case.boxes[name])
+    for each in coupons.errors.shared:
+        sigma = float(each.change @ weighed) + far.get(each.name, 0.0)
+        found.append(OfTheRig(each.name, each.unit, each.std, sigma * each.std))
     return found
 
 
-def exact(coupons: CouponCase, fit: Fit) -> np.ndarray:
-    """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
-    case = coupons.case
-    c, _ = case.factor(fit.zeta[0])
-    overrides = causes_at(coupons, fit, 1.0)
-    simulated = coupons.simulation.base(tuple(overrides)) if overrides else case.base
-    found = np.where(case.scaled, c, 1.0) * simulated
-    place = 1
-    for name in fit.subset:
-        if name not in coupons.causes:
-            found = found + case.predicted((name,), fit.zeta[[0, place]])
-            found = found - case.predicted(NONE, fit.zeta[:1])
-        place += len(case.boxes[name])
-    return np.asarray(found)
-
-
-def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+def by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """Draws from the normal distribution about the most probable numbers."""
     rng = np.random.default_rng(0)
     lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
@@ -146,9 +215,16 @@ def _by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     return draws, np.full(POLICY.draws, 1 / POLICY.draws)
 
 
-def _estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Estimated:
+def estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Estimated:
     order = np.argsort(draws)
     total = np.cumsum(weights[order])
     tail = (1 - POLICY.interval) / 2
     low, high = (float(draws[order][np.searchsorted(total, p)]) for p in (tail, 1 - tail - 1e-9))
     return Estimated(key, float(value), min(low, float(value)), max(high, float(value)))
+
+
+def times(factor: float) -> str:
+    """A factor in words."""
+    if 0.5 < factor < 2:
+        return f"{abs(100 * (factor - 1)):.2g} % {'above' if factor > 1 else 'below'}"
+    return f"{factor:.3g} times"

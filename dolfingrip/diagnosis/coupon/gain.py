@@ -15,12 +15,12 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.search import NONE, Posterior, search
+from dolfingrip.diagnosis.core.search import NONE, Posterior, searched_again
 from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.policy import POLICY
 
 SPECIMENS = "specimens"
-BANDS = "bands of strain"
+BANDS = "bands of load"
 BRANCHES = "branches and cycles"
 
 
@@ -146,7 +146,7 @@ def _fold(
     part: np.ndarray,
 ) -> Fold:
     case = coupons.case
-    rest = search(case.rows(~part), np.random.default_rng(0), sample=False)
+    rest = searched_again(case.rows(~part), whole)
     decision = decide(rest)
     chosen = decision.best
     plain = rest.best(NONE, level=0.0)

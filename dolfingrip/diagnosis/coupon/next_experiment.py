@@ -31,7 +31,7 @@ MODEL_ERROR = 0.005
 
 
 @dataclass(frozen=True, eq=False)
-class _Tied:
+class Tied:
     """A hypothesis that others are tied with.
 
     Attributes:
@@ -52,7 +52,7 @@ def next_experiments(
     told: Callable[[str], None] = lambda name: None,
 ) -> list[AdditionWorth]:
     """Additions that tell the tied hypotheses apart, the best first; none where nothing is tied."""
-    fits = _tied(posterior, decision)
+    fits = tied(posterior, decision)
     if len(fits) < 2:
         return []
     simulation = coupons.simulation
@@ -60,9 +60,9 @@ def next_experiments(
     weights = np.outer(probability, probability)
     np.fill_diagonal(weights, 0.0)
     weights /= max(weights.sum(), 1e-300)
-    tied = [_at(coupons, simulation, fit) for _, fit in fits]
+    here = [_at(coupons, simulation, fit) for _, fit in fits]
     now = Expected.of(
-        tied, Covariance.of(coupons.case.covariance), [(t.readings, t.slopes) for t in tied]
+        here, Covariance.of(coupons.case.covariance), [(t.readings, t.slopes) for t in here]
     )
     found = []
     for proposal in proposals(simulation.measurement, simulation.config):
@@ -78,10 +78,10 @@ def next_experiments(
         joint[:n, :n] = coupons.case.covariance
         joint[n:, n:] = np.diag(std**2) + _specimen(coupons, new)
         then = Expected.of(
-            tied, Covariance.of(joint),
+            here, Covariance.of(joint),
             [
                 (np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
-                for a, b in zip(tied, after, strict=True)
+                for a, b in zip(here, after, strict=True)
             ],
         )  # fmt: skip
         useful = np.minimum(then.misfit, ENOUGH) - np.minimum(now.misfit, ENOUGH)
@@ -96,17 +96,23 @@ def next_experiments(
     return sorted(found, key=lambda worth: worth.rank)
 
 
-def _tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
+def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     """The hypotheses that could each be the answer, by their causes, the most probable first."""
     total: dict[tuple[str, ...], float] = {}
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
         if fit.subset and set(fit.subset) & set(decision.first):
             total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
-    kept = sorted(total.items(), key=lambda each: -each[1])[: POLICY.compared]
-    return [(p, posterior.best(subset)) for subset, p in kept if p > POLICY.rival * kept[0][1]]
+    least = POLICY.rival * max(total.values(), default=0.0)
+    likely = {subset: p for subset, p in total.items() if p > least}
+    # two causes of which one is tied alone are the same answer
+    alone = [
+        (p, posterior.best(subset)) for subset, p in likely.items()
+        if not any(set(other) < set(subset) for other in likely)
+    ]  # fmt: skip
+    return sorted(alone, key=lambda each: -each[0])[: POLICY.compared]
 
 
-def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> _Tied:
+def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
     """Exact readings of a hypothesis with derivatives by its numbers, the modulus' last."""
     case = coupons.case
     scaled = np.array(
@@ -137,7 +143,7 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> _Tied:
                 own = (all_changes[1 + i] - all_changes[0]) / step
             slopes.append(factor * own)
     first = np.where(scaled, dc, 0.0) * (base + change)
-    return _Tied(fit, fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
+    return Tied(fit, fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
 
 
 def _noise(coupons: CouponCase, column: str) -> float:

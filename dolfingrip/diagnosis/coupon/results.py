@@ -11,15 +11,18 @@ import numpy as np
 from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis import brief, outcome
-from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, Estimated, exact
-from dolfingrip.diagnosis.coupon.gain import SPECIMENS
-from dolfingrip.parameter import find, moduli
-
-WIDTH_OF_A_BAND = 0.25
-"""Of the largest load, of which the page says where something is left."""
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, fitted
+from dolfingrip.diagnosis.coupon.ten_lines import (
+    WIDTH_OF_A_BAND,
+    by_channel,
+    chance,
+    channels,
+    scatter,
+    ten_lines,
+    unit_of,
+)
 
 
 def extended_toml(found: CouponDiagnosis) -> str:
@@ -29,8 +32,7 @@ def extended_toml(found: CouponDiagnosis) -> str:
     lines += [
         f"# {e.key} = {e.value:.4g} ({e.low:.4g} to {e.high:.4g})" for e in found.numbers(fit)
     ]
-    extended = found.config.overridden(found.overrides(fit))
-    return "\n".join(lines) + "\n" + configuration.dumps(extended)
+    return "\n".join(lines) + "\n" + configuration.dumps(found.extended)
 
 
 def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcome.DiagnosisFile:
@@ -83,12 +85,12 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
         differences=(),
         sentences=tuple(_off(found)),
         noise=outcome.Noise(
-            std=_by_channel(found, found.coupons.errors.noise), correlated_std={},
+            std=by_channel(found, found.coupons.errors.noise), correlated_std={},
             models={"as believed": 1.0},
             verdicts={name: _answer(each) for name, each in found.sensitivity.answers.items()},
-            sentences=(*found.coupons.errors.sentences, _scatter(found)),
+            sentences=(*found.coupons.errors.sentences, scatter(found)),
         ),
-        nuisances=_nuisances(found),
+        nuisances=found.nuisances(found.decision.best),
         gain=tuple(
             outcome.Gain(
                 left_out=e.kind, channel=e.channel, folds=e.folds, before=e.configured,
@@ -107,12 +109,26 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
             )
             for e in found.next
         ),
+        downstream=_downstream(found),
         suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
         extended=_changes(found),
-        simulated_s=0.0,
+        not_reached=tuple(found.not_reached),
+        simulated_s=found.simulated_s,
     )  # fmt: skip
-    return result.model_copy(update={"brief": _brief(found, result, out)})
+    return result.model_copy(update={"brief": ten_lines(found, result, out)})
+
+
+def _downstream(found: CouponDiagnosis) -> outcome.Downstream | None:
+    own = found.downstream
+    if own is None:
+        return None
+    return outcome.Downstream(
+        original_before_N=own.original_before_N,
+        original_after_N=own.original_after_N,
+        designs=tuple(outcome.DesignChange(**vars(each)) for each in own.designs),
+        sentence=own.sentence(),
+    )
 
 
 def pictures(found: CouponDiagnosis) -> dict[str, Any]:
@@ -120,12 +136,12 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
     case, listed = found.coupons.case, found.coupons.simulation.measurement.listed()
     rows = found.coupons.simulation.measurement.readings
     decision = found.decision
-    after = exact(found.coupons, decision.best)
+    after = fitted(found.coupons, decision.best)
     readings = listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
-        pressure_kPa=np.nan,
+        pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
         run=listed["test"], noise=found.coupons.errors.noise, configured=case.base,
-        before=exact(found.coupons, found.none), after=after,
+        before=found.with_best_modulus(), after=after,
     )  # fmt: skip
     return {
         "readings": readings,
@@ -145,173 +161,17 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
     }  # fmt: skip
 
 
-# -- the ten lines -------------------------------------------------------------------------------
-
-
-def _brief(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) -> outcome.Brief:
-    decision = found.decision
-    named = decision.answer == "cause"
-    return outcome.Brief(
-        result=brief.with_doubts(result, f"{_configured(found)} {_result(found)}"),
-        size=_size(found),
-        fit=_fit(found),
-        check=_check(found),
-        not_explained=_left(found),
-        also_possible=_also(found),
-        cannot_be_seen=", ".join(found.coupons.unseen) or "nothing of the catalogue is hidden",
-        assumed=_assumed(found),
-        do_next=_next(found),
-        use_it=f"dolfingrip bend --config {out / 'extended.toml'}"
-        if named
-        else f"dolfingrip bend --config {out / 'extended.toml'} (the fitted modulus alone)",
-    )
-
-
-def _configured(found: CouponDiagnosis) -> str:
-    """What is off as configured, and what was fitted for it."""
-    case = found.coupons.case
-    c = _factor(found, found.decision.best)
-    off = case.value - case.base
-    share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(case.value**2)))
-    return (
-        f"As configured the model is {share:.2g} % off (rms of all readings by that of the "
-        f"measured). The modulus is fitted to {c:.3g} times the configured one."
-    )
-
-
-def _result(found: CouponDiagnosis) -> str:
-    decision = found.decision
-    chance = _chance(decision.probability)
-    if decision.answer == "none":
-        return f"Nothing else is to be seen: probability {chance}."
-    if decision.answer == "unknown":
-        return f"Something is off that no effect of the catalogue explains: probability {chance}."
-    told = brief.one_of(decision.first)
-    if decision.second:
-        told += f", together with {brief.one_of(decision.second)}"
-    explained = 100 * (1 - decision.unexplained)
-    least = found.sensitivity.least
-    doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
-    return (
-        f"The cause of the rest: {told}; probability {chance}{doubt}. It explains "
-        f"{min(explained, 99.9):.3g} % of what the model misses."
-    )
-
-
-def _size(found: CouponDiagnosis) -> str:
-    fit = found.decision.best
-    numbers = ", ".join(_number(e) for e in found.numbers(fit))
-    change = exact(found.coupons, fit) - exact(found.coupons, _without(found, fit))
-    place = int(np.argmax(np.abs(change / found.coupons.errors.noise)))
-    listed = found.coupons.simulation.measurement.listed().iloc[place]
-    channel = CHANNELS[str(listed["column"])]
-    if not fit.subset:
-        return numbers
-    return (
-        f"{numbers}; at {listed['control']:.3g} mm it changes the {channel.title.lower()} by "
-        f"{change[place]:+.3g} {channel.unit} of {listed['value']:.3g} {channel.unit}"
-    )
-
-
-def _fit(found: CouponDiagnosis) -> str:
-    case = found.coupons.case
-    before, plain = case.base, exact(found.coupons, found.none)
-    after = exact(found.coupons, found.decision.best)
-    noise = _by_channel(found, found.coupons.errors.noise)
-    parts = []
-    for name, at in _channels(found).items():
-        unit = CHANNELS[name].unit
-        errors = [_rms((each - case.value)[at]) for each in (before, plain, after)]
-        parts.append(
-            f"{name}: {errors[0]:.3g} {unit} as configured, {errors[1]:.3g} with the modulus "
-            f"fitted, {errors[2]:.3g} {unit} with the cause; noise {noise[name]:.2g} {unit}"
-        )
-    return "; ".join(parts)
-
-
-def _check(found: CouponDiagnosis) -> str:
-    held = found.held_out
-    if held is None:
-        return "not done: nothing was named" if found.decision.answer != "cause" else "not done"
-    parts = []
-    for e in held.errors:
-        unit = CHANNELS[e.channel].unit
-        scale = ", their scale fitted" if e.kind == SPECIMENS else ""
-        own = held.scatter.get(e.channel)
-        against = f" (the specimens' own scatter is {own:.2g} {unit})" if own else ""
-        parts.append(
-            f"{e.kind} left out in turn{scale}, causes chosen anew: {e.channel} "
-            f"{e.nuisances:.3g} → {e.cause:.3g} {unit}{against}"
-        )
-    worth = "better" if held.claimed else "no better"
-    return "; ".join(parts) + f"; {worth} than both rivals"
-
-
-def _left(found: CouponDiagnosis) -> str:
-    decision = found.decision
-    percent = 100 * decision.unexplained
-    share = f"{percent:.2g} %" if percent >= 0.01 else "less than 0.01 %"
-    if decision.discrepancy < 0.5:
-        return f"{share}; what is left is no larger than noise and scatter"
-    case, along = found.coupons.case, found.coupons.errors.along
-    rest = (case.value - exact(found.coupons, decision.best)) / found.coupons.errors.noise
-    bands = np.minimum((along.load / WIDTH_OF_A_BAND).astype(int), int(1 / WIDTH_OF_A_BAND) - 1)
-    worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
-    low, high = 100 * worst * WIDTH_OF_A_BAND, 100 * (worst + 1) * WIDTH_OF_A_BAND
-    return f"{share}, most of it between {low:.0f} and {high:.0f} % of the largest strain"
-
-
-def _also(found: CouponDiagnosis) -> str:
-    decision = found.decision
-    named = {*decision.first, *decision.second}
-    rest = [
-        f"{name} ({_chance(p)})"
-        for name, p in sorted(decision.inclusion.items(), key=lambda each: -each[1])
-        if name not in named and p >= 0.01
-    ]
-    return ", ".join(rest) or "no other cause has a probability of 0.01 or more"
-
-
-def _assumed(found: CouponDiagnosis) -> str:
-    numbers = found.numbers(found.decision.best)
-    parameters = find(found.config, [key for key in moduli(found.config) if "bulk" not in key])
-    configured = {each.key: each.value(found.config) for each in parameters}
-    parts = [
-        f"{e.key} {e.value:.3g} MPa ({e.low:.3g} to {e.high:.3g}), configured "
-        f"{configured[e.key]:.3g} MPa"
-        for e in numbers if e.key in configured
-    ]  # fmt: skip
-    parts.append(_scatter(found))
-    parts += found.warnings[:1]
-    return "; ".join(parts)
-
-
-def _next(found: CouponDiagnosis) -> str:
-    if found.next:
-        one = found.next[0]
-        tells = "tells the causes apart" if one.splits else "may not tell all causes apart"
-        return f"{one.name}: {one.minutes:.0f} minutes; it {tells}"
-    if found.decision.answer == "unknown":
-        return "a coupon, loading and unloading, at two rates: it would tell memory from elasticity"
-    if found.decision.answer == "none":
-        return "measure the finger: the coupons agree with the model"
-    return "measure the finger: the coupons leave no cause tied with another"
-
-
-# -- parts ---------------------------------------------------------------------------------------
-
-
 def _sentence(found: CouponDiagnosis) -> str:
     decision = found.decision
-    chance = _chance(decision.probability)
+    sure = chance(decision.probability)
     if decision.answer == "none":
-        return f"nothing beyond noise and nuisances is to be seen (probability {chance})"
+        return f"nothing beyond noise and nuisances is to be seen (probability {sure})"
     if decision.answer == "unknown":
-        return f"something is off that the catalogue does not explain (probability {chance})"
+        return f"something is off that the catalogue does not explain (probability {sure})"
     told = " or ".join(decision.first)
     if decision.second:
         told += f", with {' or '.join(decision.second)}"
-    return f"the cause is {told} (probability {chance})"
+    return f"the cause is {told} (probability {sure})"
 
 
 def _answer(decision: Any) -> str:
@@ -320,6 +180,8 @@ def _answer(decision: Any) -> str:
 
 def _takes_part(found: CouponDiagnosis) -> float:
     first = set(found.decision.first)
+    if found.decision.first == found.coupons.case.scale_names:
+        return found.decision.probability
     return sum(p for subset, p in found.decision.subsets.items() if first & set(subset))
 
 
@@ -335,80 +197,37 @@ def _strength(found: CouponDiagnosis, name: str) -> float:
     return float(best[1])
 
 
-def _factor(found: CouponDiagnosis, fit: Fit) -> float:
-    return float(found.coupons.case.factor(fit.zeta[0])[0])
-
-
-def _without(found: CouponDiagnosis, fit: Fit) -> Fit:
-    """The model at a fit's modulus without its causes."""
-    none = found.none
-    return Fit(
-        NONE, 0.0, none.log_evidence, fit.zeta[:1], none.hessian, none.misfit, none.strengths
-    )
-
-
-def _nuisances(found: CouponDiagnosis) -> dict[str, float]:
-    return {"modulus": float(np.log(_factor(found, found.decision.best))
-                             / found.coupons.case.modulus_std)}  # fmt: skip
-
-
-def _channels(found: CouponDiagnosis) -> dict[str, np.ndarray]:
-    column = found.coupons.simulation.measurement.listed()["column"].to_numpy()
-    return {str(name): column == name for name in dict.fromkeys(column)}
-
-
-def _by_channel(found: CouponDiagnosis, values: np.ndarray) -> dict[str, float]:
-    return {name: float(np.median(values[at])) for name, at in _channels(found).items()}
-
-
-def _scatter(found: CouponDiagnosis) -> str:
-    scatter = found.coupons.errors.scatter
-    if not scatter.estimated:
-        return "one specimen: its own deviation is taken as 0.3 %"
-    return (
-        f"specimens differ by {100 * scatter.scale:.2g} % in stiffness and by "
-        f"{100 * scatter.shape:.2g} % in shape, by their own differences"
-    )
-
-
 def _off(found: CouponDiagnosis) -> list[str]:
-    """Where the model with the fitted modulus is off, in words."""
+    """Where the model is off with the modulus that leaves least, in words."""
     case, along = found.coupons.case, found.coupons.errors.along
-    off = exact(found.coupons, found.none) - case.value
-    largest = float(np.abs(found.coupons.simulation.measurement.readings["displacement_mm"]).max())
+    off = found.with_best_modulus() - case.value
+    listed = found.coupons.simulation.measurement.listed()
+    experiment, control = listed["experiment"].to_numpy(), np.abs(listed["control"].to_numpy())
     told = []
-    for name, at in _channels(found).items():
-        for band in range(int(1 / WIDTH_OF_A_BAND)):
-            low, high = band * WIDTH_OF_A_BAND, (band + 1) * WIDTH_OF_A_BAND
-            own = at & (along.load > low) & (along.load <= high)
-            if own.any():
-                unit = CHANNELS[name].unit
-                told.append(
-                    f"{name}, {low * largest:.3g} to {high * largest:.3g} mm: simulated less "
-                    f"measured {off[own].mean():+.3g} {unit} "
-                    f"({100 * off[own].mean() / case.value[own].mean():+.2g} %)"
-                )
+    for of in dict.fromkeys(experiment):
+        for name, at in channels(found).items():
+            here = at & (experiment == of)
+            for band in range(int(1 / WIDTH_OF_A_BAND)):
+                low, high = band * WIDTH_OF_A_BAND, (band + 1) * WIDTH_OF_A_BAND
+                own = here & (along.load > low) & (along.load <= high)
+                if own.any():
+                    unit = CHANNELS[name].unit
+                    largest = float(control[here].max())
+                    told.append(
+                        f"{of}, {name}, {low * largest:.3g} to {high * largest:.3g} "
+                        f"{unit_of(listed[own].iloc[0])}: simulated less measured "
+                        f"{off[own].mean():+.3g} {unit} "
+                        f"({100 * off[own].mean() / abs(case.value[own].mean()):+.2g} %)"
+                    )
     return told
 
 
 def _changes(found: CouponDiagnosis) -> dict[str, Any]:
     """What ``extended.toml`` changes, by section."""
-    after = found.config.overridden(found.overrides(found.decision.best))
+    after = found.extended
     before = found.config.model_dump(mode="json", exclude_none=True)
     return {
         section: {k: v for k, v in values.items() if before.get(section, {}).get(k) != v}
         for section, values in after.model_dump(mode="json", exclude_none=True).items()
         if isinstance(values, dict) and values != before.get(section)
     }
-
-
-def _number(e: Estimated) -> str:
-    return f"{e.key} = {e.value:.3g} ({e.low:.3g} to {e.high:.3g})"
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
-
-
-def _chance(p: float) -> str:
-    return f"{p:.2f}" if p < 0.995 else "> 0.99"

@@ -15,8 +15,9 @@ from itertools import product
 from typing import Final
 
 import numpy as np
+import pandas as pd
 
-from dolfingrip.channels import ANGLE, CHANNELS, FORCE
+from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 
@@ -29,6 +30,15 @@ FAR: Final = 2.5
 
 BETTER: Final = 0.6
 """Largest part of the unexplained change that a scale may leave."""
+
+FEWEST: Final = 6
+"""Rows of a first loading that tell how evenly it went."""
+
+UNEVEN: Final = 0.04
+"""Distance from a line in time, by its range, from which on a travel is not even."""
+
+UNEVENNESS: Final = 4.0
+"""By how much more even another column has to be."""
 
 _DEGREES: Final = 180 / math.pi
 
@@ -49,6 +59,7 @@ _OF_READING: Final[Mapping[str, Sequence[Factor]]] = {
     "N": (
         Factor(1 / 101.97, "a force in grams"),
         Factor(1 / 1000, "a force in mN"),
+        Factor(1000.0, "a force in kN"),
         Factor(9.81, "a force in kg"),
         Factor(1 / 9.81, "a force multiplied by g"),
     ),
@@ -112,9 +123,53 @@ def suspicions(measurement: Measurement, simulated: np.ndarray) -> list[Suspicio
             str(name): (rows["value"].to_numpy(), rows["simulated"].to_numpy())
             for name, rows in part.groupby("column", sort=False)
         }
-        swapped = _swapped(test, columns)
+        rows = measurement.rows(int(number))
+        swapped = _swapped(test, columns) or _swapped_with_travel(test, rows)
         found += swapped or _scaled(test, columns)
     return found
+
+
+def sentences(found: Sequence[Suspicion]) -> list[str]:
+    """Suspicions in sentences; what several specimens raise alike is told once."""
+    alike: dict[tuple[str, str], list[Suspicion]] = {}
+    for each in found:
+        alike.setdefault((each.column, each.meaning), []).append(each)
+    told = []
+    for (column, meaning), group in alike.items():
+        one = group[0]
+        if len(group) == 1:
+            told.append(one.sentence())
+            continue
+        factor = "" if math.isnan(one.factor) else f" (factor {one.factor:.4g})"
+        told.append(
+            f"{one.test.experiment}, {len(group)} specimens ({one.test.file.name}): {column}: "
+            f"{meaning}?{factor}"
+        )
+    return told
+
+
+def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspicion]:
+    """The suspicion that travel and force of a coupon are swapped.
+
+    A machine moves evenly in time, and a force does not rise so.
+    """
+    if test.control != DISPLACEMENT.name or FORCE.name not in rows:
+        return []
+    first = rows[(rows["cycle"] == 1) & (rows["branch"] == "loading")].dropna(subset=FORCE.name)
+    if len(first) < FEWEST or np.ptp(first["time_s"]) <= 0:
+        return []
+    travel, force = (_unevenness(first, name) for name in (DISPLACEMENT.name, FORCE.name))
+    if travel < UNEVEN or force > travel / UNEVENNESS:
+        return []
+    meaning = f"swapped with {FORCE.name}, which rises evenly in time, as a machine's travel does"
+    return [Suspicion(test, DISPLACEMENT.name, math.nan, meaning, force / travel)]
+
+
+def _unevenness(rows: pd.DataFrame, column: str) -> float:
+    """Largest distance of a column from a line in time, by its range."""
+    value, time_s = rows[column].to_numpy(), rows["time_s"].to_numpy()
+    line = np.polynomial.Polynomial.fit(time_s, value, 1)(time_s)
+    return float(np.abs(value - line).max() / max(np.ptp(value), 1e-12))
 
 
 def _scaled(

@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import pandas as pd
 
+from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
 from dolfingrip.diagnosis.data.noise import noise as instrument_noise
 from dolfingrip.diagnosis.inference.arrays import Matrix
 from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
 from dolfingrip.diagnosis.inference.covariance import Covariance
-from dolfingrip.diagnosis.inference.noise import ChannelNoise
-from dolfingrip.diagnosis.noise_model import LONG
-from dolfingrip.diagnosis.problem import Problem, as_candidate, index_of, noise_keys
-from dolfingrip.diagnosis.simulation.base import simulate_base
+from dolfingrip.diagnosis.inference.noise import ChannelNoise, noise_matrix
+from dolfingrip.diagnosis.inference.readings import load
+from dolfingrip.diagnosis.simulation import secants
+from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.sections.geometry.index import TABLES
+
+LAW_LENGTH: Final = 0.3
+"""Length of the error of a material's law, as part of the largest travel: exp(−distance), so of any
+shape, smooth or not."""
+
+LONG: Final = 1e6
+"""Correlation over the whole run, in seconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,14 +84,112 @@ def simulated(
             max(float(told.independent[at]), 1e-9), float(told.correlated[at]),
             lasting if np.isfinite(lasting) else LONG,
         )  # fmt: skip
-    everything = np.arange(len(index))
-    problem = Problem(measurement, base, everything, index, base.readings, noise, told.control)
+    keys = noise_keys(index)
+    gauge = np.abs(base.by_control) * told.control
+    covariance = noise_matrix(index.assign(channel=keys), noise)
+    covariance[np.diag_indices(len(covariance))] += gauge**2
+    std = np.hypot([noise[key].total_std() for key in keys], gauge)
+    nuisances = [*base.nuisance_list, *_slack(measurement, base, index)]
     return Readings(
-        index, problem.noise_covariance, problem.noise_std,
-        {each.name: each.change for each in problem.linear_nuisances()},
-        np.nan_to_num(base.mesh).sum(axis=1), problem.tolerance(),
-        [as_candidate(problem, each) for each in base.candidates if len(each.shapes)],
+        index, covariance, np.asarray(std), {each.name: each.change for each in nuisances},
+        np.nan_to_num(base.mesh).sum(axis=1), _tolerance(measurement, base, index),
+        [as_candidate(each) for each in base.candidates if len(each.shapes)],
     )  # fmt: skip
+
+
+def _slack(measurement: Measurement, base: BaseSimulation, index: pd.DataFrame) -> list[Nuisance]:
+    """Travel at which each coupon's force begins."""
+    found = []
+    for test in measurement.tests:
+        std_mm = test.setup.nuisances["coupon_slack_mm"]
+        if test.experiment == "coupon" and std_mm:
+            mine = (index["run"] == test.number).to_numpy()
+            change = np.where(mine, base.by_control * std_mm, 0.0)
+            found.append(Nuisance(f"coupon_slack_mm of {test.specimen}", change))
+    return found
+
+
+def _tolerance(measurement: Measurement, base: BaseSimulation, index: pd.DataFrame) -> Matrix:
+    """Smooth changes of coupons' readings that no simple law follows, shape (n, m).
+
+    Those of the force and of the width are independent of one another.
+    """
+    coupons = (index["experiment"] == "coupon").to_numpy()
+    channels = index["channel"].to_numpy()
+    spreads = {t.number: t.setup.nuisances["material_law"] for t in measurement.tests}
+    parts = [np.zeros((len(index), 0))]
+    for name in dict.fromkeys(channels[coupons]):
+        rows = coupons & (channels == name)
+        std = np.array([spreads[number] for number in index["run"]]) * rows
+        place, where = np.unique(np.round(load(index), 3), return_inverse=True)
+        apart = (place[:, None] - place[None, :]) / LAW_LENGTH
+        values, vectors = np.linalg.eigh(np.exp(-np.abs(apart)))
+        keep = values > 1e-6 * values[-1]
+        root = (vectors[:, keep] * np.sqrt(values[keep]))[where]
+        parts.append(root * (std * np.abs(base.readings))[:, None])
+    return np.hstack(parts)
+
+
+def as_candidate(found: secants.Candidate) -> Candidate:
+    """An effect's secants as the inference takes them."""
+    # tried on both sides: each has a change of its own, and a strength above 0
+    side = np.sign(found.parts)
+    shapes = tuple(
+        Shape(change * sign, label)
+        for change, label, sign in zip(found.shapes, found.labels, side, strict=True)
+    )
+    one_sided = found.one_sided or bool((side < 0).any())
+    return Candidate(found.name, shapes, spread=found.spread, one_sided=one_sided)
+
+
+def index_of(measurement: Measurement) -> pd.DataFrame:
+    """The table of single readings as the inference wants it, a row for each of ``listed()``."""
+    listed = measurement.listed()
+    rows = measurement.readings.iloc[listed["row"].to_numpy()].reset_index(drop=True)
+    test = listed["test"].to_numpy()
+    rates = {test.number: _pressure_rate(measurement, test) for test in measurement.tests}
+    designs = {test.number: _design(test) for test in measurement.tests}
+    return pd.DataFrame(
+        {
+            "channel": listed["column"].to_numpy(),
+            "run": test,
+            "experiment": listed["experiment"].to_numpy(),
+            "specimen": listed["specimen"].to_numpy(),
+            "design": np.array([designs[number] for number in test], dtype=object),
+            "cycle": listed["cycle"].to_numpy(),
+            "branch": listed["branch"].to_numpy(),
+            "time_s": listed["time_s"].to_numpy(dtype=float),
+            "pressure_kPa": rows["pressure_kPa"].to_numpy(dtype=float),
+            "displacement_mm": rows["displacement_mm"].to_numpy(dtype=float),
+            "rate_kPa_per_s": np.array([rates[number] for number in test], dtype=float),
+        }
+    )
+
+
+DRAWN: Final = (*TABLES, "morph", "material", "film")
+"""Sections of a set-up that tell how a specimen is drawn."""
+
+
+def _design(test: SpecimenTest) -> str:
+    """What a laboratory tells of a specimen's own dimensions and materials."""
+    own = {name: dict(test.setup.sections.get(name, {})) for name in DRAWN}
+    return json.dumps(own, sort_keys=True, default=str)
+
+
+def _pressure_rate(measurement: Measurement, test: SpecimenTest) -> float:
+    """Rate of the ramps in kPa/s; NaN where there is none, or another quantity is controlled."""
+    rate = measurement.ramp_rate(test) if test.control == PRESSURE.name else None
+    return np.nan if rate is None else rate
+
+
+def noise_keys(index: pd.DataFrame) -> np.ndarray:
+    """Which noise each reading has: a column of a test, shape (n,)."""
+    return np.array(
+        [
+            f"{column} of test {run}"
+            for column, run in zip(index["channel"], index["run"], strict=True)
+        ]
+    )
 
 
 def joined(first: Readings, second: Readings) -> Readings:

@@ -36,6 +36,7 @@ class Case:
             :mod:`dolfingrip.diagnosis.simulation.modulus`.
         only_in: experiments that ``overrides`` are for; all where None.
         elsewhere: overrides for the other experiments.
+        derived_elsewhere: whether these are derived by ``gradients``, too.
         tilt_deg: turn of gravity in the plane of bending, towards the bellows for a finger that
             hangs, from the direction that each test has.
     """
@@ -46,6 +47,7 @@ class Case:
     only_in: frozenset[str] | None = None
     elsewhere: tuple[str, ...] = ()
     tilt_deg: float = 0.0
+    derived_elsewhere: bool = True
 
     def of(self, group: SimulationGroup) -> Config:
         """The configuration that a group is simulated with, without its protocol."""
@@ -165,11 +167,13 @@ def simulate(
 def _planned(case: Case, group: SimulationGroup) -> tuple[Config, Route, Job]:
     config = case.of(group)
     route = group.route(config, headroom=case.headroom)
+    felt = case.derived_elsewhere or case.only_in is None or group.experiment in case.only_in
+    gradients = case.gradients if felt else ()
     # the gradients' keys of effects at their neutral values do not make the readings others
     job = Job(
         group.experiment,
         config.changed(protocol=route.protocol()),
-        tuple(key for key in case.gradients if _has(group.experiment, config, key)),
+        tuple(key for key in gradients if _has(group.experiment, config, key)),
     )
     return config, route, job
 

@@ -37,11 +37,11 @@ class UniaxialPolicy:
         tolerance: of λ_t, from one iteration to the next.
         accepted: largest last change of λ_t of a bar that counts as solved.
         largest_change: of λ_t in one iteration.
-        nudge: change of λ_t that the first slope is taken by.
+        nudge: change of λ_t that the first slope is taken by, at rest.
     """
 
     iterations: int = 60
-    tolerance: float = 1e-12
+    tolerance: float = 1e-9
     accepted: float = 1e-8
     largest_change: float = 0.05
     nudge: float = 1e-6
@@ -116,6 +116,7 @@ class UniaxialTension:
             made: evaluate_many.constant(start) for made, start in self._history.starts.items()
         }
         across = np.ones(bars)
+        ahead, steepness = np.zeros(bars), None
         stress, width = [], []
         before, clock = 0.0, float(time_s[0])
         for here, now in zip(strain, time_s, strict=True):
@@ -125,7 +126,13 @@ class UniaxialTension:
                 symbols[self._history.time_s] = evaluate_many.constant(clock + part * (now - clock))
                 symbols[self._history.step_s] = evaluate_many.constant((now - clock) / steps)
                 along = 1 + before + part * (here - before)
-                across, slope = self._equilibrium(symbols, along, across)
+                move = (here - before) / steps
+                last = across
+                # the sides go on as in the step before
+                across, slope, steepness = self._equilibrium(
+                    symbols, along, last + ahead * move, steepness
+                )
+                ahead = (across - last) / move if move else ahead
                 self._accept(symbols, along, across)
             before, clock = float(here), float(now)
             stress.append(np.broadcast_to(slope, (bars,)))
@@ -133,13 +140,25 @@ class UniaxialTension:
         return Stretched(np.column_stack(stress), np.column_stack(width))
 
     def _equilibrium(
-        self, symbols: dict[Expr, np.ndarray], along: float, guess: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """λ_t without stress across, and ∂ψ/∂λ there (MPa)."""
+        self,
+        symbols: dict[Expr, np.ndarray],
+        along: float,
+        guess: np.ndarray,
+        slope: np.ndarray | None,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """λ_t without stress across, ∂ψ/∂λ there (MPa), and the slope of the stress across there.
+
+        Args:
+            symbols: values of all symbols but the stretches.
+            along: λ.
+            guess: of λ_t, shape (bars,).
+            slope: of the stress across by λ_t in the step before; None at rest.
+        """
         across = guess
         residual, _ = self._at(symbols, along, across)
-        beside, _ = self._at(symbols, along, across + POLICY.nudge)
-        slope = (beside - residual) / POLICY.nudge
+        if slope is None:
+            beside, _ = self._at(symbols, along, across + POLICY.nudge)
+            slope = (beside - residual) / POLICY.nudge
         for _ in range(POLICY.iterations):
             with np.errstate(all="ignore"):
                 step = np.clip(-residual / slope, -POLICY.largest_change, POLICY.largest_change)
@@ -152,7 +171,7 @@ class UniaxialTension:
             if not (np.abs(step) > POLICY.tolerance).any():
                 break
         solved = np.abs(step) <= POLICY.accepted
-        return across, np.where(solved, axial, np.nan)
+        return across, np.where(solved, axial, np.nan), slope
 
     def _at(
         self, symbols: dict[Expr, np.ndarray], along: float, across: np.ndarray

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
@@ -10,7 +12,7 @@ from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.discrepancy import Along, kernel
 from dolfingrip.diagnosis.core.emulator import linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Case, Level
-from dolfingrip.diagnosis.core.search import search
+from dolfingrip.diagnosis.core.search import search, searched_again
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 
 SEED = 5
@@ -86,6 +88,13 @@ def test_nothing_is_seen_in_noise() -> None:
     assert decision.none > 0.5
 
 
+def test_an_uneven_outsider_is_not_given_to_a_cause_that_follows_a_little_of_it() -> None:
+    """A screw of uneven pitch, 4 standard deviations of a reading in size."""
+    waver = 4 * NOISE * np.sin(2 * np.pi * X / 0.3)
+    decision = decide(search(case(drawn(waver), BENT), np.random.default_rng(SEED)))
+    assert decision.answer == "unknown"
+
+
 def test_an_outsider_is_unknown() -> None:
     """A change of another shape, 20 standard deviations of a reading, is given to no cause."""
     jump = np.where(X > 0.5, 1.0, 0.0)
@@ -94,13 +103,50 @@ def test_an_outsider_is_unknown() -> None:
 
 
 def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
-    """Five standard deviations off, it is fitted and makes no cause."""
+    """Five standard deviations off, it is the cause itself, and no effect is named for it."""
     own = case(1.6 * drawn(), WAVES)
     posterior = search(own, np.random.default_rng(SEED))
     decision = decide(posterior)
     factor, _ = own.factor(decision.best.zeta[0])
-    assert decision.answer == "none"
+    assert decision.answer == "cause"
+    assert decision.first == own.scale_names
+    assert decision.probability > 0.5
     assert float(factor) == pytest.approx(1.6, rel=0.02)
+
+
+def test_a_modulus_within_what_is_told_is_no_cause() -> None:
+    decision = decide(search(case(1.15 * drawn(), WAVES), np.random.default_rng(SEED)))
+    assert decision.answer == "none"
+
+
+def test_a_number_of_the_rig_stands_beside_a_cause_not_in_its_place() -> None:
+    """A slip of the rig with a cause: the causes' set holds effects, the slip is named second."""
+    changes = {"bent": WAVES["bent"], "twin": WAVES["twin"], "slip": WAVES["wave"]}
+    value = drawn(3 * changes["bent"], 1.5 * changes["slip"])
+    own = replace(case(value, changes), rig=frozenset(["slip"]))
+    decision, _ = sensitivity(search(own, np.random.default_rng(SEED)))
+    assert set(decision.first) == {"bent", "twin"}
+    assert decision.second == ("slip",)
+    alone = replace(own, value=drawn(1.5 * changes["slip"]))
+    assert decide(search(alone, np.random.default_rng(SEED))).first == ("slip",)
+
+
+def test_what_was_likely_is_found_again_without_some_readings() -> None:
+    """Fits that begin at those of all readings end where a whole search ends."""
+    own = case(drawn(1.5 * WAVES["bent"]), WAVES)
+    kept = np.arange(len(X)) % 4 != 0
+    whole = search(own, np.random.default_rng(SEED), sample=False)
+    again = searched_again(own.rows(kept), whole)
+    anew = search(own.rows(kept), np.random.default_rng(SEED), sample=False)
+    assert again.log_density == pytest.approx(anew.log_density, abs=0.01)
+    assert decide(again).first == decide(anew).first
+
+
+def test_a_pair_cannot_be_more_likely_than_its_columns_allow() -> None:
+    own = case(drawn(1.5 * WAVES["bent"]), WAVES)
+    level = Level(own, 0.0)
+    fit = level.of(("bent", "wave")).fit([np.zeros(3)])
+    assert level.largest(("bent", "wave")) > fit.log_evidence
 
 
 def test_the_discrepancy_is_a_covariance_that_is_zero_at_rest() -> None:
@@ -122,6 +168,12 @@ def test_an_emulator_tells_its_error() -> None:
     fresh = np.random.default_rng(SEED).standard_normal((200, 2)).clip(*box.T)
     off = (found.at(fresh) @ found.columns.T - changed(fresh)) / 0.01
     assert np.sqrt((off**2).mean()) < 0.1
+    low = np.array([[1.0, 1.5], [0.5, 1.0]])
+    at = places(low, 60)
+    near = trained(at, changed(at), np.full(len(X), 0.01), low)
+    inside = low[:, 0] + (low[:, 1] - low[:, 0]) * np.random.default_rng(SEED).random((50, 2))
+    off = (near.at(inside) @ near.columns.T - changed(inside)) / 0.01
+    assert np.sqrt((off**2).mean()) < 0.03  # about a fit it is better still, by fewer simulations
     value, slopes = found.with_slopes(fresh[0])
     step = 1e-5 * np.eye(2)
     by_difference = (found.at(fresh[0] + step) - found.at(fresh[0] - step)).T / 2e-5

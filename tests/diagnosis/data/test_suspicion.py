@@ -10,7 +10,7 @@ import pytest
 
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.data.suspicion import Suspicion, suspicions
+from dolfingrip.diagnosis.data.suspicion import Suspicion, sentences, suspicions
 from dolfingrip.diagnosis.data.table import MEASURED
 
 pd = pytest.importorskip("pandas")
@@ -150,3 +150,40 @@ def test_what_a_scale_leaves_is_told_by_what_none_leaves() -> None:
     ratio = (measured @ simulated) / (simulated @ simulated)
     expected = np.linalg.norm(measured - ratio * simulated) / np.linalg.norm(measured - simulated)
     assert said.left == pytest.approx(expected, rel=1e-12)
+
+
+def coupons(travel: np.ndarray, force: np.ndarray) -> list[str]:
+    """Doubts about two coupons of 33 mm and 9 mm², pulled at 2.5 mm/s, in sentences."""
+    tests = [SpecimenTest(i, Path("lab.csv"), "coupon", f"S{i}", LabSetup()) for i in range(2)]
+    table = pd.DataFrame(np.nan, index=range(2 * len(travel)), columns=list(MEASURED))
+    table = table.astype({"experiment": object, "specimen": object, "branch": object})
+    table[["experiment", "branch", "cycle"]] = ["coupon", "loading", 1]
+    table["test"] = np.repeat([0, 1], len(travel))
+    table["specimen"] = np.repeat(["S0", "S1"], len(travel))
+    table["time_s"] = np.tile(np.linspace(0.5, 6.5, len(travel)), 2)
+    table["displacement_mm"], table["force_N"] = np.tile(travel, 2), np.tile(force, 2)
+    measurement = Measurement(table, tests)
+    listed = measurement.listed()
+    simulated = pulled_N(table["displacement_mm"].to_numpy(dtype=float))[listed["row"]]
+    return sentences(suspicions(measurement, simulated))
+
+
+TRAVEL = np.linspace(1.0, 16.0, 12)
+
+
+def test_coupons_that_are_right_raise_no_doubt() -> None:
+    assert coupons(TRAVEL, 1.3 * pulled_N(TRAVEL)) == []
+
+
+@pytest.mark.parametrize(
+    ("travel", "force", "told"),
+    [
+        (TRAVEL / 10, pulled_N(TRAVEL), "a displacement in cm"),
+        (TRAVEL, pulled_N(TRAVEL) / 1000, "a force in kN"),
+        (pulled_N(TRAVEL), TRAVEL, "swapped with force_N, which rises evenly in time"),
+    ],
+)
+def test_slips_of_coupons_are_told_once(travel: np.ndarray, force: np.ndarray, told: str) -> None:
+    found = coupons(travel, force)
+    assert any(told in each for each in found)
+    assert all(each.startswith("coupon, 2 specimens (lab.csv)") for each in found)

@@ -1,30 +1,20 @@
 """A made-up finger for the statistics: readings, nuisances and effects as smooth columns.
 
-It is judged by what judges a measurement: its readings are a problem without a simulation.
 Import it as ``from diagnosis.inference import synthetic`` (tests are on the path).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cache
-from types import SimpleNamespace
-from typing import cast
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 from scipy.special import softmax
 
-from dolfingrip.diagnosis.conclude import NONE, Conclusion, averaged, conclude
-from dolfingrip.diagnosis.hypothesis import Hypothesis
-from dolfingrip.diagnosis.inference.alternatives import BELIEVED
-from dolfingrip.diagnosis.inference.analysis import Analysis
 from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.noise import ChannelNoise, noise_matrix
 from dolfingrip.diagnosis.inference.screen import Screen
-from dolfingrip.diagnosis.inference.verdict import Verdict
-from dolfingrip.diagnosis.problem import Problem
 
 NOISE = {"angle_deg": ChannelNoise(0.3), "force_N": ChannelNoise(0.02)}
 CHANNELS = {"angle_deg": "bending", "force_N": "blocked_force"}
@@ -113,41 +103,8 @@ def candidates(table: pd.DataFrame) -> list[Candidate]:
     ]
 
 
-@cache
-def analysis(factor: float = 1.0) -> Analysis:
-    """Of 44 readings, one specimen, one cycle; with noise ``factor`` times as large."""
-    table = index()
-    noise = {name: each.scaled(factor) for name, each in NOISE.items()}
-    return Analysis(table, screen(table, noise), noise_std(table, noise))
-
-
 def screen(table: pd.DataFrame, noise: dict[str, ChannelNoise] | None = None) -> Screen:
     return Screen(candidates(table), covariance(table, noise))
-
-
-def concluded(analysis: Analysis, residual: np.ndarray) -> Conclusion:
-    """What the readings say where no effect is fitted: the base model is as it is configured."""
-    readings = base(analysis.index)
-    problem = SimpleNamespace(value=readings + residual, covariance=analysis.covariance)
-    none = Hypothesis((), (), np.zeros(0), readings, np.zeros((len(readings), 0)))
-    return conclude(cast(Problem, problem), analysis, {NONE: none})
-
-
-def verdict(analysis: Analysis, residual: np.ndarray) -> Verdict:
-    """The verdict on a residual, measured − simulated, shape (n,)."""
-    return judged({BELIEVED: analysis}, residual, {BELIEVED: 1.0})[0]
-
-
-def judged(
-    analyses: Mapping[str, Analysis], residual: np.ndarray, prior: Mapping[str, float]
-) -> tuple[Verdict, dict[str, Verdict], dict[str, float]]:
-    """Averaged over models of the noise, under each alone, and the models' probabilities."""
-    found = {name: concluded(analysis, residual) for name, analysis in analyses.items()}
-    posterior, models = averaged(found, prior)
-    best = max(models, key=lambda name: models[name])
-    thresholds = found[best].analysis.thresholds
-    under = {name: each.verdict(thresholds) for name, each in found.items()}
-    return found[best].verdict(thresholds, posterior), under, models
 
 
 def exact_posterior(

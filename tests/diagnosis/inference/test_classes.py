@@ -1,10 +1,9 @@
-"""Classes and thresholds."""
+"""Classes of effects that readings cannot tell apart."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
 from dolfingrip.diagnosis.inference.candidate import Candidate, Shape
 from dolfingrip.diagnosis.inference.classes import (
@@ -15,7 +14,6 @@ from dolfingrip.diagnosis.inference.classes import (
 )
 from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.inference.screen import Screen
-from dolfingrip.diagnosis.inference.thresholds import calibrated_threshold
 
 
 def test_separation_is_the_loss_of_the_best_fit_by_the_other() -> None:
@@ -59,28 +57,3 @@ def test_beside_a_third_effect_two_can_become_alike() -> None:
     left = v[:2] - np.outer(v[:2] @ v[2], v[2]) / (v[2] @ v[2])
     expected = abs(left[0] @ left[1]) / np.linalg.norm(left[0]) / np.linalg.norm(left[1])
     assert found[0, 1] == pytest.approx(expected, rel=1e-6)
-
-
-def test_a_threshold_keeps_its_level() -> None:
-    # reference: the normal quantile; the mean rate over thresholds of independent seeds is 5 %
-    def draw(rng: np.random.Generator, count: int) -> np.ndarray:
-        return rng.normal(size=(3, count))
-
-    found = [calibrated_threshold(lambda x: x[1], draw, 0.05, 199, seed) for seed in range(300)]
-    assert norm.sf(found).mean() == pytest.approx(0.05, abs=0.003)
-    assert calibrated_threshold(lambda x: x[1], draw, 0.05, 199, 4) == found[4]
-    with pytest.raises(ValueError, match="draws = 10: allowed: at least 20"):
-        calibrated_threshold(lambda x: x[1], draw, 0.05, 10)
-    # with a bound it is the same, of few samples where the bound is close
-    for slack, few in ((0.0, 10), (0.2, 60), (10.0, 199)):
-        asked = []
-
-        def statistic(x: np.ndarray, asked: list[int] = asked) -> np.ndarray:
-            asked.append(x.shape[1])
-            return np.asarray(x[1])
-
-        def bound(x: np.ndarray, slack: float = slack) -> np.ndarray:
-            return np.asarray(x[1] + slack * np.abs(x[2]))
-
-        assert calibrated_threshold(statistic, draw, 0.05, 199, 4, bound) == found[4]
-        assert sum(asked) <= few

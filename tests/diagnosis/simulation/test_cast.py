@@ -16,7 +16,7 @@ from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.cautions import not_reached
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.diagnose import Settings, diagnose_measurement
+from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
@@ -121,7 +121,7 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
     ended = read([written(tmp_path, lines, told)], block())
-    (said,) = not_reached(simulate_base(ended, block(), Here(store), effects=()))
+    (said,) = not_reached(ended, simulate_base(ended, block(), Here(store), effects=()))
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
         "stopped at "
@@ -129,7 +129,7 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,B,{p},loading,{p},1\n" for p in (60, 70))
     nothing = read([written(tmp_path, lines, told)], block())
     with pytest.raises(ConfigError, match=r"^bending of B: the base simulation reaches no reading"):
-        diagnose_measurement(nothing, block(), Here(store), Settings(quick=True, effects=()))
+        judged(nothing, block(), Here(store), Settings(quick=True, effects=()))
 
 
 def test_a_nuisance_of_no_test_is_refused(tmp_path: Path) -> None:

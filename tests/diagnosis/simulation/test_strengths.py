@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.problem import Problem, as_candidate
+from dolfingrip.diagnosis.plan.readings import as_candidate
 from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.simulation.strengths import TriedEffect, ordinary
 from dolfingrip.extensions.index import NAMES
@@ -86,12 +83,7 @@ def test_each_side_of_an_effect_has_its_own_change() -> None:
         tuple(shape.overrides for shape in tried.shapes),
         tuple(shape.part for shape in tried.shapes), tried.spread, tried.one_sided, "ungraded",
     )  # fmt: skip
-    listed = pd.DataFrame({"experiment": ["blocked_force"] * 3, "column": ["force_N"] * 3})
-    problem = SimpleNamespace(
-        measurement=SimpleNamespace(listed=lambda: listed), kept=np.arange(3), ratio=np.ones(3),
-        take=lambda values: values,
-    )  # fmt: skip
-    taken = as_candidate(cast(Problem, problem), found)
+    taken = as_candidate(found)
     assert taken.one_sided
     sizes = np.array([1.0, 1.0, 2.0, 2.0])
     np.testing.assert_allclose([shape.change for shape in taken.shapes], simulated / sizes[:, None])

@@ -1,0 +1,204 @@
+"""What is hidden in each case, and how strong it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import scipy.linalg
+
+from benchmarks.blind.coupons import coupon
+from benchmarks.blind.coupons.coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE_STD_mm, Truth
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.evidence import Level
+from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case
+from dolfingrip.diagnosis.coupon.simulation import Kept
+from dolfingrip.diagnosis.data import measurement
+from dolfingrip.diagnosis.policy import POLICY
+
+SEEDS: Final = {"development": 101, "confirmation": 20261124, "prior": 77}
+COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
+    "development": {"one": 4, "with_outsider": 6, "outsider": 6, "nuisance": 6, "two": 4,
+                    "none": 12},
+    "confirmation": {"one": 12, "with_outsider": 14, "outsider": 14, "nuisance": 12, "two": 10,
+                     "none": 100},
+    "prior": {"prior": 70},
+}  # fmt: skip
+"""Cases of each protocol."""
+
+SEEN: Final = 6.0
+"""Standard deviations from which on something is hidden."""
+FAR: Final = (3.0, 5.0)
+"""Standard deviations of a nuisance that is far from what was told."""
+NUISANCES: Final = ("coupon_slack_mm", "coupon.gauge_length_mm", "modulus")
+SLACK_STD_mm: Final = coupon.SLACK_mm * 0.5**0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A case.
+
+    Attributes:
+        protocol, kind, number: of it.
+        wide: whether strengths are from priors twice as wide.
+        truth: what is hidden.
+        names: of the hidden causes and of a nuisance that is far out; an outsider's is not here.
+        zeta: of the hidden causes' numbers.
+        sigma: standard deviations that each of these changes; of an outsider alone, what the best
+            single cause leaves of it.
+        modulus: ζ of the modulus.
+        seed: of noise.
+    """
+
+    protocol: str
+    kind: str
+    number: int
+    wide: bool
+    truth: Truth
+    names: tuple[str, ...]
+    zeta: tuple[float, ...]
+    sigma: tuple[float, ...]
+    modulus: float
+    seed: tuple[int, ...]
+
+
+class Bench:
+    """A protocol with the analyser's view of it without a cause, by which strengths are counted."""
+
+    def __init__(self, name: str, scratch: Path) -> None:
+        self.protocol = PROTOCOLS[name]
+        self.kept: Kept = {}
+        self.config = Config()
+        plain = coupon.measured(self.protocol, Truth(), np.random.default_rng(1))
+        self.plain = self.analysed(coupon.write(self.protocol, plain, scratch / "plain"))
+        self.quiet = np.concatenate(
+            coupon.measured(self.protocol, Truth(quiet=True), np.random.default_rng(0))
+        )
+        self.level = Level(replace(self.plain.case, joint={}, local={}), 0.0)
+        self._lower = scipy.linalg.cholesky(self.plain.case.covariance, lower=True)
+
+    def analysed(self, file: Path) -> CouponCase:
+        """What the analyser makes of a measurement."""
+        return coupon_case(measurement.read([file], self.config), self.config, None, self.kept)
+
+    def sigma(self, change: np.ndarray) -> float:
+        """Length of a change of the readings after the modulus."""
+        white, base = (
+            scipy.linalg.solve_triangular(self._lower, each, lower=True)
+            for each in (change, self.plain.case.base)
+        )
+        return float(np.linalg.norm(white - base * (base @ white) / (base @ base)))
+
+    def unexplained(self, truth: Truth) -> float:
+        """Length of what the best single cause leaves of readings without noise."""
+        quiet = replace(truth, quiet=True)
+        seen = np.concatenate(coupon.measured(self.protocol, quiet, np.random.default_rng(0)))
+        case = replace(self.plain.case, value=seen, joint={}, local={})
+        level = Level(case, 0.0)
+        zero = level.of(()).fit([np.zeros(1)])
+        left = [zero.misfit]
+        for name in case.emulators:
+            start = np.clip(np.zeros(len(case.boxes[name])), *case.boxes[name].T)
+            starts = [np.r_[zero.zeta, start + move] for move in (-1.0, 0.0, 1.0)]
+            left.append(level.of((name,)).fit(starts).misfit)
+        return float(np.sqrt(max(min(left), 0.0)))
+
+
+def drawn(bench: Bench, which: str, kind: str, number: int) -> Case:
+    """A case of a set."""
+    seed = (SEEDS[which], list(PROTOCOLS).index(bench.protocol.name), len(kind), number)
+    return _drawn(bench, kind, number, seed)
+
+
+def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case:
+    rng = np.random.default_rng(seed)
+    wide = number % 2 == 1 and kind not in ("prior", "none")
+    modulus = float(rng.standard_normal())
+    factor = float(np.exp(MODULUS * modulus))
+    if kind == "prior":
+        factor = float(bench.plain.case.factor(modulus)[0])
+    truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * rng.standard_normal(),
+                  gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * rng.standard_normal())  # fmt: skip
+    effects = tuple(bench.plain.causes)
+    names: tuple[str, ...] = ()
+    zeta: list[float] = []
+    sigma: list[float] = []
+    hidden = {"one": 1, "with_outsider": 1, "two": 2}.get(kind, 0)
+    if kind == "prior":
+        hidden = int(rng.choice(3, p=POLICY.prior_by_size))
+        share = (1 - POLICY.discrepancy_off) / len(POLICY.discrepancy_levels)
+        odds = [POLICY.discrepancy_off, *[share] * len(POLICY.discrepancy_levels)]
+        level = float(rng.choice([0.0, *POLICY.discrepancy_levels], p=odds))
+        truth = replace(truth, discrepancy=level)
+    for _ in range(1000):
+        chosen = rng.choice(len(effects), hidden, replace=False)
+        names = tuple(effects[i] for i in sorted(chosen))
+        zeta, sigma, overrides = [], [], []
+        for name in names:
+            box = bench.plain.causes[name].box()
+            own = _truncated(rng, box, 2.0 if wide else 1.0)
+            emulator = bench.plain.case.emulators[name]
+            sigma.append(bench.sigma(emulator.columns @ emulator.at(own[None])[0]))
+            overrides += bench.plain.causes[name].overrides(own)
+            zeta += own.tolist()
+        if kind == "prior" or min(sigma, default=SEEN) >= SEEN:
+            truth = replace(truth, causes=tuple(overrides))
+            break
+    if kind in ("outsider", "with_outsider"):
+        truth, left = _with_outsider(bench, truth, rng, alone=kind == "outsider")
+        sigma.append(left)
+    if kind == "nuisance":
+        truth, names, one = _far(bench, truth, number, rng)
+        sigma = [one]
+    return Case(bench.protocol.name, kind, number, wide, truth, names, tuple(zeta), tuple(sigma),
+                modulus, seed)  # fmt: skip
+
+
+def _truncated(rng: np.random.Generator, box: np.ndarray, width: float) -> np.ndarray:
+    while True:
+        zeta = width * rng.standard_normal(len(box))
+        if ((zeta >= box[:, 0]) & (zeta <= box[:, 1])).all():
+            return np.asarray(zeta)
+
+
+def _with_outsider(
+    bench: Bench, truth: Truth, rng: np.random.Generator, *, alone: bool
+) -> tuple[Truth, float]:
+    """An outsider of 6 σ and more: alone, of what the best single cause leaves of it."""
+    for _ in range(200):
+        name = str(rng.choice(list(OUTSIDERS)))
+        strength = float(np.exp(rng.uniform(np.log(0.3), np.log(3.0))))
+        found = replace(truth, outsider=(name, strength))
+        only = Truth(outsider=(name, strength), quiet=True)
+        if alone:
+            left = bench.unexplained(only)
+        else:
+            seen = coupon.measured(bench.protocol, only, np.random.default_rng(0))
+            left = bench.sigma(np.concatenate(seen) - bench.quiet)
+        if left >= SEEN:
+            return found, left
+    raise ValueError("no outsider is strong enough")
+
+
+def _far(
+    bench: Bench, truth: Truth, number: int, rng: np.random.Generator
+) -> tuple[Truth, tuple[str, ...], float]:
+    """A number of the rig 3 to 5 standard deviations from what was told."""
+    name = NUISANCES[number % len(NUISANCES)]
+    size = float(rng.uniform(*FAR) * rng.choice([-1, 1]))
+    if name == "coupon_slack_mm":
+        truth = replace(truth, slack_mm=SLACK_STD_mm * size)
+    elif name == "modulus":
+        truth = replace(truth, area=float(np.exp(MODULUS * size)), modulus=1.0)
+    else:
+        truth = replace(truth, gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * size)
+    quiet = replace(truth, quiet=True, area=1.0)
+    seen = coupon.measured(bench.protocol, quiet, np.random.default_rng(0))
+    return (
+        truth,
+        (name,),
+        abs(size) if name == "modulus" else bench.sigma(np.concatenate(seen) - bench.quiet),
+    )

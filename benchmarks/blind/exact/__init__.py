@@ -1,0 +1,1 @@
+"""Evidence of simulated changes in closed form: what the best analysis of a case could say."""

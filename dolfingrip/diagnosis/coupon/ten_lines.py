@@ -1,0 +1,302 @@
+"""The ten lines that the page of coupons begins with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.channels import CHANNELS
+from dolfingrip.diagnosis import brief, outcome
+from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.core.search import NONE
+from dolfingrip.diagnosis.coupon.covariance import SLACK
+from dolfingrip.diagnosis.coupon.found import (
+    CouponDiagnosis,
+    Estimated,
+    OfTheRig,
+    exact,
+    fitted,
+)
+from dolfingrip.diagnosis.coupon.gain import BANDS, BRANCHES, SPECIMENS
+from dolfingrip.diagnosis.data.columns import CONTROL
+from dolfingrip.extensions.index import effect
+from dolfingrip.parameter import named
+
+ONE_OF = {
+    SPECIMENS: "each specimen",
+    BANDS: "each third of the {load}",
+    BRANCHES: "each later branch",
+}
+"""What is left out, by kind."""
+WIDTH_OF_A_BAND = 0.25
+"""Of the largest load, of which the page says where something is left."""
+
+
+def ten_lines(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) -> outcome.Brief:
+    """All of them."""
+    decision = found.decision
+    named = decision.answer == "cause"
+    return outcome.Brief(
+        result=brief.with_doubts(result, f"{_configured(found)} {_result(found)}"),
+        size=_size(found),
+        fit=_fit(found),
+        check=_check(found),
+        not_explained=_left(found),
+        also_possible=_also(found),
+        cannot_be_seen=_unseen(found),
+        assumed=_assumed(found),
+        do_next=_next(found),
+        use_it=f"dolfingrip bend --config {out / 'extended.toml'}"
+        if named
+        else f"dolfingrip bend --config {out / 'extended.toml'} (the fitted modulus alone)",
+    )
+
+
+def _configured(found: CouponDiagnosis) -> str:
+    """What is off as configured, and what was fitted for it."""
+    case = found.coupons.case
+    off = case.value - case.base
+    share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(case.value**2)))
+    told = [
+        f"As configured the model is {_percent(share)} off (root mean square). "
+        f"{found.fitted(found.decision.best)}"
+    ]
+    told += [f"{_of_the_rig(each)}." for each in found.rig(found.decision.best) if each.far]
+    return " ".join(told)
+
+
+def _of_the_rig(each: OfTheRig) -> str:
+    """In words, with units and with what was told."""
+    sigma = abs(each.value) / each.told
+    told = f"±{each.told:.2g} {each.unit} was told: {sigma:.1f} standard deviations"
+    if each.name == SLACK:
+        way = "early" if each.value > 0 else "late"
+        return f"The coupons' force begins {abs(each.value):.2g} mm {way} ({told})"
+    return f"{each.name} is off by {each.value:+.2g} {each.unit} ({told})"
+
+
+def _result(found: CouponDiagnosis) -> str:
+    decision = found.decision
+    sure = chance(decision.probability)
+    if decision.answer == "none":
+        return f"Nothing else is to be seen: probability {sure}."
+    if decision.answer == "unknown":
+        return f"Something is off that no effect of the catalogue explains: probability {sure}."
+    if len(decision.first) > 1 and decision.first == found.coupons.case.scale_names:
+        return (
+            "Nothing else is off: either the material is so much stiffer or softer, or the "
+            f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."
+        )
+    if decision.first in found.coupons.case.ground_names:
+        return f"Nothing else is off: {brief.one_of(decision.first)}; probability {sure}."
+    told = brief.one_of(decision.first)
+    if decision.second:
+        told += f", together with {brief.one_of(decision.second)}"
+    explained = 100 * (1 - decision.unexplained)
+    least = found.sensitivity.least
+    doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
+    share = "all" if explained > 99.95 else f"{explained:.3g} %"
+    return (
+        f"The cause of the rest: {told}; probability {sure}{doubt}. It explains {share} of what "
+        "the model misses."
+    )
+
+
+def _size(found: CouponDiagnosis) -> str:
+    fit = found.decision.best
+    numbers = ", ".join(_number(e) for e in found.numbers(fit))
+    change = exact(found.coupons, fit) - exact(found.coupons, _without(found, fit))
+    place = int(np.argmax(np.abs(change / found.coupons.errors.noise)))
+    listed = found.coupons.simulation.measurement.listed().iloc[place]
+    channel = CHANNELS[str(listed["column"])]
+    if not fit.subset:
+        return numbers
+    return (
+        f"{numbers}; at {listed['control']:.3g} {unit_of(listed)} it changes the "
+        f"{channel.title.lower()} by "
+        f"{change[place]:+.3g} {channel.unit} of {listed['value']:.3g} {channel.unit}"
+    )
+
+
+def _fit(found: CouponDiagnosis) -> str:
+    case = found.coupons.case
+    before, plain = case.base, found.with_best_modulus()
+    after = fitted(found.coupons, found.decision.best)
+    named = bool(found.decision.best.subset)
+    noise = by_channel(found, found.coupons.errors.noise)
+    parts = []
+    for name, at in channels(found).items():
+        unit = CHANNELS[name].unit
+        errors = [_rms((each - case.value)[at]) for each in (before, plain, after)]
+        parts.append(
+            f"{name}, root mean square: {errors[0]:.3g} {unit} as configured; {errors[1]:.3g} "
+            f"{unit} with another modulus; {errors[2]:.3g} {unit} with "
+            + ("the cause, and " if named else "")
+            + found.beside
+            + f"; noise {noise[name]:.2g} {unit}"
+        )
+    return "; ".join(parts)
+
+
+def _check(found: CouponDiagnosis) -> str:
+    held = found.held_out
+    if held is None:
+        return "not done: nothing was named" if found.decision.answer != "cause" else "not done"
+    parts = []
+    for e in held.errors:
+        unit = CHANNELS[e.channel].unit
+        scale = ", its scale fitted" if e.kind == SPECIMENS else ""
+        own = held.scatter.get(e.channel)
+        against = f"; specimens scatter by {own:.2g} {unit}" if own else ""
+        parts.append(
+            f"{ONE_OF[e.kind].format(load=found.load)} left out in turn{scale}, causes chosen "
+            f"anew: {e.channel} is "
+            f"foretold to {e.nuisances:.3g} {unit} without a cause, to {e.cause:.3g} {unit} with it"
+            f"{against}"
+        )
+    worth = "better" if held.claimed else "no better"
+    return (
+        "; ".join(parts)
+        + f"; the cause does {worth} than a fitted modulus and a smooth curve without a cause"
+    )
+
+
+def _left(found: CouponDiagnosis) -> str:
+    decision = found.decision
+    percent = 100 * decision.unexplained
+    share = _percent(percent) if percent >= 0.01 else "less than 0.01 %"
+    if decision.discrepancy < 0.5 or percent < 0.01:
+        return f"{share}; what is left is no larger than noise and scatter"
+    case, along = found.coupons.case, found.coupons.errors.along
+    rest = (case.value - fitted(found.coupons, decision.best)) / found.coupons.errors.noise
+    bands = np.minimum((along.load / WIDTH_OF_A_BAND).astype(int), int(1 / WIDTH_OF_A_BAND) - 1)
+    worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
+    low, high = 100 * worst * WIDTH_OF_A_BAND, 100 * (worst + 1) * WIDTH_OF_A_BAND
+    return f"{share}, most of it between {low:.0f} and {high:.0f} % of the largest {found.load}"
+
+
+def _also(found: CouponDiagnosis) -> str:
+    decision = found.decision
+    named = {*decision.first, *decision.second}
+    rest = [
+        f"{name} ({chance(p)})"
+        for name, p in sorted(decision.inclusion.items(), key=lambda each: -each[1])
+        if name not in named and p >= 0.01
+    ]
+    return ", ".join(rest) or "no other cause has a probability of 0.01 or more"
+
+
+def _unseen(found: CouponDiagnosis) -> str:
+    """What these coupons cannot feel, and what no coupon can."""
+    if found.load != CouponDiagnosis.load:
+        return ", ".join(found.coupons.unseen) or "nothing of the catalogue is hidden"
+    material = [n for n in found.coupons.unseen if effect(n).kind in ("elastic", "dissipative")]
+    rest = [n for n in found.coupons.unseen if n not in material]
+    told = []
+    if material:
+        told.append(f"{', '.join(material)} (other readings of coupons may tell)")
+    if rest:
+        told.append(f"what only a finger or another instrument feels: {', '.join(rest)}")
+    return "; ".join(told) or "nothing of the catalogue is hidden"
+
+
+def _assumed(found: CouponDiagnosis) -> str:
+    numbers = found.numbers(found.decision.best)
+    configured = found.configured()
+    parts = [
+        f"{e.key} {e.value:.3g} {named(e.key).unit} ({e.low:.3g} to {e.high:.3g}; configured "
+        f"{configured[e.key]:.3g} {named(e.key).unit})"
+        for e in numbers if e.key in configured
+    ]  # fmt: skip
+    rig = found.rig(found.decision.best)
+    parts += [f"{text[0].lower()}{text[1:]}" for text in map(_of_the_rig, rig)]
+    parts.append(scatter(found))
+    if found.coupons.errors.guessed:
+        parts.append("the noise is a guess: tell it under [noise]")
+    parts += found.warnings[:1]
+    return "; ".join(parts)
+
+
+def _next(found: CouponDiagnosis) -> str:
+    decision = found.decision
+    if found.next:
+        one = found.next[0]
+        tells = "tells the causes apart" if one.splits else "may not tell all causes apart"
+        return f"{one.name}: {one.minutes:.0f} minutes; it {tells}"
+    if (other := found.afterwards()) is not None:
+        return other
+    if decision.answer == "unknown":
+        return "a coupon, loading and unloading, at two rates: it would tell memory from elasticity"
+    if decision.answer == "none":
+        return "measure the finger: the coupons agree with the model"
+    if decision.first == found.coupons.case.scale_names:
+        return "measure the coupons' cross-section: it is told from the modulus by nothing else"
+    named = [n for n in (*decision.first, *decision.second) if n not in found.coupons.case.rig]
+    if _once(found) and any(effect(name).kind == "dissipative" for name in named):
+        return (
+            "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape alone "
+            "tells memory here; a loop and a force that fades would prove it"
+        )
+    return "measure the finger: no other cause is nearly as probable as the first"
+
+
+def unit_of(reading: pd.Series) -> str:
+    """Of the control that a reading was read at."""
+    return CHANNELS[CONTROL[str(reading["experiment"])]].unit
+
+
+def _without(found: CouponDiagnosis, fit: Fit) -> Fit:
+    """The model at a fit's modulus without its causes."""
+    none = found.none
+    return Fit(
+        NONE, 0.0, none.log_evidence, fit.zeta[: found.coupons.case.own], none.hessian,
+        none.misfit, none.strengths,
+    )  # fmt: skip
+
+
+def channels(found: CouponDiagnosis) -> dict[str, np.ndarray]:
+    """Which readings are of each channel."""
+    column = found.coupons.simulation.measurement.listed()["column"].to_numpy()
+    return {str(name): column == name for name in dict.fromkeys(column)}
+
+
+def by_channel(found: CouponDiagnosis, values: np.ndarray) -> dict[str, float]:
+    """Median of each channel's values."""
+    return {name: float(np.median(values[at])) for name, at in channels(found).items()}
+
+
+def scatter(found: CouponDiagnosis) -> str:
+    """How far specimens differ, in words."""
+    own = found.coupons.errors.scatter
+    if not own.estimated:
+        share = f"{100 * own.shape:.2g} %" if own.shape else "nothing"
+        return f"one specimen: its own deviation is taken as {share}"
+    return (
+        f"specimens differ by {100 * own.scale:.2g} % in stiffness and by "
+        f"{100 * own.shape:.2g} % in shape, by their own differences"
+    )
+
+
+def _once(found: CouponDiagnosis) -> bool:
+    """Whether each coupon was pulled once, and no more."""
+    listed = found.coupons.simulation.measurement.listed()
+    return len(listed.groupby(["cycle", "branch"])) == 1
+
+
+def _number(e: Estimated) -> str:
+    return f"{e.key} = {e.value:.3g} ({e.low:.3g} to {e.high:.3g})"
+
+
+def _percent(value: float) -> str:
+    return f"{value:.2g} %" if value < 99.5 else f"{value:.0f} %"
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+
+
+def chance(p: float) -> str:
+    """A probability in two digits."""
+    return f"{p:.2f}" if p < 0.995 else "> 0.99"

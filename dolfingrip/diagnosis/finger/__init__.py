@@ -1,0 +1,1 @@
+"""Fingers, and coupons beside them: emulators from finite-element simulations."""

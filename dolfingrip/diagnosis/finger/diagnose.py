@@ -1,0 +1,137 @@
+"""A diagnosis of fingers: all hypotheses by emulators, claims verified by simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.cautions import MESH_UNKNOWN, not_reached
+from dolfingrip.diagnosis.core.evidence import Fit, Subset
+from dolfingrip.diagnosis.core.search import NONE, Posterior, search
+from dolfingrip.diagnosis.core.sensitivity import sensitivity
+from dolfingrip.diagnosis.coupon.gain import held_out
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.suspicion import suspicions
+from dolfingrip.diagnosis.finger.case import FingerCase, far, finger_case
+from dolfingrip.diagnosis.finger.exact import emulated, simulated
+from dolfingrip.diagnosis.finger.found import FingerDiagnosis
+from dolfingrip.diagnosis.finger.next_experiment import next_experiments
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.runner import Workers
+
+
+def diagnose_fingers(
+    measurement: Measurement,
+    config: Config,
+    workers: Workers,
+    names: Sequence[str] | None = None,
+    *,
+    quick: bool = False,
+    say: Callable[[str], None] = lambda text: None,
+) -> FingerDiagnosis:
+    """Find out what the simulation gets wrong about fingers, and about coupons beside them.
+
+    Args:
+        measurement: of fingers and coupons.
+        config: the model that is diagnosed.
+        workers: where simulations are computed and kept.
+        names: of the causes that are tried; the whole catalogue where None.
+        quick: verify no claim, measure no gain and propose nothing.
+        say: told what is being done.
+
+    Raises:
+        ConfigError: one line, where the model cannot be simulated.
+        SchedulerGone: the workers are gone; what was computed is kept.
+    """
+    finger = finger_case(measurement, config, workers, names, say)
+    say("comparing all causes, alone and in pairs")
+    posterior = search(finger.case, np.random.default_rng(0))
+    left = 0.0
+    if not quick:
+        finger, posterior, left = verified(finger, posterior, say)
+    decision, under = sensitivity(posterior)
+    found = FingerDiagnosis(config, finger, posterior, decision, under, left)
+    base = finger.simulation.base
+    kept = finger.simulation.measurement
+    found.suspicions = [each.sentence() for each in suspicions(kept, base.readings)]
+    found.not_reached = not_reached(measurement, base, finger.simulation.failures or None)
+    found.warnings = [*measurement.warnings, *_cautions(found)]
+    if quick or decision.answer != "cause":
+        return found
+    say("measuring the gain on readings that are left out")
+    found.held_out = held_out(finger, posterior, _predicted)  # type: ignore[arg-type]
+    found.next, failed = next_experiments(finger, posterior, decision, say)
+    found.warnings += failed
+    return found
+
+
+def _predicted(finger: FingerCase, fit: Fit) -> np.ndarray:
+    return finger.case.predicted(fit.subset, fit.zeta)
+
+
+def verified(
+    finger: FingerCase, posterior: Posterior, say: Callable[[str], None]
+) -> tuple[FingerCase, Posterior, float]:
+    """The leading fit simulated; what its emulators missed they learn, and all is compared anew.
+
+    Returns:
+        The case, its posterior, and the largest difference of the leading fit's emulators from a
+        simulation, by the noise; NaN where that did not end.
+    """
+    worst = float("nan")
+    known: set[Subset] = set()
+    for _ in range(POLICY.rounds):
+        fit = _leading(posterior, known)
+        name = " with ".join(fit.subset) or "the model"
+        try:
+            exact = simulated(finger, fit, finger.simulation.measurement)
+        except ConfigError as error:
+            say(f"a simulation at fitted numbers failed: {error}")
+            return finger, posterior, float("nan")
+        missed = np.column_stack(exact) - np.column_stack(emulated(finger, fit))
+        worst = float(np.abs(missed[:, 0] / finger.errors.noise).max())
+        say(
+            f"a simulation of {name} at its fitted numbers differs by {worst:.2g} standard "
+            "deviations of the noise at most"
+        )
+        ends = fit.subset in known or not sensitivity(posterior)[0].best.subset
+        if worst <= 1.0 and ends:
+            break
+        known.add(fit.subset)
+        finger = finger.corrected(fit, missed)
+        posterior = search(finger.case, np.random.default_rng(0))
+    return finger, posterior, worst
+
+
+def _leading(posterior: Posterior, known: set[Subset]) -> Fit:
+    """The fit that is to be simulated: of a pair first its stronger cause alone.
+
+    And before all others the model itself, where its walls are beyond those that were simulated.
+    """
+    best = sensitivity(posterior)[0].best
+    none = posterior.best(NONE, level=0.0)
+    if NONE not in known and np.abs(far(none.zeta[1:])).max(initial=0.0) > POLICY.walls:
+        return none
+    if len(best.subset) < 2:
+        return best
+    alone = (max(zip(best.strengths, best.subset, strict=True))[1],)
+    return best if alone in known else posterior.best(alone, level=0.0)
+
+
+def _cautions(found: FingerDiagnosis) -> list[str]:
+    told = []
+    finger = found.coupons
+    if not finger.simulation.base.mesh.size:
+        told.append(MESH_UNKNOWN)
+    told += [f"{name} could not be tried: {why}" for name, why in finger.failed.items()]
+    if not found.left_by_emulator <= 1.0:
+        off = found.left_by_emulator
+        told.append(
+            "the leading fit could not be simulated"
+            if np.isnan(off)
+            else f"the fit's fast model is off by {off:.2g} standard deviations of the noise "
+            "from a simulation at its numbers"
+        )
+    return told

@@ -1,0 +1,129 @@
+"""Noise, gauges, nuisances and the mesh of a finger's readings, as one covariance."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from dolfingrip.diagnosis.core import discrepancy
+from dolfingrip.diagnosis.core.discrepancy import Along
+from dolfingrip.diagnosis.coupon.covariance import (
+    SLACK,
+    CouponErrors,
+    Scatter,
+    Shared,
+    between,
+    drifting,
+)
+from dolfingrip.diagnosis.data import noise as instruments
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
+from dolfingrip.parameter import named
+
+FITTED = ("modulus",)
+"""Nuisances that every hypothesis fits."""
+
+
+def errors(simulation: FingerSimulation) -> CouponErrors:
+    """The covariance of a finger's readings, and of coupons beside it."""
+    measurement, base = simulation.measurement, simulation.base
+    listed = measurement.listed()
+    told = instruments.noise(measurement)
+    covariance = np.diag(np.maximum(told.independent, 1e-9) ** 2) + drifting(listed, told)
+    along = _along(simulation)
+    signal = _signal(simulation, along)
+    ratio = _steeper(base.readings, signal)
+    # one reading of the pressure or travel stands behind all readings of its row
+    steep = np.nan_to_num(base.by_control) * ratio
+    gauge = steep * told.control
+    row = listed["row"].to_numpy()
+    covariance += np.outer(gauge, gauge) * (row[:, None] == row)
+    noise = np.sqrt(np.diag(covariance))
+    fitted = (*FITTED, *([WALL] if simulation.walls is not None else []))
+    shared = [_shared(simulation, each) for each in base.nuisance_list if each.name not in fitted]
+    columns = [each.change for each in shared] + list(base.mesh.T)
+    for test in measurement.tests:
+        if test.experiment == "coupon":
+            own = np.where(listed["test"].to_numpy() == test.number, steep, 0.0)
+            columns.append(own * test.setup.nuisances[SLACK])
+    fitted = np.zeros_like(covariance)
+    for column in columns:
+        own = np.nan_to_num(column)
+        fitted += np.outer(own, own)
+    covariance += fitted
+    told_scale = float(np.max([t.setup.nuisances["specimen_scale"] for t in measurement.tests]))
+    scatter, more = Scatter(0.0, told_scale, 0.0, estimated=False), np.zeros_like(covariance)
+    if len(set(listed["specimen"])) > 1 and len({t.experiment for t in measurement.tests}) == 1:
+        scatter, more = between(measurement, covariance, along, signal)
+    else:  # no simple law follows a coupon exactly
+        coupon = (listed["experiment"] == "coupon").to_numpy()
+        more = POLICY.single_shape**2 * discrepancy.kernel(along) * np.outer(coupon, coupon)
+    guessed = any("guess" in sentence for sentence in told.sentences)
+    return CouponErrors(
+        covariance + more,
+        noise,
+        along,
+        signal,
+        tuple(shared),
+        fitted,
+        scatter,
+        told.sentences,
+        guessed,
+    )
+
+
+UNITS = {"pressure_offset_kPa": "kPa", "plate_gap_mm": "mm"}
+
+
+def _shared(simulation: FingerSimulation, nuisance: Nuisance) -> Shared:
+    """A linear nuisance with what is known of it."""
+    name = nuisance.name.partition(" ")[0]
+    told = [t.setup.nuisances.get(name, 0.0) for t in simulation.measurement.tests]
+    unit = UNITS.get(name) or (named(name).unit if "." in name else "")
+    return Shared(nuisance.name, unit, max(told), np.nan_to_num(nuisance.change))
+
+
+def _signal(simulation: FingerSimulation, along: Along) -> np.ndarray:
+    """A smooth curve through the readings of each channel, protocol and branch, shape (n,)."""
+    listed, base = simulation.measurement.listed(), simulation.base.readings
+    value = listed["value"].to_numpy()
+    found = np.zeros(len(value))
+    parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
+    for _, part in parts:
+        at = part.index.to_numpy()
+        x = 2 * along.load[at] - 1
+        degree = int(np.clip(len(np.unique(np.round(x / 2, 4))) // 4, 0, POLICY.smooth))
+        columns = base[at, None] * np.polynomial.chebyshev.chebvander(x, degree)
+        weights, *_ = np.linalg.lstsq(columns, value[at], rcond=1e-8)
+        found[at] = columns @ weights
+    return found
+
+
+def _steeper(base: np.ndarray, signal: np.ndarray) -> np.ndarray:
+    """How much more the readings change than the model does."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(np.abs(base) > 1e-9, signal / base, 1.0)
+    return np.clip(np.nan_to_num(ratio, nan=1.0), 0.2, 5.0)
+
+
+def _along(simulation: FingerSimulation) -> Along:
+    measurement = simulation.measurement
+    listed, rows = measurement.listed(), measurement.readings
+    number = rows["test"].to_numpy()
+    load, path = np.zeros(len(rows)), np.zeros(len(rows))
+    for test in measurement.tests:
+        mine = np.flatnonzero(number == test.number)
+        own = rows[test.control].to_numpy()[mine]
+        load[mine] = own / (float(np.nanmax(np.abs(own))) or 1.0)
+        path[mine] = discrepancy.path_of(load[mine], rows["time_s"].to_numpy()[mine])
+    row, column = listed["row"].to_numpy(), listed["column"].to_numpy()
+    group = np.zeros(len(listed), dtype=int)
+    for place, each in enumerate(simulation.groups):
+        group[np.isin(listed["test"].to_numpy(), each.tests)] = place
+    names = {name: i for i, name in enumerate(sorted(set(column)))}
+    block = group * len(names) + np.array([names[name] for name in column])
+    value = listed["value"].to_numpy()
+    size = np.zeros(len(listed))
+    for each in set(block):
+        size[block == each] = np.sqrt(np.mean(value[block == each] ** 2))
+    return Along(load[row], path[row], block, size)

@@ -1,0 +1,87 @@
+"""A hypothesis of a finger, simulated at its numbers with derivatives by all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.finger.case import FingerCase
+from dolfingrip.diagnosis.finger.unknowns import FAR
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
+from dolfingrip.diagnosis.simulation.simulated import Case, simulate
+
+
+def simulated(
+    finger: FingerCase,
+    fit: Fit,
+    measurement: Measurement,
+    mesh: Sequence[str] = (),
+    *,
+    rig: bool = True,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Readings, (n,), and their derivatives by ζ, (n, d); linear nuisances are left out.
+
+    Args:
+        finger: whose causes and moduli these are.
+        fit: the hypothesis.
+        measurement: whose protocols are followed.
+        mesh: overrides of the mesh.
+        rig: whether numbers of the rig that are far out are so here, too.
+
+    Raises:
+        ConfigError: one line, where the simulation does not reach all readings.
+    """
+    case = finger.case
+    numbers = [
+        (number, place)
+        for place, number in enumerate(
+            (n for name in fit.subset for n in finger.causes[name].numbers), case.own
+        )
+        if rig or not _of_rig(number.key)
+    ]
+    overrides = [each for each in finger.overrides(fit) if rig or not _of_rig(each)]
+    gradients = [f"{n.key}[0]" if n.listed else n.key for n, _ in numbers]
+    every = [*gradients, *modulus_keys(finger.simulation.applied)]
+    if finger.wall_std:
+        every.append(finger.wall()[0])
+    wanted = Case((*mesh, *overrides), tuple(every))
+    (run,) = simulate(measurement, finger.simulation.config, [wanted], finger.simulation.workers)
+    if not np.isfinite(run.readings).all():
+        why = "; ".join(each.sentence for each in run.failures) or "no reading"
+        raise ConfigError(f"{' with '.join(fit.subset) or 'the model'}: {why}")
+    none = np.zeros(len(run.readings))
+    slopes = np.zeros((len(run.readings), len(fit.zeta)))
+    c, dc = case.factor(fit.zeta[0])
+    by_log = by_log_modulus(measurement, run)
+    for (number, place), key in zip(numbers, gradients, strict=True):
+        slope = run.slopes.get(key, none)
+        if number.key.endswith("_MPa"):
+            slope = slope * float(c)
+            by_log = by_log + slope * float(number.at(fit.zeta[place]))
+        slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))
+    slopes[:, 0] = by_log * float(dc / c)
+    if finger.wall_std:
+        key, wall_mm = finger.wall()
+        rate = float(np.cosh(POLICY.tail * fit.zeta[1]))
+        slopes[:, 1] = run.slopes.get(key, none) * wall_mm * finger.wall_std * rate
+    return run.readings, slopes
+
+
+def _of_rig(key: str) -> bool:
+    return any(key.startswith(f"extensions.{name}.") for name in FAR)
+
+
+def emulated(finger: FingerCase, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """The same by the emulators."""
+    case, step = finger.case, 1e-4
+    readings = case.predicted(fit.subset, fit.zeta)
+    slopes = [
+        (case.predicted(fit.subset, fit.zeta + step * way) - readings) / step
+        for way in np.eye(len(fit.zeta))
+    ]
+    return readings, np.column_stack(slopes)

@@ -1,0 +1,289 @@
+"""Readings of fingers at any moduli from a few simulations, and simulations of causes.
+
+Without weight and memory a change of all moduli scales a simulation exactly
+(:mod:`dolfingrip.diagnosis.simulation.modulus`). Where it does not, the model is simulated at
+several moduli, and what lies between them follows from a polynomial of their logarithm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from dolfingrip.channels import CHANNELS
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.simulation import meshes, modulus
+from dolfingrip.diagnosis.simulation.base import BaseSimulation
+from dolfingrip.diagnosis.simulation.groups import SimulationGroup
+from dolfingrip.diagnosis.simulation.legs import Leg
+from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
+from dolfingrip.diagnosis.simulation.nuisances import (
+    keys,
+    modulus_keys,
+    neutral_stages,
+    nuisances,
+)
+from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.simulated import (
+    Case,
+    Simulated,
+    SimulationFailure,
+    simulate,
+)
+from dolfingrip.diagnosis.simulation.walls import WallCurves, simulate_walls
+from dolfingrip.parameter import moduli
+
+WEIGHING: Final = (0.75, 1.0, 1.4)
+"""Factors of all moduli at which a model is simulated that does not scale."""
+
+
+@dataclass(eq=False)
+class FingerSimulation:
+    """The model as configured, at any moduli, and with causes.
+
+    Attributes:
+        measurement: whose readings the base simulation reaches.
+        config: as configured.
+        workers: where simulations are computed and kept.
+        centre: factor of all moduli that causes are simulated at.
+        base: graded mesh, nuisances and what the mesh gets wrong.
+        plain: on the mesh that causes are simulated on, with headroom.
+        others: base simulations at other moduli, by factor, where the model does not scale.
+        rough: the same on the mesh of the causes.
+        walls: base simulation with other walls; None where they are a linear nuisance.
+        failures: why the base simulation ended before readings that are left out.
+    """
+
+    measurement: Measurement
+    config: Config
+    workers: Workers
+    centre: float
+    base: BaseSimulation
+    plain: Simulated
+    others: dict[float, Simulated]
+    rough: dict[float, Simulated]
+    walls: WallCurves | None
+    failures: Sequence[SimulationFailure] = ()
+
+    def __post_init__(self) -> None:
+        self._weights: dict[tuple[int, int, float], np.ndarray] = {}
+        self._map = MeshMap(self.measurement, self.base.simulated, self.plain)
+
+    @property
+    def groups(self) -> list[SimulationGroup]:
+        """Which tests share a simulation."""
+        return [run.group for run in self.base.simulated.runs]
+
+    @property
+    def scales(self) -> bool:
+        """Whether the moduli scale the base model exactly."""
+        return self.base.scales
+
+    @property
+    def applied(self) -> Config:
+        """As the first test was set up; its material is that of all."""
+        return self.measurement.tests[0].setup.applied(self.config)
+
+    def moduli(self, factor: float) -> tuple[str, ...]:
+        """Overrides that make all moduli ``factor`` times as large as configured."""
+        return () if factor == 1.0 else modulus.overrides(self.applied, factor)
+
+    @property
+    def flat(self) -> tuple[str, ...]:
+        """Overrides of the mesh that causes are simulated on."""
+        return meshes.ungraded(self.config)
+
+    # -- reading a simulation ---------------------------------------------------------------------
+
+    def rows(
+        self, simulated: Simulated, factor: float, slope: str | None = None
+    ) -> list[dict[str, np.ndarray]]:
+        """Readings of each run at the measured rows, by column, (rows,) each.
+
+        Args:
+            simulated: with headroom, where it is read at other moduli.
+            factor: of all moduli, by those of the simulation. Ignored where it has a memory.
+            slope: key of a parameter that the readings are derived by.
+        """
+        count = len(self.measurement.readings)
+        found = []
+        for place, run in enumerate(simulated.runs):
+            columns = run.result.columns
+            if slope is not None:
+                columns = {n: v for (n, key), v in run.result.slopes.items() if key == slope}
+            own = {}
+            for name, values in columns.items():
+                if name == "time_s" or not len(values):
+                    continue
+                if len(run.route.legs) > 1 or run.group.in_time is run.route:
+                    own[name] = run.route.at_rows(values, count)
+                    continue
+                (leg,) = run.route.legs
+                by = 1.0 if run.group.experiment == "coupon" else 1 / factor
+                told = np.full(count, np.nan)
+                told[leg.rows] = self._leg(place, leg, len(values), by) @ np.pad(
+                    values, (0, len(leg.stops) - len(values))
+                )
+                own[name] = told * (factor if CHANNELS[name].in_proportion else 1.0)
+            found.append(own)
+        return found
+
+    def _leg(self, place: int, leg: Leg, reached: int, by: float) -> np.ndarray:
+        """Weights of stops, kept, as all simulations of a group are read alike."""
+        key = place, 1000 * len(leg.stops) + reached, by
+        if key not in self._weights:
+            self._weights[key] = leg.weights(reached, leg.rows_at * by, modulus.MOST_BEYOND)
+        return self._weights[key]
+
+    def listed(self, runs: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
+        """(n,) of the rows of all runs; NaN where a run lacks a column."""
+        listed = self.measurement.listed()
+        place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
+        found = np.full(len(listed), np.nan)
+        for run, own in zip(self.base.simulated.runs, runs, strict=True):
+            mine = np.isin(test, run.group.tests)
+            for name in set(column[mine]) & set(own):
+                at = np.flatnonzero(mine & (column == name))
+                found[at] = own[name][place[at]]
+        return found
+
+    def at(self, simulated: Simulated, factor: float, slope: str | None = None) -> np.ndarray:
+        """(n,) readings; see :meth:`rows`. A slope that nothing feels is 0."""
+        found = self.listed(self.rows(simulated, factor, slope))
+        return found if slope is None else np.nan_to_num(found)
+
+    def base_rows(self, factor: float) -> list[dict[str, np.ndarray]]:
+        """Rows of the base model with all moduli ``factor`` times as configured."""
+        if self.scales:
+            return self.rows(self.base.simulated, factor)
+        return self._between(self.others, factor)
+
+    def _between(self, known: dict[float, Simulated], factor: float) -> list[dict[str, np.ndarray]]:
+        """Rows at moduli between those of some simulations."""
+        parts = _lagrange(np.log([*known]), float(np.log(factor)))
+        every = [self.rows(s, factor / c) for c, s in known.items()]
+        return [
+            {
+                name: np.sum([p * rows[i][name] for p, rows in zip(parts, every, strict=True)], 0)
+                for name in own
+            }
+            for i, own in enumerate(every[0])
+        ]
+
+    def base_at(self, factor: float) -> np.ndarray:
+        """(n,) readings of the base model at other moduli."""
+        return self.listed(self.base_rows(factor))
+
+    def plain_at(self, factor: float) -> np.ndarray:
+        """(n,) the same on the mesh of the causes, the factor by ``centre``."""
+        if self.rough:
+            return self.listed(self._between(self.rough, factor * self.centre))
+        return self.at(self.plain, factor)
+
+    def graded(
+        self, readings: np.ndarray, slopes: np.ndarray, factor: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Readings, (n,), and derivatives, (n, d), as the graded mesh would have them."""
+        if self.base.plain is None:
+            return readings, slopes
+        return self._map.to_graded(readings, slopes, factor)
+
+
+def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
+    """Weights of a parabola through nodes; beyond them along its tangent."""
+    inside = float(np.clip(x, nodes.min(), nodes.max()))
+
+    def weights(at: float) -> np.ndarray:
+        return np.array([
+            np.prod([(at - b) / (a - b) for b in nodes if b != a]) for a in nodes
+        ])  # fmt: skip
+
+    step = 1e-5
+    slope = (weights(inside + step) - weights(inside - step)) / (2 * step)
+    return np.asarray(weights(inside) + slope * (x - inside))
+
+
+def finger_simulation(
+    measurement: Measurement, config: Config, workers: Workers, centre: float = 1.0
+) -> FingerSimulation:
+    """Simulate a measurement as configured, with other walls and on the mesh of the causes.
+
+    Args:
+        measurement: whose protocols and set-ups are followed.
+        config: the model that is diagnosed.
+        workers: where simulations are computed and kept.
+        centre: factor of all moduli that causes are to be simulated at.
+
+    Raises:
+        ConfigError: one line: a set-up that cannot be built, a test of which no reading is
+            reached, no workers, or a store in use.
+    """
+    stages = neutral_stages(config)
+    flat = meshes.ungraded(config)
+    applied = measurement.tests[0].setup.applied(config)
+    moved = () if centre == 1.0 else modulus.overrides(applied, centre)
+    gradients = keys(measurement, config)
+    wanted = [
+        Case(stages, gradients, headroom=True),
+        Case((*flat, *moved), headroom=True),
+        *([Case(flat, headroom=True)] if flat and moved else []),
+    ]
+    graded, plain, *rest = simulate(measurement, config, wanted, workers)
+    beside = rest[0] if rest else plain if flat else graded
+    measurement = _reached(measurement, graded)
+    if measurement.listed().shape[0] != len(graded.readings):
+        found_again = finger_simulation(measurement, config, workers, centre)
+        return replace(found_again, failures=graded.failures)
+    error = meshes.SHARE * (graded.readings - beside.readings)[:, None]
+    base = BaseSimulation(
+        measurement, config, graded, nuisances(measurement, graded),
+        np.nan_to_num(error) if flat else np.zeros((len(graded.readings), 0)), [],
+        beside if flat else None,
+    )  # fmt: skip
+    others: dict[float, Simulated] = {}
+    rough: dict[float, Simulated] = {}
+    if not base.scales:
+        nodes = [centre * c for c in WEIGHING]
+        meshed = [(*way, *modulus.overrides(applied, c)) for way in (stages, flat) for c in nodes]
+        cases = [Case(overrides, headroom=True) for overrides in meshed]
+        found = simulate(measurement, config, cases, workers)
+        others = dict(zip(nodes, found[: len(nodes)], strict=True))
+        rough = dict(zip(nodes, found[len(nodes) :], strict=True))
+    walls = simulate_walls(measurement, base, workers)
+    return FingerSimulation(measurement, config, workers, centre, base, plain, others, rough, walls)
+
+
+def _reached(measurement: Measurement, graded: Simulated) -> Measurement:
+    """The measurement without readings that the base simulation does not come to.
+
+    Raises:
+        ConfigError: one line, where a test has none left.
+    """
+    kept = np.isfinite(graded.readings) & np.isfinite(graded.by_control)
+    listed = measurement.listed()
+    for test in measurement.tests:
+        if not kept[listed["test"].to_numpy() == test.number].any():
+            why = "; ".join(each.sentence for each in graded.failures if test in each.tests)
+            raise ConfigError(
+                f"{test.experiment} of {test.specimen}: the base simulation reaches no reading: "
+                f"{why}"
+            )
+    if kept.all():
+        return measurement
+    readings: pd.DataFrame = measurement.readings.copy()
+    for row, column in listed.loc[~kept, ["row", "column"]].itertuples(index=False):
+        readings.loc[readings.index[row], column] = np.nan
+    return Measurement(readings, measurement.tests, measurement.warnings)
+
+
+def same_material(measurement: Measurement, config: Config) -> bool:
+    """Whether all tests are of one material, whose moduli one factor changes."""
+    return len({str(moduli(t.setup.applied(config))) for t in measurement.tests}) == 1
+
+
+__all__ = ["FingerSimulation", "finger_simulation", "modulus_keys", "same_material"]

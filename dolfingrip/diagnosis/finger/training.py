@@ -1,0 +1,402 @@
+"""Emulators of what causes change about fingers, from closed forms and simulations with slopes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+
+from dolfingrip.channels import CHANNELS, PRESSURE
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.curved import (
+    Coordinate,
+    Simulations,
+    trained_on,
+)
+from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places, trained
+from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.unknowns import FAR, TILTED, box_of, coordinates_of
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
+from dolfingrip.diagnosis.simulation.legs import Route
+from dolfingrip.diagnosis.simulation.line_lag import behind
+from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
+from dolfingrip.diagnosis.simulation.secants import felt_in
+from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.extensions.index import effect
+
+Factor = Callable[[np.ndarray], np.ndarray]
+"""Factor of all moduli by its ζ."""
+
+FREE: Final = 9
+"""Places along each number of a closed form."""
+
+NEARLY: Final = 300
+"""Places at which a law is tabulated that is nearly right."""
+
+BESIDE: Final = 1.3
+"""Largest |ζ| of the moduli that causes are simulated at which these do not scale."""
+
+BY_CURVE: Final = frozenset({"line_lag", "temperature_drift", "pressure_gain", "pressure_offset"})
+"""Causes whose change follows from the elastic curve, where there is one."""
+
+FINGERS: Final = frozenset({"bending", "blocked_force"})
+
+LEAST: Final = 0.05
+"""Root mean square change, by the noise, below which no reading feels a cause."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """Emulators of all causes.
+
+    Attributes:
+        emulators: by name.
+        unseen: causes that no reading feels.
+        failed: why others could not be simulated, by name.
+    """
+
+    emulators: dict[str, Emulator]
+    unseen: tuple[str, ...]
+    failed: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class _Design:
+    """Simulations of a cause.
+
+    Attributes:
+        zeta: places, the moduli's first where these do not scale it.
+        scales: whether they do.
+        cases: one for each place.
+    """
+
+    cause: Cause
+    zeta: np.ndarray
+    scales: bool
+    cases: list[Case]
+
+
+def trained_causes(
+    simulation: FingerSimulation,
+    causes: Sequence[Cause],
+    scale: np.ndarray,
+    factor: Factor,
+    middle: float,
+    box: np.ndarray,
+) -> Trained:
+    """Simulate all causes, and make emulators of what they change.
+
+    Args:
+        simulation: of the model without them.
+        causes: that may be named.
+        scale: noise of the readings, shape (n,).
+        factor: of the moduli by ζ.
+        middle: ζ of the moduli that causes are simulated at.
+        box: range of that ζ, shape (2,).
+    """
+    closed = [each for each in causes if _closed(simulation, each)]
+    designs = [_design(simulation, each, factor, middle) for each in causes if each not in closed]
+    every = [case for design in designs for case in design.cases]
+    found = iter(simulate(simulation.measurement, simulation.config, every, simulation.workers))
+    nodes = np.linspace(float(box[0]), float(box[1]), POLICY.nodes)
+    emulators: dict[str, Emulator] = {}
+    unseen: list[str] = []
+    failed: dict[str, str] = {}
+
+    def keep(cause: Cause, told: Simulations | None, first: bool) -> None:
+        if told is None:
+            return
+        white = np.abs(told.values / scale)
+        if np.sqrt((white**2).mean(axis=2)).max() < LEAST:
+            unseen.append(cause.name)
+            return
+        own = coordinates_of(cause, int(first))
+        if first:
+            sigma = float(np.log(factor(np.array(middle + 1.0)) / factor(np.array(middle))))
+
+            def by_moduli(zeta: np.ndarray) -> np.ndarray:
+                return np.asarray(np.log(factor(zeta) / simulation.centre) / sigma)
+
+            own = (Coordinate(by_moduli, amplitude=False), *own)
+        degree = POLICY.curved_degree if first or cause not in closed else FREE - 1
+        nearly = _nearly(simulation, cause, scale, factor, middle) if first else None
+        if nearly is None:
+            emulators[cause.name] = trained_on(told, own, scale, (0,), degree=degree)
+            return
+        rest = trained_on(_without(told, nearly), own, scale, (0,), degree=degree)
+        emulators[cause.name] = Stacked.of((nearly, rest))
+
+    for design in designs:
+        runs = [next(found) for _ in design.cases]
+        told, why = _assembled(simulation, design, runs, nodes, factor)
+        if told is None:
+            failed[design.cause.name] = why
+        keep(design.cause, told, first=not design.scales)
+    for cause in closed:
+        keep(cause, _in_closed_form(simulation, cause, nodes, factor), first=False)
+    return Trained(emulators, tuple(unseen), failed)
+
+
+def _closed(simulation: FingerSimulation, cause: Cause) -> bool:
+    if effect(cause.name).has("reading"):
+        return True
+    return cause.name in BY_CURVE and simulation.scales
+
+
+# -- simulations ---------------------------------------------------------------------------------
+
+
+def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:
+    kind = effect(cause.name)
+    scales = (
+        simulation.scales
+        and kind.kind not in ("dissipative", "loading")
+        and not kind.clock
+        and cause.name != TILTED
+    )
+    reach = POLICY.finger_reach / max(1.0, np.sqrt(len(cause.numbers) / 2))
+    box = np.clip(box_of(cause), -reach, reach)
+    if not scales:
+        box = np.vstack([[middle - BESIDE, middle + BESIDE], box])
+    d = len(box)
+    count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
+    zeta = _places(box, POLICY.far_places if cause.name in FAR else count, cause)
+    experiments = felt_in(cause.name, _lab(simulation))
+    flat = simulation.flat
+    cases = []
+    for z in zeta:
+        c = simulation.centre if scales else float(factor(z[0]))
+        own = z if scales else z[1:]
+        overrides = (*flat, *simulation.moduli(c), *overrides_at(cause, own, c))
+        gradients = [_gradient(number.key, listed=number.listed) for number in cause.numbers]
+        if not scales:
+            gradients += modulus_keys(simulation.applied)
+        tilt_deg = 0.0
+        if _turns(simulation, cause):
+            overrides, experiments = (*flat, *simulation.moduli(c)), FINGERS
+            gradients, tilt_deg = gradients[1:], float(cause.numbers[0].at(own[0]))
+        elsewhere = (*flat, *simulation.moduli(simulation.centre))
+        cases.append(
+            Case(
+                overrides, tuple(gradients), headroom=True, only_in=experiments,
+                elsewhere=elsewhere, tilt_deg=tilt_deg, derived_elsewhere=False,
+            )
+        )  # fmt: skip
+    return _Design(cause, zeta, scales, cases)
+
+
+def _turns(simulation: FingerSimulation, cause: Cause) -> bool:
+    return cause.name == TILTED and bool(_lab(simulation).gravity.acceleration_m_s2)
+
+
+def _lab(simulation: FingerSimulation) -> Config:
+    """A test's configuration, with weight where one has it."""
+    applied = [t.setup.applied(simulation.config) for t in simulation.measurement.tests]
+    return max(applied, key=lambda each: each.gravity.acceleration_m_s2)
+
+
+def _places(box: np.ndarray, count: int, cause: Cause) -> np.ndarray:
+    if len(box) > 1:
+        return places(box, count)
+    low, high = box[0]
+    signed = coordinates_of(cause)[0].signed
+    # of either sign both ends count; of a positive amplitude the strong one does
+    parts = np.linspace(0.08, 0.92, count + 1) if signed else np.linspace(0.1, 0.95, count)
+    return np.asarray(low + (high - low) * parts)[:, None]
+
+
+def _gradient(key: str, *, listed: bool) -> str:
+    return f"{key}[0]" if listed else key
+
+
+def overrides_at(cause: Cause, zeta: np.ndarray, c: float) -> tuple[str, ...]:
+    """A cause at ζ as with ``--set``, its moduli ``c`` times as large as its priors tell."""
+    found = []
+    for number, z in zip(cause.numbers, zeta, strict=True):
+        value = float(number.at(z))
+        found.append(number.override(value * c if number.key.endswith("_MPa") else value))
+    for held in cause.held:
+        key, _, text = held.partition("=")
+        if key.endswith("_MPa") and "[" not in text:
+            text = repr(float(text) * c)
+        found.append(f"{key}={text}")
+    return tuple(found)
+
+
+def _assembled(
+    simulation: FingerSimulation,
+    design: _Design,
+    runs: Sequence[Simulated],
+    nodes: np.ndarray,
+    factor: Factor,
+) -> tuple[Simulations | None, str]:
+    """Changes and their derivatives by ζ; None and why where too few simulations ended well."""
+    numbers = design.cause.numbers
+    experiment = simulation.measurement.listed()["experiment"].to_numpy()
+    felt = np.isin(experiment, list(design.cases[0].only_in or ()))
+    values, slopes, kept = [], [], []
+    at = nodes if design.scales else None
+    keys = [_gradient(number.key, listed=number.listed) for number in numbers]
+    known = set(design.cases[0].gradients)
+    for place, run in enumerate(runs):
+        z = design.zeta[place]
+        own = z if design.scales else z[1:]
+        rates = [float(number.prior.slope(zi)) for number, zi in zip(numbers, own, strict=True)]
+        told, derived = [], []
+        for node in nodes if at is not None else [z[0]]:
+            whole = float(factor(node))
+            c = whole / simulation.centre
+            # its own moduli are simulated at c, an elastic one is read there
+            beside = simulation.centre if design.scales else whole
+            by = c if design.scales else 1.0
+            y = simulation.at(run, by)
+            first: list[np.ndarray] = []
+            for key, number, rate in zip(keys, numbers, rates, strict=True):
+                per = rate * (beside if number.key.endswith("_MPa") else 1.0)
+                slope = simulation.at(run, by, key) * per
+                first.append(slope if key in known else np.full(len(slope), np.nan))
+            plain = simulation.plain_at(c)
+            if not design.scales:
+                step = 1e-3
+                by_log = by_log_modulus(simulation.measurement, run)
+                for key, number, zi in zip(keys, numbers, own, strict=True):
+                    if number.key.endswith("_MPa"):
+                        value = float(number.at(zi)) * whole
+                        by_log = by_log + simulation.at(run, 1.0, key) * value
+                first = [by_log, *first]
+            graded, jacobian = simulation.graded(y, np.nan_to_num(np.column_stack(first)), whole)
+            base, _ = simulation.graded(plain, np.zeros((len(plain), 0)), whole)
+            jacobian[:, ~np.isfinite(np.column_stack(first)).all(axis=0)] = np.nan
+            if not design.scales:
+                log_slope = float(np.log(factor(node + step) / factor(node - step)) / (2 * step))
+                more, less = (
+                    simulation.graded(
+                        simulation.plain_at(c * np.exp(w * step)),
+                        np.zeros((len(plain), 0)),
+                        whole * np.exp(w * step),
+                    )[0]
+                    for w in (1, -1)
+                )
+                jacobian[:, 0] = (jacobian[:, 0] - (more - less) / (2 * step)) * log_slope
+            told.append(np.where(felt, graded - base, 0.0))
+            derived.append(np.where(felt, jacobian.T, 0.0))
+        change = np.array(told)
+        if np.isfinite(change).all():
+            kept.append(place)
+            values.append(change)
+            slopes.append(np.array(derived))
+    least = 1 if len(runs) < 3 else max(2, len(numbers))
+    if len(kept) < least:
+        why = next((f.sentence for run in runs for f in run.failures), "no simulation ended")
+        return None, why
+    return (
+        Simulations(
+            design.zeta[kept], np.stack(values, axis=1), np.stack(slopes, axis=1), at
+        ), "",
+    )  # fmt: skip
+
+
+# -- closed forms that a simulation mends ----------------------------------------------------------
+
+
+def _nearly(
+    simulation: FingerSimulation, cause: Cause, scale: np.ndarray, factor: Factor, middle: float
+) -> Emulator | None:
+    """What a cause changes by a law that is nearly right; None where there is none."""
+    if effect(cause.name).by_elastic_curve != "relaxation" or not simulation.scales:
+        return None
+    box = np.vstack([[middle - 1.5 * BESIDE, middle + 1.5 * BESIDE], box_of(cause)])
+    zeta = places(box, NEARLY)
+    changes = []
+    for z in zeta:
+        config = simulation.applied.overridden(overrides_at(cause, z[1:], 1.0))
+        viscous: Any = getattr(config.extensions, cause.name)
+        c = float(factor(z[0]))
+        changes.append(
+            relaxation.change(simulation.measurement, simulation.base.simulated, viscous, c)
+        )
+    return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale, box), takes=(0,))
+
+
+def _without(told: Simulations, nearly: Emulator) -> Simulations:
+    """What simulations changed beyond a law."""
+    values, slopes = told.values.copy(), told.slopes.copy()
+    for place, z in enumerate(told.zeta):
+        g, dg = nearly.with_slopes(z)
+        values[0, place] -= nearly.columns @ g
+        slopes[0, place] -= (nearly.columns @ dg).T
+    return replace(told, values=values, slopes=slopes)
+
+
+# -- closed forms --------------------------------------------------------------------------------
+
+
+def _in_closed_form(
+    simulation: FingerSimulation, cause: Cause, nodes: np.ndarray, factor: Factor
+) -> Simulations:
+    box = np.clip(box_of(cause), -POLICY.finger_reach, POLICY.finger_reach)
+    zeta = places(box, 5 * FREE)
+    if len(box) == 1:
+        zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), FREE)[:, None]
+    values = []
+    for node in nodes:
+        c = float(factor(node))
+        rows = simulation.base_rows(c) if effect(cause.name).has("reading") else []
+        values.append([_changed(simulation, cause, z, c, rows) for z in zeta])
+    told = np.array(values)
+    slopes = np.full((*told.shape[:2], len(box), told.shape[2]), np.nan)
+    return Simulations(zeta, np.nan_to_num(told), slopes, nodes)
+
+
+def _changed(
+    simulation: FingerSimulation,
+    cause: Cause,
+    zeta: np.ndarray,
+    c: float,
+    rows: Sequence[dict[str, np.ndarray]],
+) -> np.ndarray:
+    config = simulation.applied.overridden(overrides_at(cause, zeta, 1.0))
+    on: Any = getattr(config.extensions, cause.name)
+    if rows:
+        readings = simulation.measurement.readings
+        since = readings["time_s"] - readings.groupby("test")["time_s"].transform("first")
+        shown = []
+        for own in rows:
+            displayed = on.reading({**own, "time_s": since.to_numpy()})
+            shown.append({name: displayed.get(name, told) - told for name, told in own.items()})
+        return simulation.listed(shown)
+    base = simulation.base.simulated
+    load: elastic_curve.Load
+    if cause.name == "temperature_drift":
+
+        def soft(way: Route) -> np.ndarray:
+            time_s = np.array(way.time_s)
+            warm = on.warming_degC * (1 - np.exp(-time_s / on.tau_s))
+            return np.asarray(1 + on.modulus_per_degC * warm)
+
+        def shown_by(way: Route, column: str, elastic: np.ndarray) -> np.ndarray:
+            return soft(way) * elastic if CHANNELS[column].in_proportion else elastic
+
+        def divided(way: Route) -> np.ndarray:
+            value = np.array(way.value)
+            return value / soft(way) if way.control == PRESSURE.name else value
+
+        return elastic_curve.change(simulation.measurement, base, divided, c, shown_by)
+    if cause.name == "line_lag":
+        load = partial(behind, on)
+    elif cause.name == "pressure_gain":
+
+        def load(way: Route) -> np.ndarray:
+            return on.gain * np.array(way.value)
+
+    else:
+
+        def load(way: Route) -> np.ndarray:
+            return on.offset_kPa + np.array(way.value)
+
+    return elastic_curve.change(simulation.measurement, base, load, c)

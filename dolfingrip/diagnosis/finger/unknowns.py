@@ -1,0 +1,145 @@
+"""Causes of fingers: effects of the catalogue, and nuisances far from what the laboratory told."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from dolfingrip.channels import PRESSURE
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.curved import Coordinate
+from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
+from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import WALL
+from dolfingrip.extensions.effect import Prior
+from dolfingrip.extensions.index import effect
+from dolfingrip.parameter import bounds_of
+
+FAR: Final = {
+    "pressure_gain": ("gain", "pressure_gain", 1.0),
+    "pressure_offset": ("offset_kPa", "pressure_offset_kPa", 0.0),
+    "plate_gap": ("offset_mm", "plate_gap_mm", 0.0),
+    "wall_offset": ("offset_mm", WALL, 0.0),
+}
+"""Nuisances that can be causes: key of the effect, of what the laboratory tells, and its middle."""
+
+WALLS: Final = "wall_offset"
+
+TILTED: Final = "gravity_pitch"
+"""The effect that turns the gravity that a test has."""
+
+
+def unknowns(
+    measurement: Measurement,
+    config: Config,
+    names: Sequence[str] | None,
+    *,
+    walls: bool = False,
+) -> list[Cause]:
+    """All that may be named: of the catalogue, and of the nuisances where all are tried.
+
+    Args:
+        measurement: whose set-ups tell the nuisances.
+        config: the model that is diagnosed, with the laboratory's gravity.
+        names: of the causes that are tried; everything where None.
+        walls: whether these are fitted in every hypothesis, and so no cause beside it.
+    """
+    found = [
+        _tilted(each) if each.name == TILTED and config.gravity.acceleration_m_s2 else each
+        for each in causes(config, names)
+    ]
+    far = [each for each in _far(measurement, config) if not (walls and each.name == WALLS)]
+    return found if names is not None else [*found, *far]
+
+
+def _tilted(cause: Cause) -> Cause:
+    """The pitch in place of the weight, which is there."""
+    prior = effect(TILTED).priors()["pitch_deg"]
+    key = f"extensions.{TILTED}.pitch_deg"
+    reach = POLICY.finger_reach
+    return Cause(
+        cause.name, (UnknownNumber(key, prior, -reach, reach, (-180.0, 180.0), True, False),), ()
+    )
+
+
+def _far(measurement: Measurement, config: Config) -> list[Cause]:
+    on = {each.name() for each in config.extensions.active()}
+    experiments = {test.experiment for test in measurement.tests}
+    fingers = [test for test in measurement.tests if test.control == PRESSURE.name]
+    found = []
+    for name, (key, told, middle) in FAR.items():
+        if name in on or not fingers:
+            continue
+        if name == "plate_gap" and "blocked_force" not in experiments:
+            continue
+        if name == "wall_offset" and config.mesh.file is not None:
+            continue
+        std = max(test.setup.nuisances[told] for test in fingers)
+        if name == "wall_offset":
+            std *= config.geometry.wall_mm
+        if not std:
+            continue
+        prior = Prior(middle, POLICY.far * std, "far from what was told")
+        low, high = -POLICY.finger_reach, POLICY.finger_reach
+        if name == "plate_gap":
+            gaps = [t.setup.applied(config).plate.gap_mm for t in fingers]
+            low = max(low, prior.zeta(-min(gaps)))
+        number = UnknownNumber(
+            f"extensions.{name}.{key}", prior, low, high, bounds_of(effect(name), key), True, False
+        )
+        found.append(Cause(name, (number,), ()))
+    return found
+
+
+def box_of(cause: Cause) -> np.ndarray:
+    """Ranges of ζ, as far as a finger is simulated, (numbers, 2)."""
+    return np.clip(cause.box(), -POLICY.finger_reach - 0.2, POLICY.finger_reach + 0.2)
+
+
+def coordinates_of(cause: Cause, first: int = 0) -> tuple[Coordinate, ...]:
+    """What a cause's change is a polynomial of.
+
+    Args:
+        cause: whose numbers are ζ.
+        first: place of the first of them in ζ.
+    """
+    found: list[Coordinate] = []
+    for i, number in enumerate(cause.numbers, first):
+        own = replace(_coordinate(cause, number), of=i)
+        found += _sides(own) if effect(cause.name).lopsided and own.amplitude else [own]
+    return tuple(found)
+
+
+def _sides(own: Coordinate) -> list[Coordinate]:
+    """An amplitude that changes the readings in different ways to either side."""
+    inner = own.value
+    return [
+        replace(own, value=lambda zeta: np.maximum(inner(zeta), 0.0)),
+        replace(own, value=lambda zeta: np.minimum(inner(zeta), 0.0)),
+    ]
+
+
+def _coordinate(cause: Cause, number: UnknownNumber) -> Coordinate:
+    if not number.amplitude:
+        return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False)
+    neutral = _neutral(cause, number)
+    prior = number.prior
+    middle = prior.mean - neutral
+    step = middle if abs(middle) > 1e-9 * prior.spread else prior.spread
+    reach = POLICY.finger_reach
+
+    def value(zeta: np.ndarray) -> np.ndarray:
+        return (number.at(zeta) - neutral) / step
+
+    ends = np.asarray(value(np.array([-reach, reach])))
+    return Coordinate(value, amplitude=True, signed=bool(ends.min() < -1e-9))
+
+
+def _neutral(cause: Cause, number: UnknownNumber) -> float:
+    name = number.key.rpartition(".")[2]
+    told = effect(cause.name).neutral.get(name, 0.0)
+    return float(told[0] if isinstance(told, Sequence) else told)

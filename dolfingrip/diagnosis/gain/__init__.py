@@ -1,1 +1,0 @@
-"""What naming the cause is worth: errors on readings that were not used."""

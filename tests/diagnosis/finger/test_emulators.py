@@ -1,0 +1,135 @@
+"""Emulators of fingers: from few values and slopes; no simulation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
+from dolfingrip.diagnosis.core.emulator import Emulator, Mended, Stacked
+from dolfingrip.diagnosis.core.evidence import Case
+from dolfingrip.diagnosis.core.search import search
+from dolfingrip.diagnosis.core.sensitivity import sensitivity
+from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, coordinates_of, unknowns
+from dolfingrip.diagnosis.simulation.reference import reference_measurement
+
+SEED = 11
+X = np.linspace(0.1, 1.0, 15)
+SCALE = np.full(len(X), 0.02)
+STD = 0.2
+"""Of the moduli."""
+
+
+def factor(zeta: np.ndarray) -> np.ndarray:
+    return np.exp(STD * np.asarray(zeta))
+
+
+def bend(c: float) -> np.ndarray:
+    """Invented: what a load turns a finger by, a curve of load by modulus."""
+    return 10 * (X / c) ** 1.3
+
+
+def changed(zeta: float, c: float) -> np.ndarray:
+    """Invented: a softening of log-normal size, read at the load by the modulus."""
+    return np.asarray(2 * np.exp(0.4 * zeta) * (X / c) ** 2 / (1 + 0.3 * np.exp(0.4 * zeta)))
+
+
+def slope(zeta: float, c: float) -> np.ndarray:
+    return (changed(zeta + 1e-5, c) - changed(zeta - 1e-5, c)) / 2e-5
+
+
+AMPLITUDE = Coordinate(lambda zeta: np.exp(0.4 * zeta), amplitude=True, signed=False)
+
+
+def softening() -> Emulator:
+    places, nodes = np.array([-2.0, 0.3, 2.3]), np.linspace(-2.5, 2.5, 33)
+    values = np.array([[changed(z, factor(m)) for z in places] for m in nodes])
+    slopes = np.array([[[slope(z, factor(m))] for z in places] for m in nodes])
+    told = Simulations(places[:, None], values, slopes, nodes)
+    return trained_on(told, [AMPLITUDE], SCALE, (0,))
+
+
+def test_three_places_with_slopes_serve_a_whole_prior() -> None:
+    found = softening()
+    print("left out", found.left)
+    rng = np.random.default_rng(SEED)
+    zeta = rng.standard_normal((50, 2)).clip(-2.3, 2.3)
+    off = [found.columns @ found.at(z[None])[0] - changed(z[1], factor(z[0])) for z in zeta]
+    assert np.abs(np.array(off) / SCALE).max() < 1.0
+    value, slopes = found.with_slopes(zeta[0])
+    step = 1e-5 * np.eye(2)
+    by_difference = (found.at(zeta[0] + step) - found.at(zeta[0] - step)).T / 2e-5
+    np.testing.assert_allclose(value, found.at(zeta[:1])[0])
+    np.testing.assert_allclose(slopes, by_difference, rtol=1e-4, atol=1e-6)
+
+
+def test_no_strength_changes_nothing() -> None:
+    found = softening()
+    assert np.abs(found.columns @ found.at(np.array([[0.3, -60.0]]))[0]).max() < 1e-6
+
+
+def test_an_exact_simulation_mends_value_and_slopes() -> None:
+    """At its place the mended emulator is exact; far from there it is as before."""
+    inner = softening()
+    place = np.array([0.4, 0.1, 1.2])
+    inside = np.array([0, 2])
+    missed = 0.3 * np.random.default_rng(SEED).standard_normal((len(X), 4))
+    found = Mended.of(inner, inside, (0, 1), place, missed, 1.0, 0.2)
+    before = inner.columns @ inner.at(place[None, inside])[0]
+    value, slopes = found.with_slopes(place)
+    np.testing.assert_allclose(found.columns @ value - before, missed[:, 0], atol=1e-12)
+    _, own = inner.with_slopes(place[inside])
+    told = np.zeros((len(X), 3))
+    told[:, inside] = inner.columns @ own
+    np.testing.assert_allclose(found.columns @ slopes - told, missed[:, 1:], atol=1e-12)
+    at = place + 0.3
+    step = 1e-6 * np.eye(3)
+    by_difference = (found.at(at + step) - found.at(at - step)).T / 2e-6
+    np.testing.assert_allclose(found.with_slopes(at)[1], by_difference, atol=1e-6)
+    far = place + 9.0
+    rest = found.columns @ found.at(far[None])[0]
+    np.testing.assert_allclose(rest, inner.columns @ inner.at(far[None, inside])[0], atol=1e-6)
+    both = Stacked.of((inner, replace(inner)))
+    np.testing.assert_allclose(
+        both.columns @ both.at(place[None, inside])[0], 2 * before, rtol=1e-12
+    )
+
+
+def test_modulus_and_cause_are_found_together() -> None:
+    """A model 25 % too soft, with a cause of 0.8 standard deviations above its median."""
+    nodes = np.linspace(-2.5, 2.5, 33)
+    values = np.array([[bend(factor(m)) - bend(1.0)] for m in nodes])
+    told = Simulations(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
+    ground = trained_on(told, [], SCALE, (0,), exact=True)
+    print("seed", SEED)
+    noise = SCALE * np.random.default_rng(SEED).standard_normal(len(X))
+    case = Case(
+        bend(1.25) + changed(0.8, 1.25) + noise, bend(1.0), np.zeros(len(X), bool), STD,
+        {"softening": softening()}, np.diag(SCALE**2), np.diag(SCALE**2) * 1e-6,
+        {"softening": np.array([[-2.7, 2.7]])}, ground=ground,
+        ground_box=np.array([[-2.5, 2.5]]),
+    )  # fmt: skip
+    decision, _ = sensitivity(search(case, np.random.default_rng(SEED)))
+    assert (decision.answer, decision.first) == ("cause", ("softening",))
+    assert float(factor(decision.best.zeta[0])) == pytest.approx(1.25, rel=0.02)
+    assert decision.best.zeta[1] == pytest.approx(0.8, abs=0.3)
+    assert decision.unexplained < 0.01
+
+
+def test_numbers_of_the_rig_are_causes_where_all_are_tried() -> None:
+    """Four times as wide as told; a plate that touches already cannot be nearer."""
+    measurement = reference_measurement(1)
+    found = {each.name: each for each in unknowns(measurement, Config(), None)}
+    assert set(FAR) <= set(found)
+    gain = found["pressure_gain"].numbers[0]
+    assert (gain.prior.mean, gain.prior.spread) == pytest.approx((1.0, 0.06))
+    assert box_of(found["plate_gap"])[0, 0] == pytest.approx(-Config().plate.gap_mm / 1.2)
+    assert not set(FAR) & {each.name for each in unknowns(measurement, Config(), ["gent"])}
+    tilt = coordinates_of(found["plate_tilt"])
+    assert len(tilt) == 2  # one for either side
+    zeta = np.array([-1.0, 0.0, 2.0])
+    np.testing.assert_allclose(tilt[0].value(zeta), [0.0, 0.0, 2.0])
+    np.testing.assert_allclose(tilt[1].value(zeta), [-1.0, 0.0, 0.0])
