@@ -22,6 +22,7 @@ class Policy:
         visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
         credible: part of the probability that a set of causes has to hold.
         claimed: probability from which on an answer is given.
+        left: largest share of what the model misses that stays beside causes that are named.
         both: probability of two causes from which on a second set is named.
         tail: how fast a modulus far from the configured one loses probability: ln c =
             s sinh(tail ζ)/tail for a standard deviation s.
@@ -89,6 +90,7 @@ class Policy:
     visible_sigma: float = 2.0
     credible: float = 0.99
     claimed: float = 0.5
+    left: float = 0.15
     both: float = 0.5
     tail: float = 0.9
     far: float = 4.0

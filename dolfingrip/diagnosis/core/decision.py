@@ -23,6 +23,7 @@ class Decision:
         answer: a cause is named, nothing is to be seen, or the catalogue explains little.
         first: causes that the readings cannot tell apart, the most probable first.
         second: of a second cause; empty where none is named.
+        nearest: causes that would be named if they left less; empty where they are.
         probability: of the answer.
         inclusion: probability that each cause takes part and is visible.
         none: probability that nothing is to be seen.
@@ -36,6 +37,7 @@ class Decision:
     answer: Answer
     first: tuple[str, ...]
     second: tuple[str, ...]
+    nearest: tuple[str, ...]
     probability: float
     inclusion: dict[str, float]
     none: float
@@ -52,6 +54,9 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     Numbers of the rig that are far from what was told stand beside the causes, not in their place:
     a set of causes holds effects; a number of the rig is named second where it takes part more
     probably than not, and first where no effect is.
+
+    Where much of what the model misses stays beside the best causes, the catalogue lacks what is
+    off, and the answer is unknown.
 
     Args:
         posterior: probabilities of all hypotheses.
@@ -92,6 +97,10 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
         answer, probability = "none", none
     elif not first or claim < POLICY.claimed:
         answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
+    nearest: tuple[str, ...] = ()
+    if answer == "cause" and unexplained > POLICY.left:  # something else is off, too, or alone
+        answer, probability, nearest = "unknown", discrepancy, first
+        unknown = max(unknown, discrepancy)
     if answer != "cause":
         first, second = (), ()
     far, who = _far(posterior)
@@ -99,7 +108,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
         answer, first, probability, none = "cause", who, scaled, none - scaled
     best = _leading(seen, first, second, posterior)
     return Decision(
-        answer, first, second, float(probability), inclusion, none, float(unknown),
+        answer, first, second, nearest, float(probability), inclusion, none, float(unknown),
         unexplained, discrepancy, dict(mass), best,
     )  # fmt: skip
 

@@ -61,7 +61,7 @@ def _of(other: Decision, decision: Decision) -> float:
     if decision.answer == "none":
         return other.none
     if decision.answer == "unknown":
-        return other.unknown
+        return other.discrepancy if decision.nearest else other.unknown
     return sum(
         p for subset, p in other.subsets.items()
         if set(subset) & set(decision.first)

@@ -83,7 +83,13 @@ def _result(found: CouponDiagnosis) -> str:
     if decision.answer == "none":
         return f"Nothing else is to be seen: probability {sure}."
     if decision.answer == "unknown":
-        return f"Something is off that no effect of the catalogue explains: probability {sure}."
+        told = f"Something is off that no effect of the catalogue explains: probability {sure}."
+        if decision.nearest:
+            told += (
+                f" Nearest comes {brief.one_of(decision.nearest)}, but "
+                f"{_percent(100 * decision.unexplained)} of what the model misses stays then."
+            )
+        return told
     if len(decision.first) > 1 and decision.first == found.coupons.case.scale_names:
         return (
             "Nothing else is off: either the material is so much stiffer or softer, or the "

@@ -115,7 +115,7 @@ class UniaxialTension:
         symbols |= {
             made: evaluate_many.constant(start) for made, start in self._history.starts.items()
         }
-        across = np.ones(bars)
+        across: np.ndarray = np.ones(bars)
         ahead, steepness = np.zeros(bars), None
         stress, width = [], []
         before, clock = 0.0, float(time_s[0])
