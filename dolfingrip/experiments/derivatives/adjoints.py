@@ -9,8 +9,9 @@ from typing import Final
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.perturbation import perturbations, velocity
+from dolfingrip.experiments.rigs.perturbation import perturbations, velocities
 from dolfingrip.experiments.rigs.rest import at_rest, has_weight
+from dolfingrip.experiments.rigs.undeformed import unplaced
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.shape_gradient import Coordinates, ShapeGradient
 from dolfingrip.mechanics.model.term import NoShapeGradient
@@ -151,7 +152,7 @@ class FingerAdjoints:
             by_points = self.by_coordinates if shaped else {}
         except NoShapeGradient:
             shaped, by_points = [], {}
-        moving = {each.key: velocity(each, config, points) for each in shaped}
+        moving = velocities(shaped, config, unplaced(points, config)) if shaped else {}
         others = [each for each in parameters if each.key not in moving]
         by_others = self._by_differences(config, others)
         return {
