@@ -21,6 +21,7 @@ from dolfingrip.mechanics.readings.plate import PlatePlace
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, ShapeDerivative
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
+from dolfingrip.mechanics.sensitivity.repeated_step import Perturbation
 from dolfingrip.parameter import Entry, Parameter
 
 PLACE: Final = "plate_place_mm"
@@ -104,8 +105,11 @@ class FingerAdjoints:
         """Derivatives by the plate's place (for each mm), by column."""
         plate = self._finger.plate
         assert plate is not None
-        moved = _PlateMoved(plate)
-        return {name: adjoint.derivative(moved) for name, adjoint in self._adjoints.items()}
+        return self.derivatives(_PlateMoved(plate))
+
+    def derivatives(self, perturbation: Perturbation) -> dict[str, float]:
+        """Derivatives by a parameter that the state at rest does not depend on, by column."""
+        return {name: adjoint.derivative(perturbation) for name, adjoint in self._adjoints.items()}
 
     def _counted(self) -> list[Reading]:
         """What depends on the state at rest: readings that count from there, the plate's place."""
