@@ -142,7 +142,8 @@ class Descender:
         while self._spent + cost <= problem.method.simulations:
             worst = int(here._f.argmax())
             model = Model(here._f, here._g, curvature)
-            found = self._step(here, model, bend, radius)
+            rows = _bundle(here, trials, bend)
+            found = self._step(here, model, rows, radius)
             if found is None:
                 radius *= POLICY.failed
                 if radius < POLICY.least_radius:
@@ -162,9 +163,8 @@ class Descender:
                 radius = POLICY.failed * float(np.abs(step).max())
             else:
                 step = trial.scaled - here.scaled
-                size = float(step @ step)
-                off = trial._c - (here._c + here._j @ step)
-                bend = np.where(off > 0, np.maximum(bend, 2 * off / size), 0.5 * bend)
+                off = trial._c - _foretold(_bundle(here, trials[:-1], 0.0 * bend), step, len(bend))
+                bend = np.where(off > 0, 2 * off / float(step @ step), 0.5 * bend)
                 turn = trial._g[worst] - here._g[worst]
                 curvature, fresh = _learnt(curvature, step, turn, fresh=fresh), False
                 gain = float(here._f.max() - trial._f.max())
@@ -250,14 +250,13 @@ class Descender:
     # -- steps -----------------------------------------------------------------------------------
 
     def _step(
-        self, here: Trial, model: Model, bend: Floats, radius: float
+        self, here: Trial, model: Model, simulated: Rows, radius: float
     ) -> tuple[Floats, float] | None:
         """The best step in the box, and the gain it promises; None if it breaks the shape."""
         box = (
             np.maximum(-radius, -here.scaled),
             np.minimum(radius, 1.0 - here.scaled),
         )
-        simulated = Rows(here._c, here._j, bend)
         held = _Linearised(self, here.scaled)
         step = np.zeros(len(here.scaled))
         held.at(here.shape, step)
@@ -360,6 +359,26 @@ class _Linearised:
         """The limit that is broken most, and its quantity's value."""
         limit, _ = self._limits[int(np.argmax(self._worsts(shape)))]
         return limit, shape.value(limit.quantity.name)
+
+
+def _bundle(here: Trial, trials: Sequence[Trial], bend: Floats) -> Rows:
+    """Limits of simulated quantities, linear at a design and at the last ones around it.
+
+    A largest stretch is where two places take turns the largest of several functions. What it was
+    at other designs tells of those; none of them may exclude the design itself.
+    """
+    rows = Rows(here._c, here._j, bend)
+    around = [each for each in trials if each is not here and not each.failure]
+    for other in around[-POLICY.bundle :]:
+        values = other._c + other._j @ (here.scaled - other.scaled)
+        rows = rows.with_rows(Rows(np.minimum(values, here._c), other._j, bend))
+    return rows
+
+
+def _foretold(rows: Rows, step: Floats, limits: int) -> Floats:
+    """What a bundle of rows says of each of the limits after a step, shape (limits,)."""
+    every = (rows.values + rows.slopes @ step).reshape(-1, limits)
+    return np.asarray(every.max(axis=0)) if limits else np.empty(0)
 
 
 def _size(limit: float) -> float:

@@ -23,6 +23,7 @@ class DescentPolicy:
             step.
         near_mm: walls and gaps within this distance of their limit are among the limits of a step.
         most_rows: largest number of pairs of faces among them at first.
+        bundle: number of earlier designs whose simulated limits, made linear there, count too.
         penalty: price of breaking a limit in a step's model, in sizes of the objective.
         digits: of a scaled variable, so that a run that goes on computes the same designs.
     """
@@ -40,6 +41,7 @@ class DescentPolicy:
     corrections: int = 8
     near_mm: float = 0.6
     most_rows: int = 120
+    bundle: int = 8
     penalty: float = 20.0
     digits: int = 9
 
