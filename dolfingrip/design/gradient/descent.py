@@ -205,7 +205,8 @@ class Descender:
         return np.round(np.clip(scaled, 0.0, 1.0), POLICY.digits)
 
     def _values(self, scaled: Floats) -> Floats:
-        return np.asarray(self._low + scaled * self._range)
+        values = np.round(self._low + scaled * self._range, POLICY.digits - 2)
+        return np.asarray(values + 0.0)  # no minus zero
 
     def _simulated(self, scaled: Floats) -> Trial:
         values = self._values(scaled)
@@ -377,8 +378,10 @@ def _bundle(here: Trial, trials: Sequence[Trial], bend: Floats) -> Rows:
 
 def _foretold(rows: Rows, step: Floats, limits: int) -> Floats:
     """What a bundle of rows says of each of the limits after a step, shape (limits,)."""
+    if not limits:
+        return np.empty(0)
     every = (rows.values + rows.slopes @ step).reshape(-1, limits)
-    return np.asarray(every.max(axis=0)) if limits else np.empty(0)
+    return np.asarray(every.max(axis=0))
 
 
 def _size(limit: float) -> float:

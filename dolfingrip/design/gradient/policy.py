@@ -25,7 +25,8 @@ class DescentPolicy:
         most_rows: largest number of pairs of faces among them at first.
         bundle: number of earlier designs whose simulated limits, made linear there, count too.
         penalty: price of breaking a limit in a step's model, in sizes of the objective.
-        digits: of a scaled variable, so that a run that goes on computes the same designs.
+        digits: decimals of a scaled variable; its value has two fewer. So a run that goes on
+            computes the same designs.
     """
 
     first_radius: float = 0.25
@@ -43,7 +44,7 @@ class DescentPolicy:
     most_rows: int = 120
     bundle: int = 8
     penalty: float = 20.0
-    digits: int = 9
+    digits: int = 12
 
 
 POLICY = DescentPolicy()
