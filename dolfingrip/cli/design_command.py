@@ -94,9 +94,7 @@ def _draw(problem: Problem, found: Descent, out: Path) -> None:
     from dolfingrip.report.shape_change import Course, draw_change, plot_course, write_stl
 
     start, best = found.start.shape.mesh, found.best.shape.mesh
-    name = problem.objective.name
-    labels = [f"start: {name} {found.start.objective:.3g}", f"design: {name} {found.best.objective:.3g}"]
-    draw_change(start, best, labels, out)
+    draw_change(start, best, ("start", "design"), out)
     write_stl(best, out / "finger.stl")
     left = {
         str(limit): [

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from dolfingrip.meshes.solid import Floats, SolidMesh
 from dolfingrip.report.fields import FieldMesh
@@ -118,4 +119,6 @@ def plot_course(course: Course, file: Path) -> None:
             axes[1].set(xlabel="Load paths simulated", ylabel="Left to the limit (% of it)")
             axes[1].legend(fontsize=7)
         file.parent.mkdir(parents=True, exist_ok=True)
+        for panel in axes:
+            panel.xaxis.set_major_locator(MaxNLocator(integer=True))
         figure.savefig(file)
