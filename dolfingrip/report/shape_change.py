@@ -17,7 +17,17 @@ from dolfingrip.report.layout import save_pictures, trim
 from dolfingrip.report.render import CUT, SIDE, STRIP_MARGIN_PX
 from dolfingrip.report.scene import Image, View, draw_shapes
 from dolfingrip.report.skin import Skin, extract_skin
-from dolfingrip.report.theme import BLUE, DPI, GREEN, GREY, INK, ORANGE, PURPLE, colour_map, figure_theme
+from dolfingrip.report.theme import (
+    BLUE,
+    DPI,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PURPLE,
+    colour_map,
+    figure_theme,
+)
 
 HEIGHT_IN = 3.2
 
@@ -52,8 +62,13 @@ def draw_change(start: SolidMesh, best: SolidMesh, labels: Sequence[str], out: P
         trimmed: list[Image] = [trim(image, STRIP_MARGIN_PX) for image in images]
         written.append(
             save_pictures(
-                trimmed, labels, out / f"{name}.png", px_per_mm=per_mm, view=view,
-                colour_map=colour_map("displacement"), range_=range_,
+                trimmed,
+                labels,
+                out / f"{name}.png",
+                px_per_mm=per_mm,
+                view=view,
+                colour_map=colour_map("displacement"),
+                range_=range_,
                 scale_label="Change of the shape (mm)",
             )  # fmt: skip
         )
@@ -101,7 +116,11 @@ def plot_course(course: Course, file: Path) -> None:
         rejected = ~taken & ~failed
         if rejected.any():
             axes[0].plot(
-                at[rejected], value[rejected], "x", color=ORANGE, label="not accepted: step shortened"
+                at[rejected],
+                value[rejected],
+                "x",
+                color=ORANGE,
+                label="not accepted: step shortened",
             )
         for i, place in enumerate(at[failed]):
             axes[0].axvline(place, color=GREY, ls=":", label="" if i else "solve failed")

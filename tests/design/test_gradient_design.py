@@ -222,7 +222,9 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
     problem = read(written(tmp_path, text))
     shapes = Shapes(problem)
     rng = np.random.default_rng(7)
-    low, high = (np.array([getattr(v, each) for v in problem.variables]) for each in ("low", "high"))
+    low, high = (
+        np.array([getattr(v, each) for v in problem.variables]) for each in ("low", "high")
+    )
     starts = np.array([each.start for each in problem.variables])
     assert len(starts) > 100
     at = starts + 0.1 * rng.uniform(-1, 1, len(starts)) * (high - low)
@@ -291,9 +293,7 @@ def test_questions_against_differences(experiment: str) -> None:
 def test_a_place_that_is_not_reached() -> None:
     config = configuration.load(None, SHORT)
     with pytest.raises(Ended, match=r"force_N = 99 is not reached up to 50 kPa; it is \d"):
-        answers(
-            "blocked_force", config, [Place("force_N", 99.0)], ["angle_deg"], (), MPI.COMM_SELF
-        )
+        answers("blocked_force", config, [Place("force_N", 99.0)], ["angle_deg"], (), MPI.COMM_SELF)
 
 
 class Here:
@@ -341,7 +341,9 @@ def problem_start(problem: Problem) -> float:
 
 def test_command(tmp_path: Path) -> None:
     file = written(tmp_path, FORCE + COG + TWO + "[method]\nsimulations = 3\n")
-    done = CliRunner().invoke(app, ["design", str(file), "--out", str(tmp_path / "out"), "--no-refine"])
+    done = CliRunner().invoke(
+        app, ["design", str(file), "--out", str(tmp_path / "out"), "--no-refine"]
+    )
     assert done.exit_code == 0, done.output
     told = json.loads((tmp_path / "out" / "design.json").read_text(encoding="utf-8"))
     assert told["simulations"] <= 3

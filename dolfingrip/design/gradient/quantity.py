@@ -110,6 +110,6 @@ def quantity(
     found = experiment or usual
     if FORCE.name in (name, where) and found != "blocked_force":
         raise ConfigError(f'experiment = "{found}": allowed: "blocked_force" with {FORCE.name}')
-    if name == "stiffness_y_N_per_mm" and found != "push":
-        raise ConfigError(f'experiment = "{found}": allowed: "push" with {name}')
+    if name == "stiffness_y_N_per_mm" and (found, where) != ("push", PRESSURE.name):
+        raise ConfigError(f'{name} in "{found}": allowed: in "push", at_pressure_kPa')
     return Quantity(name, found, where, values)

@@ -81,7 +81,9 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
         if config.hexahedra:
             return config.changed(mesh={"refine": REFINED * config.mesh.refine})
         sizes = config.mesh.tetrahedra_mm()
-        return config.changed(mesh={"size_mm": sizes[0] / REFINED, "edge_size_mm": sizes[1] / REFINED})
+        return config.changed(
+            mesh={"size_mm": sizes[0] / REFINED, "edge_size_mm": sizes[1] / REFINED}
+        )
 
     simulations = Simulations(problem, compute)
     values, count, failure, limits = [], 0, "", {}
@@ -96,7 +98,8 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
         worst = [problem.sign * one.value for one in each if one is not None]
         values.append(problem.sign * max(worst) if worst else trial.objective)
         limits = {
-            str(limit): limit.sign * max(limit.sign * by[limit.quantity].value for by in solved.by_condition)
+            str(limit): limit.sign
+            * max(limit.sign * by[limit.quantity].value for by in solved.by_condition)
             for limit in problem.limits
             if limit.quantity.experiment is not None
         }
@@ -190,4 +193,3 @@ def _step(trial: Trial, found: Descent) -> dict[str, object]:
         "expected_gain": trial.expected,
         "failure": trial.failure,
     }
-

@@ -43,7 +43,9 @@ class Shapes:
         adapted = self.start.adapted()
         self.geometry = adapted.geometry
         self.mesh = straight(adapted)
-        self.facing = dict.fromkeys(("least_wall_mm", "least_gap_mm"), Facing(np.empty((0, 2, 4, 3))))
+        self.facing = dict.fromkeys(
+            ("least_wall_mm", "least_gap_mm"), Facing(np.empty((0, 2, 4, 3)))
+        )
         if adapted.mesh.file is None and adapted.hexahedra:
             walls, gaps = facing(self.geometry, adapted.mesh)
             self.facing = {"least_wall_mm": walls, "least_gap_mm": gaps}

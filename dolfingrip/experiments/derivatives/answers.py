@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
 from scipy.optimize import brentq
 
 from dolfingrip.channels import CAVITY_VOLUME, PRESSURE
@@ -31,9 +30,10 @@ from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
 from dolfingrip.mechanics.readings import peak_stretch, work
 from dolfingrip.mechanics.readings.from_rest import FromRest
-from dolfingrip.mechanics.readings.integrals import OfIntegrals
+from dolfingrip.mechanics.readings.integrals import Integral
 from dolfingrip.mechanics.readings.peak_stretch import PeakStretch
 from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.tip import TipDisplacement
 from dolfingrip.mechanics.readings.work import PressureWork
 from dolfingrip.parameter import Parameter, find
 from dolfingrip.sections.geometry.geometry import Geometry
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 SIDE_STIFFNESS = "stiffness_y_N_per_mm"
 """Reading of the experiment ``push``: the tip's stiffness against a load across the finger."""
 
-PROBE_N = 0.01
-"""Load of that reading. By symmetry the displacement has no even powers of it."""
+PROBE_N = 0.1
+"""Load of that reading. By symmetry its displacement has no even powers of it."""
 
 CLOSE = 1e-9
 """Error of a pressure that is searched for, as a part of the highest one."""
@@ -115,27 +115,6 @@ class _PressureRaised:
             self._controls[PRESSURE.name] = kept
 
 
-class _Stiffness(OfIntegrals):
-    """Load by the tip face's mean displacement (N/mm) at the present load.
-
-    The load is spread over the face's area as it was built, so that a larger face bears more.
-    """
-
-    def __init__(self, finger: FingerModel) -> None:
-        tip = finger.model.domain.surface("tip", quadrature_degree=4)
-        one = finger.site.fixed(1.0)
-        super().__init__(finger.model, SIDE_STIFFNESS, [finger.model.u[1] * tip, one * tip])
-        self._built_mm2 = finger.site.area_mm2("tip")
-
-    def _function(self, integrals: np.ndarray) -> float:
-        moved, area = integrals
-        return float(PROBE_N * area**2 / (self._built_mm2 * moved))
-
-    def _slopes(self, integrals: np.ndarray) -> np.ndarray:
-        moved, area = integrals
-        return self._function(integrals) * np.array([-1 / moved, 2 / area])
-
-
 def answers(
     experiment: str,
     config: Config,
@@ -202,11 +181,13 @@ class _Path:
             volume = Observation(finger).readings[CAVITY_VOLUME.name]
             done = PressureWork(finger.by_pressure, volume, finger.cavity)
             self._readings[work.COLUMN] = FromRest(done)
-        if SIDE_STIFFNESS in self._columns:
-            self._readings[SIDE_STIFFNESS] = _Stiffness(finger)
         for column in self._columns:
+            if column == SIDE_STIFFNESS and load("y") in finger.parameters:
+                continue
             if column not in self._readings:
-                known = ", ".join(each for each, one in self._readings.items() if one.differentiable)
+                known = ", ".join(
+                    each for each, one in self._readings.items() if one.differentiable
+                )
                 raise ConfigError(f"{column}: no such reading here; allowed: {known}")
 
     def answers(self, places: Sequence[Place]) -> list[Answer]:
@@ -266,35 +247,57 @@ class _Path:
 
     def _here(self, where: str | None) -> Answer:
         """Readings and derivatives at the present state, at a fixed pressure or reading."""
-        with self._probed():
-            peak = self._readings.get(peak_stretch.COLUMN)
-            if isinstance(peak, PeakStretch):
-                peak.fit()
-            found = Answer({name: self._readings[name].value() for name in self._columns})
-            if self._parameters:
-                found.gradients = self._derived(where)
+        peak = self._readings.get(peak_stretch.COLUMN)
+        if isinstance(peak, PeakStretch):
+            peak.fit()
+        plain = [name for name in self._columns if name != SIDE_STIFFNESS]
+        found = Answer({name: self._readings[name].value() for name in plain})
+        if self._parameters and plain:
+            found.gradients = self._derived(plain, where)
+        if SIDE_STIFFNESS in self._columns:
+            self._add_stiffness(found)
         return found
 
-    @contextmanager
-    def _probed(self) -> Iterator[None]:
-        """A context in which a small load pushes the tip, where its stiffness is asked for."""
-        if SIDE_STIFFNESS not in self._columns:
-            yield
-            return
-        state = self._finger.model.state()
-        force = self._finger.parameters[load("y")]
+    def _add_stiffness(self, found: Answer) -> None:
+        """Add P/(u₁ − u₀), with the tip's displacements u with and without a load P across.
+
+        The load is spread over the tip face as it was built, so it grows with the face's area A in
+        derivatives: dk = k (dA/A − (du₁ − du₀)/(u₁ − u₀)).
+        """
+        model = self._finger.model
+        moved = TipDisplacement(model, "y")
+        tip = model.domain.surface("tip", quadrature_degree=2)
+        area = Integral(model, "tip_mm2", self._finger.site.fixed(1.0) * tip)
+        state, force = model.state(), self._finger.parameters[load("y")]
+
+        def at(*readings: Reading) -> tuple[float, list[dict[str, float]]]:
+            if not self._parameters:
+                return moved.value(), []
+            adjoints = FingerAdjoints(self._finger, readings)
+            slopes = adjoints.by_parameters(self._config, self._parameters)
+            return moved.value(), [slopes[each.column] for each in readings]
+
+        before, without = at(moved, area)
         force.value = PROBE_N
         try:
-            newton = Newton(self._finger.model, self._config.solver)
-            if not newton.solve().converged:
+            if not Newton(model, self._config.solver).solve().converged:
                 raise Ended("iteration limit", "the tip's stiffness: no equilibrium with the load")
-            yield
+            after, pushed = at(moved)
         finally:
             force.value = 0.0
-            self._finger.model.restore(state)
+            model.restore(state)
+        stiffness = PROBE_N / (after - before)
+        found.values[SIDE_STIFFNESS] = stiffness
+        if self._parameters:
+            size = area.value()
+            found.gradients[SIDE_STIFFNESS] = {
+                key: stiffness
+                * (without[1][key] / size - (slope - without[0][key]) / (after - before))
+                for key, slope in pushed[0].items()
+            }
 
-    def _derived(self, where: str | None) -> dict[str, dict[str, float]]:
-        names = [name for name in self._columns if name != PRESSURE.name]
+    def _derived(self, columns: list[str], where: str | None) -> dict[str, dict[str, float]]:
+        names = [name for name in columns if name != PRESSURE.name]
         if where is not None and where not in names:
             names.append(where)
         adjoints = FingerAdjoints(self._finger, [self._readings[name] for name in names])
@@ -303,7 +306,7 @@ class _Path:
             return slopes
         by_pressure = adjoints.derivatives(_PressureRaised(self._finger.model.controls))
         found = {}
-        for name in self._columns:
+        for name in columns:
             along = 1.0 if name == PRESSURE.name else by_pressure[name]
             found[name] = {
                 key: (0.0 if name == PRESSURE.name else slopes[name][key])
