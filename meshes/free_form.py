@@ -5,7 +5,7 @@ All faces of a finger of boxes lie in planes x, y or z = const. A dimension move
 Points between two planes keep their relative position, so walls, gaps and the mesh inside them
 follow, on a mesh of any kind and resolution.
 
-The field over a plane across x or y is a product of two functions across the finger and of quadratic
+The field over a plane across x or y is a product of two functions across the finger and quadratic
 B-splines along z. That over a plane across z is a product of two functions in x and two in y. The
 functions in y are even, so that both halves of the finger are mirror images.
 """

@@ -88,8 +88,8 @@ def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing]:
         kind = np.moveaxis(found.kind, axis, 0)
         ends = np.pad(kind, ((1, 1), (0, 0), (0, 0)), constant_values=-1)
         for place in product(*(range(count) for count in kind.shape[1:])):
-            column = kind[(slice(None), *place)]
-            beside = ends[(slice(None), *place)]
+            column = kind[:, place[0], place[1]]
+            beside = ends[:, place[0], place[1]]
             for start, end in _runs(column):
                 sides = {int(beside[start]), int(beside[end + 1])}
                 inner = int(column[start])

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from dolfingrip.meshes.solid import Floats, SolidMesh
+from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.layout import save_pictures, trim
 from dolfingrip.report.render import CUT, SIDE, STRIP_MARGIN_PX
@@ -56,9 +56,14 @@ def draw_change(start: SolidMesh, best: SolidMesh, labels: Sequence[str], out: P
     written = []
     for name, view, cut in views:
         images, per_mm = draw_shapes(
-            _skin(start, cut=cut), shapes, values, range_=range_,
-            colour_map=colour_map("displacement"), view=view, height_px=round(HEIGHT_IN * DPI),
-        )  # fmt: skip
+            _skin(start, cut=cut),
+            shapes,
+            values,
+            range_=range_,
+            colour_map=colour_map("displacement"),
+            view=view,
+            height_px=round(HEIGHT_IN * DPI),
+        )
         trimmed: list[Image] = [trim(image, STRIP_MARGIN_PX) for image in images]
         written.append(
             save_pictures(
@@ -70,7 +75,7 @@ def draw_change(start: SolidMesh, best: SolidMesh, labels: Sequence[str], out: P
                 colour_map=colour_map("displacement"),
                 range_=range_,
                 scale_label="Change of the shape (mm)",
-            )  # fmt: skip
+            )
         )
     return written
 
@@ -130,9 +135,13 @@ def plot_course(course: Course, file: Path) -> None:
         for i, (name, left) in enumerate(course.limits.items()):
             style = "-" if i < len(colours) else "--"
             axes[1].plot(
-                at[taken], 100 * np.array(left)[taken], f"o{style}", ms=3,
-                color=colours[i % len(colours)], label=name,
-            )  # fmt: skip
+                at[taken],
+                100 * np.array(left)[taken],
+                f"o{style}",
+                ms=3,
+                color=colours[i % len(colours)],
+                label=name,
+            )
         if course.limits:
             axes[1].axhline(0, color=INK, lw=0.8)
             axes[1].set(xlabel="Load paths simulated", ylabel="Left to the limit (% of it)")

@@ -1,7 +1,7 @@
 """Designs by gradients: the problem file, limits that hold, steps that improve, resumption.
 
-The descent itself is tested on invented answers, whose optimum is known; what finite elements answer
-is compared with differences of whole runs.
+The descent itself is tested on invented answers, whose optimum is known; what finite elements
+answer is compared with differences of whole runs.
 """
 
 from __future__ import annotations
@@ -222,9 +222,8 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
     problem = read(written(tmp_path, text))
     shapes = Shapes(problem)
     rng = np.random.default_rng(7)
-    low, high = (
-        np.array([getattr(v, each) for v in problem.variables]) for each in ("low", "high")
-    )
+    low = np.array([each.low for each in problem.variables])
+    high = np.array([each.high for each in problem.variables])
     starts = np.array([each.start for each in problem.variables])
     assert len(starts) > 100
     at = starts + 0.1 * rng.uniform(-1, 1, len(starts)) * (high - low)
@@ -341,9 +340,8 @@ def problem_start(problem: Problem) -> float:
 
 def test_command(tmp_path: Path) -> None:
     file = written(tmp_path, FORCE + COG + TWO + "[method]\nsimulations = 3\n")
-    done = CliRunner().invoke(
-        app, ["design", str(file), "--out", str(tmp_path / "out"), "--no-refine"]
-    )
+    options = ["--out", str(tmp_path / "out"), "--no-refine"]
+    done = CliRunner().invoke(app, ["design", str(file), *options])
     assert done.exit_code == 0, done.output
     told = json.loads((tmp_path / "out" / "design.json").read_text(encoding="utf-8"))
     assert told["simulations"] <= 3

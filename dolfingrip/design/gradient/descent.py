@@ -135,7 +135,8 @@ class Descender:
         here.accepted = True
         self._tell(here)
         trials, n = [here], len(starts)
-        radius, bend = problem.method.radius, np.zeros(len(here._c))
+        radius = problem.method.radius
+        bend: Floats = np.zeros(len(here._c))
         curvature, fresh = np.eye(n) * POLICY.enough * abs(here._f).max(), True
         ending = "the largest number of simulations is reached"
         cost = self._spent
@@ -202,7 +203,7 @@ class Descender:
     # -- designs ---------------------------------------------------------------------------------
 
     def _rounded(self, scaled: Floats) -> Floats:
-        return np.round(np.clip(scaled, 0.0, 1.0), POLICY.digits)
+        return np.asarray(np.round(np.clip(scaled, 0.0, 1.0), POLICY.digits), dtype=float)
 
     def _values(self, scaled: Floats) -> Floats:
         values = np.round(self._low + scaled * self._range, POLICY.digits - 2)
@@ -211,7 +212,7 @@ class Descender:
     def _simulated(self, scaled: Floats) -> Trial:
         values = self._values(scaled)
         shape = self._shapes.at(values)
-        found = self._simulations.at(values.tolist())
+        found = self._simulations.at(values)
         self._spent += found.simulations
         self._seconds += found.seconds
         trial = Trial(scaled, values, shape, self._spent, failure=found.failure)
@@ -259,7 +260,7 @@ class Descender:
             np.minimum(radius, 1.0 - here.scaled),
         )
         held = _Linearised(self, here.scaled)
-        step = np.zeros(len(here.scaled))
+        step: Floats = np.zeros(len(here.scaled))
         held.at(here.shape, step)
         for _ in range(POLICY.corrections):
             step, _ = best_step(model, simulated, held.rows, box, POLICY.penalty)
@@ -280,7 +281,8 @@ class Descender:
         Raises:
             NoStart: one line, where none was found.
         """
-        here, step = self._rounded(scaled), np.zeros(len(scaled))
+        here = self._rounded(scaled)
+        step: Floats = np.zeros(len(scaled))
         held = _Linearised(self, here)
         n = len(here)
         near = Model(np.ones(1), np.zeros((1, n)), np.eye(n))
@@ -320,7 +322,7 @@ class _Linearised:
             name, size = limit.quantity.name, _size(value)
             if name in OF_MANY:
                 every = shape.rows(name)
-                above = limit.sign * (every - value) / size
+                above: Floats = np.asarray(limit.sign * (every - value) / size, dtype=float)
                 chosen = self._choose(i, above, size)
                 slope = shape.row_gradients(name, chosen).T
                 above = above[chosen]
@@ -339,7 +341,7 @@ class _Linearised:
         """Rows that a step may break: the nearest ones, and those that one has broken."""
         known = self._chosen.setdefault(i, set())
         near = np.flatnonzero(above > -POLICY.near_mm / size)
-        known.update(near[np.argsort(-above[near], kind="stable")][: POLICY.most_rows].tolist())
+        known.update(map(int, near[np.argsort(-above[near], kind="stable")][: POLICY.most_rows]))
         return np.array(sorted(known), dtype=np.int64)
 
     def _worsts(self, shape: Shape) -> list[float]:
@@ -392,7 +394,7 @@ def _learnt(curvature: Floats, step: Floats, turn: Floats, *, fresh: bool) -> Fl
     """The curvature after a step over which the gradient turned, by damped BFGS."""
     along = float(step @ turn)
     if fresh and along > 0:
-        curvature = np.eye(len(step)) * along / float(step @ step)
+        curvature = np.asarray(np.eye(len(step)) * along / float(step @ step), dtype=float)
     bent = curvature @ step
     size = float(step @ bent)
     if along < 0.2 * size:

@@ -12,7 +12,7 @@ from dolfingrip.config import Config
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.quantity import Quantity
 from dolfingrip.design.gradient.simulate import job
-from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.job import Answer, Data, Job
 
 Floats = NDArray[np.float64]
 
@@ -72,7 +72,7 @@ class Simulations:
 
     def at(
         self,
-        values: Sequence[float],
+        values: Sequence[float] | Floats,
         *,
         gradients: bool = True,
         finer: Callable[[Config], Config] | None = None,
@@ -90,7 +90,7 @@ class Simulations:
         keys = [each.key for each in self._problem.variables] if gradients else []
         jobs, owners = [], []
         for number, condition in enumerate(self._problem.conditions):
-            config = condition.config(self._problem.variables, values)
+            config = condition.config(self._problem.variables, list(map(float, values)))
             made_for: Config | None = self._starts[number]
             if finer is not None:
                 config, made_for = finer(config), finer(self._starts[number])
@@ -118,7 +118,7 @@ class Simulations:
         return found
 
     def _mean(
-        self, one: Quantity, places: list[tuple[str, float]], result: dict, gradients: bool
+        self, one: Quantity, places: list[tuple[str, float]], result: Data, gradients: bool
     ) -> Measured:
         at = [places.index((one.where, value)) for value in one.values]
         value = float(np.mean([result["values"][i][one.name] for i in at]))

@@ -337,9 +337,8 @@ def _ranged(base: Config, key: str, value: Any) -> list[Variable]:
                 parameter.check(bound, "parameters")
         begins = parameter.value(base) if start is None else start
         if not _is_number(begins) or not low <= begins <= high:
-            raise ConfigError(
-                f"{option}: start = {begins}: allowed: {low:g} to {high:g} {parameter.unit}".rstrip()
-            )
+            allowed = f"{low:g} to {high:g} {parameter.unit}".rstrip()
+            raise ConfigError(f"{option}: start = {begins}: allowed: {allowed}")
         found.append(Variable(parameter, low, high, float(begins)))
     return found
 

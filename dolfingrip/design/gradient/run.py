@@ -88,7 +88,7 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
     simulations = Simulations(problem, compute)
     values, count, failure, limits = [], 0, "", {}
     for trial in (found.start, found.best):
-        solved = simulations.at(trial.values.tolist(), gradients=False, finer=finer)
+        solved = simulations.at(trial.values, gradients=False, finer=finer)
         count += solved.simulations
         failure = failure or solved.failure
         if failure:
@@ -183,7 +183,7 @@ def write(told: dict[str, Any], found: Descent, out: Path) -> None:
 
 
 def _step(trial: Trial, found: Descent) -> dict[str, object]:
-    values = trial.limits or [None] * len(found.limits)
+    values: Sequence[float | None] = trial.limits or [None] * len(found.limits)
     return {
         "simulations": trial.simulations,
         "accepted": trial.accepted,

@@ -54,13 +54,13 @@ class Shapes:
         self.printed: Ints = np.concatenate(facets)[:, :corners]
         self.shaped = [v.parameter for v in self.variables if v.parameter.entry is Entry.SHAPE]
 
-    def at(self, values: Sequence[float]) -> Shape:
+    def at(self, values: Sequence[float] | Floats) -> Shape:
         """The shape of a design.
 
         Raises:
             ConfigError: one line, where there is no such finger.
         """
-        return Shape(self, self._condition.config(self.variables, values))
+        return Shape(self, self._condition.config(self.variables, list(map(float, values))))
 
 
 class Shape:
@@ -138,6 +138,8 @@ class Shape:
 
     def row_gradients(self, name: str, chosen: Ints) -> Floats:
         """Derivatives (variables, chosen) of some of them."""
+        if not len(chosen):
+            return np.empty((len(self._all.variables), 0))
         if name == "overhang_deg":
             return self._overhang_slopes(chosen)
         found = self._all.facing[name]
@@ -158,10 +160,10 @@ class Shape:
             first, second = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
         else:
             first, second = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
-        return first, second, np.cross(first, second)
+        return first, second, np.asarray(np.cross(first, second), dtype=float)
 
     def _overhang(self) -> Floats:
-        """Angle (deg) of each facet beyond the vertical, printed along z; 0 of one that faces up."""
+        """Angle (deg) of each facet from the vertical, printed along z; 0 if it faces up."""
         normal = self._normals(self._all.printed)[2]
         down = -normal[:, 2] / np.linalg.norm(normal, axis=1)
         return np.degrees(np.arcsin(np.clip(down, 0.0, 1.0)))

@@ -20,7 +20,7 @@ from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 from dolfingrip.experiments.index import find as experiment_of
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.push import Push, load
+from dolfingrip.experiments.push import load
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.finger_rig import FingerRig
 from dolfingrip.experiments.rigs.observation import Observation

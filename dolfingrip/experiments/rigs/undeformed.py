@@ -142,7 +142,9 @@ def spread(comm: MPI.Comm, make: Callable[[], Made]) -> Domain:
 
 
 def load_domain(config: Config, comm: MPI.Comm, made_for: Geometry | None = None) -> Domain:
-    """The mesh of ``config``, made on rank 0 and distributed; for ``made_for`` see :func:`straight`.
+    """The mesh of ``config``, made on rank 0 and distributed.
+
+    For ``made_for`` see :func:`straight`.
 
     Raises:
         ConfigError: on every rank.
