@@ -44,6 +44,9 @@ def design(
     problem = read(file, overrides or ())
     check_writable(out)
     screen = console()
+    if problem.front is not None:
+        _front(problem, out, workers, screen)
+        return
     folder = out / run.FOLDER
     begun = time.monotonic()
     screen.print(_asked(problem), soft_wrap=True)
@@ -59,6 +62,33 @@ def design(
     run.write(told, found, out)
     _draw(problem, found, out)
     _print(told, found, screen)
+    screen.print(f"results: {out}", soft_wrap=True)
+
+
+def _front(problem: Problem, out: Path, workers: int, screen: Console) -> None:
+    """Find a front and write ``front.json``, ``front.csv`` and ``front.png``."""
+    from dolfingrip.design.gradient import front, run
+    from dolfingrip.jobs.cluster import Where
+    from dolfingrip.jobs.pool import Pool
+    from dolfingrip.report.shape_change import Band, plot_band
+
+    most, folder = problem.method.simulations, out / run.FOLDER
+    begun = time.monotonic()
+
+    def say(done: int, unsure: float, failed: bool) -> None:
+        note = "failed" if failed else f"the front is sure to {100 * unsure:.2g} % of its range"
+        screen.print(f"{done} of {most} simulations: {note}")
+
+    assert problem.front is not None
+    with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
+        compute = run.computed_in(folder, pool)
+        found = front.FrontFinder(problem, problem.front, compute, say).run()
+    run.write_front(problem, found, time.monotonic() - begun, out)
+    band = Band(
+        problem.front.against, str(problem.objective), found.limit, found.mean, found.deviation,
+        found.against, found.objective, found.areas, found.unsure,
+    )  # fmt: skip
+    plot_band(band, out / "front.png")
     screen.print(f"results: {out}", soft_wrap=True)
 
 

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from dolfingrip.meshes.solid import SolidMesh
+from dolfingrip.meshes.solid import Floats, SolidMesh
 from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.layout import save_pictures, trim
 from dolfingrip.report.render import CUT, SIDE, STRIP_MARGIN_PX
@@ -149,4 +149,68 @@ def plot_course(course: Course, file: Path) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         for panel in axes:
             panel.xaxis.set_major_locator(MaxNLocator(integer=True))
+        figure.savefig(file)
+
+
+@dataclass(frozen=True)
+class Band:
+    """A front with its uncertainty.
+
+    Attributes:
+        against, title: of the axes.
+        limit, mean, deviation: shape (levels,), the front.
+        simulated_at, simulated: shape (n,), designs that were simulated.
+        areas, unsure: hypervolume, and largest deviation by the front's range, after simulations.
+    """
+
+    against: str
+    title: str
+    limit: Floats
+    mean: Floats
+    deviation: Floats
+    simulated_at: Floats
+    simulated: Floats
+    areas: Sequence[float]
+    unsure: Sequence[float]
+
+
+def plot_band(band: Band, file: Path) -> None:
+    """Plot a front with two standard deviations, and how it settled with simulations."""
+    with figure_theme():
+        figure = Figure(figsize=(10.0, 3.8), layout="constrained")
+        FigureCanvasAgg(figure)
+        left, right = figure.subplots(1, 2)
+        low, high = band.mean - 2 * band.deviation, band.mean + 2 * band.deviation
+        left.fill_between(
+            band.limit, low, high, color=BLUE, alpha=0.25, lw=0, label="two standard deviations"
+        )
+        left.plot(band.limit, band.mean, color=BLUE, label="front")
+        left.plot(
+            band.simulated_at, band.simulated, "D", color=INK, mfc="none", ms=4, label="simulated"
+        )
+        left.set(xlabel=f"{band.against} at most", ylabel=band.title)
+        left.legend()
+        count = len(band.simulated)
+        at = np.arange(count - len(band.areas) + 1, count + 1)
+        apart = np.abs(np.array(band.areas[:-1]) / band.areas[-1] - 1)
+        right.semilogy(
+            at,
+            100 * np.array(band.unsure),
+            "o-",
+            color=BLUE,
+            ms=3,
+            label="largest deviation (% of the front's range)",
+        )
+        right.semilogy(
+            at[:-1],
+            100 * np.maximum(apart, 1e-6),
+            "s-",
+            color=ORANGE,
+            ms=3,
+            label="hypervolume, from the last one (%)",
+        )
+        right.set(xlabel="Load paths simulated", ylabel="%")
+        right.xaxis.set_major_locator(MaxNLocator(integer=True))
+        right.legend()
+        file.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(file)

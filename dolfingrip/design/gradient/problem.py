@@ -81,6 +81,17 @@ class Method(Section):
     )
 
 
+class Front(Section):
+    """A front instead of one design: the best objective for each limit of a number of the shape."""
+
+    against: Literal["cog_offset_mm", "mass_g"] = Field(description="that is limited")
+    low: float = Field(description="least limit, in the name's unit")
+    high: float = Field(description="largest limit, in the name's unit")
+    unsure: float = Field(
+        0.005, gt=0, lt=1, description="largest deviation on it, as a part of the objective's range"
+    )
+
+
 class File(Section):
     """A design file."""
 
@@ -92,6 +103,7 @@ class File(Section):
     free_form: FreeForm | None = None
     scenarios: tuple[Scenario, ...] = Field((), strict=False, description="that it must stand")
     method: Method = Method()
+    front: Front | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +186,7 @@ class Problem:
         variables: that may change.
         conditions: that a design is simulated under; the first is the nominal one.
         method: how long it is sought.
+        front: that is asked for instead of one design; None: one design.
     """
 
     sign: float
@@ -182,6 +195,7 @@ class Problem:
     variables: tuple[Variable, ...]
     conditions: tuple[Condition, ...]
     method: Method
+    front: Front | None = None
 
     @property
     def nominal(self) -> Condition:
@@ -218,7 +232,17 @@ def read(file: Path, overrides: Sequence[str] = ()) -> Problem:
     conditions = [Condition("nominal", base)]
     for number, scenario in enumerate(asked.scenarios, 1):
         conditions.append(_condition(file, asked, base, overrides, number, scenario))
-    return Problem(sign, objective, limits, variables, tuple(conditions), asked.method)
+    if asked.front is not None:
+        _check_front(asked.front, limits)
+    return Problem(sign, objective, limits, variables, tuple(conditions), asked.method, asked.front)
+
+
+def _check_front(front: Front, limits: Sequence[Held]) -> None:
+    if not front.low < front.high:
+        raise ConfigError(f"front.low = {front.low:g}: allowed: below high = {front.high:g}")
+    for limit in limits:
+        if limit.quantity.experiment is not None or limit.limit is None:
+            raise ConfigError(f"constraints: {limit}: allowed with a front: numbers of the shape")
 
 
 def _beside(file: Path, other: Path | None) -> Path | None:

@@ -13,6 +13,7 @@ from dolfingrip.config import Config
 from dolfingrip.design import rows
 from dolfingrip.design.gradient.descent import Descender, Descent, Trial
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
+from dolfingrip.design.gradient.front import Front
 from dolfingrip.design.gradient.problem import Held, Problem
 from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.job import Answer, Job
@@ -180,6 +181,47 @@ def write(told: dict[str, Any], found: Descent, out: Path) -> None:
     partial.replace(out / "design.json")
     rows.write(out / "steps.csv", [_step(each, found) for each in found.trials])
     (out / "design.toml").write_text(configuration.dumps(found.best.shape.config), encoding="utf-8")
+
+
+def write_front(problem: Problem, found: Front, wall_s: float, out: Path) -> None:
+    """Write ``front.json`` and ``front.csv``."""
+    out.mkdir(parents=True, exist_ok=True)
+    keys = [each.key for each in problem.variables]
+    rows.write(
+        out / "front.csv",
+        [
+            {
+                f"{found.name} at most": float(limit),
+                problem.objective.name: float(mean),
+                "standard_deviation": float(deviation),
+                **dict(zip(keys, map(float, values), strict=True)),
+            }
+            for limit, mean, deviation, values in zip(
+                found.limit, found.mean, found.deviation, found.values, strict=True
+            )
+        ],
+    )
+    told = {
+        "of": str(problem.objective),
+        "against": found.name,
+        "simulations": len(found.objective) + found.failed,
+        "failed": found.failed,
+        "hypervolumes": found.areas,
+        "unsure": found.unsure,
+        "wall_s": round(wall_s, 1),
+        "simulated": [
+            {
+                **dict(zip(keys, map(float, values), strict=True)),
+                found.name: float(against),
+                problem.objective.name: float(objective),
+            }
+            for values, against, objective in zip(
+                found.simulated, found.against, found.objective, strict=True
+            )
+        ],
+    }
+    text = json.dumps(_plain(told), indent=2, ensure_ascii=False, allow_nan=False)
+    (out / "front.json").write_text(text + "\n", encoding="utf-8")
 
 
 def _step(trial: Trial, found: Descent) -> dict[str, object]:
