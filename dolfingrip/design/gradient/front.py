@@ -1,7 +1,9 @@
 """A front: the best objective for each limit of a number of the shape, by few simulations.
 
 A Gaussian process learns from values and gradients of the objective. The number of the shape is
-exact, so the process alone is unsure; the next simulation is where its front is unsure most.
+exact, so the process alone is unsure; the next simulation is where its front is unsure most. Each
+simulation first checks what the process foretold of it: where it was further off than its
+deviation, all deviations grow by that factor.
 """
 
 from __future__ import annotations
@@ -20,6 +22,9 @@ from dolfingrip.design.gradient.shape import Shapes
 from dolfingrip.design.surrogate.process import GradientProcess
 
 CANDIDATES, LEVELS, SEED, FIRST = 2048, 40, 1, 4
+
+CHECKS = 4
+"""Number of last simulations whose errors calibrate the deviations; as many are made at least."""
 
 
 @dataclass(slots=True)
@@ -104,6 +109,8 @@ class FrontFinder:
         unsure: list[float] = []
         failed, spent = 0, 0
         front: tuple[np.ndarray, Floats, Floats] | None = None
+        process: GradientProcess | None = None
+        errors: list[float] = []  # in deviations, of what the process foretold
         while spent < self._problem.method.simulations:
             if len(seen) + failed < len(taken):
                 chosen = taken[len(seen) + failed]
@@ -122,18 +129,24 @@ class FrontFinder:
             else:
                 worst = [by[self._problem.objective] for by in found.by_condition]
                 one = max(worst, key=lambda each: self._problem.sign * each.value)
+                if process is not None:
+                    mean, deviation = process.predict(candidates[[chosen]])
+                    errors.append(float(abs(one.value - mean[0]) / max(deviation[0], 1e-12)))
                 seen.append(chosen)
                 values.append(one.value)
                 slopes.append(one.slopes * self._range)
             if len(seen) >= 2:
                 process = GradientProcess(candidates[seen], np.array(values), np.array(slopes))
-                front = self._front(process, candidates, against, limits)
+                best, mean, deviation = self._front(process, candidates, against, limits)
+                last = np.array(errors[-CHECKS:])
+                factor = max(1.0, float(np.sqrt(np.mean(last**2)))) if len(last) else 1.0
+                front = best, mean, factor * deviation
                 areas.append(self._area(limits, front[1]))
                 size = float(np.ptp(front[1])) or 1.0
                 unsure.append(float(front[2].max()) / size)
             self._say(spent, unsure[-1] if unsure else 1.0, bool(found.failure))
-            done = len(seen) + failed >= len(taken)
-            if done and unsure and unsure[-1] < self._asked.unsure:
+            checked = len(seen) + failed >= len(taken) and len(errors) >= CHECKS
+            if checked and unsure[-1] < self._asked.unsure:
                 break
         if front is None:
             raise ConfigError("front: no two designs could be simulated")

@@ -35,14 +35,14 @@ class Refined:
         start, best: objective.
         failure: class and sentence; "" if both were solved.
         simulations: load paths.
-        limits: value of each simulated limit's quantity at the best design, by the limit's text.
+        limits: values of each simulated limit's quantity at start and best, by the limit's text.
     """
 
     start: float
     best: float
     failure: str
     simulations: int
-    limits: dict[str, float]
+    limits: dict[str, list[float]]
 
     @property
     def gain(self) -> float:
@@ -87,7 +87,9 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
         )
 
     simulations = Simulations(problem, compute)
-    values, count, failure, limits = [], 0, "", {}
+    values: list[float] = []
+    limits: dict[str, list[float]] = {}
+    count, failure = 0, ""
     for trial in (found.start, found.best):
         solved = simulations.at(trial.values, gradients=False, finer=finer)
         count += solved.simulations
@@ -98,12 +100,10 @@ def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
         each = [by.get(problem.objective) for by in solved.by_condition]
         worst = [problem.sign * one.value for one in each if one is not None]
         values.append(problem.sign * max(worst) if worst else trial.objective)
-        limits = {
-            str(limit): limit.sign
-            * max(limit.sign * by[limit.quantity].value for by in solved.by_condition)
-            for limit in problem.limits
-            if limit.quantity.experiment is not None
-        }
+        for limit in problem.limits:
+            if limit.quantity.experiment is not None:
+                every = [limit.sign * by[limit.quantity].value for by in solved.by_condition]
+                limits.setdefault(str(limit), []).append(limit.sign * max(every))
     return Refined(values[0], values[1], failure, count, limits)
 
 
