@@ -143,8 +143,8 @@ def edge_lengths(mesh: SolidMesh) -> Floats:
     return lengths
 
 
-def centroid(mesh: SolidMesh) -> Floats:
-    """Centre of gravity of the homogeneous solid (mm), shape (3,).
+def moments(mesh: SolidMesh) -> tuple[float, Floats]:
+    """Volume (mm³) and first moment ∫ x dV (mm⁴, shape (3,)) of the solid.
 
     Second-order elements are integrated exactly where their edges are straight.
     """
@@ -159,7 +159,43 @@ def centroid(mesh: SolidMesh) -> Floats:
         part = weight * _determinants(x, gradient)
         moment += part @ np.einsum("n,mni->mi", value, x)
         volume += float(part.sum())
+    return volume, moment
+
+
+def centroid(mesh: SolidMesh) -> Floats:
+    """Centre of gravity of the homogeneous solid (mm), shape (3,), from :func:`moments`."""
+    volume, moment = moments(mesh)
     return np.asarray(moment / volume, dtype=float)
+
+
+def moment_gradients(mesh: SolidMesh) -> tuple[Floats, Floats]:
+    """Derivatives of :func:`moments` by the points.
+
+    The middle of an edge follows its ends; its own motion counts for nothing.
+
+    Returns:
+        Shape (n, 3) of the volume (mm²), and (3, n, 3) of the first moment (mm³).
+    """
+    at, weights = CELL_QUADRATURE[mesh.shape]
+    functions = shape_functions.of_cell(mesh.shape.corners)
+    corners = mesh.cells[:, : mesh.shape.corners]
+    x = mesh.points[corners]
+    by_volume = np.zeros((len(mesh.points), 3))
+    by_moment = np.zeros((3, len(mesh.points), 3))
+    for value, gradient, weight in zip(
+        functions.values(at), functions.gradients(at), weights, strict=True
+    ):
+        jacobian = np.einsum("nk,mni->mik", gradient, x)
+        part = weight * np.linalg.det(jacobian)
+        # Jacobi's formula
+        growth = np.einsum("m,nk,mki->mni", part, gradient, np.linalg.inv(jacobian))
+        place = np.einsum("n,mni->mi", value, x)
+        np.add.at(by_volume, corners, growth)
+        for axis in range(3):
+            moving = place[:, None, axis, None] * growth
+            moving[:, :, axis] += part[:, None] * value
+            np.add.at(by_moment[axis], corners, moving)
+    return by_volume, by_moment
 
 
 def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
@@ -170,21 +206,8 @@ def centroid_rate(mesh: SolidMesh, velocity: Floats) -> Floats:
         velocity: velocity of the points, shape (n, 3). The middle of an edge follows its ends; its
             own velocity is ignored.
     """
-    at, weights = CELL_QUADRATURE[mesh.shape]
-    functions = shape_functions.of_cell(mesh.shape.corners)
-    corners = mesh.cells[:, : mesh.shape.corners]
-    x, moving = mesh.points[corners], velocity[corners]
-    centre = centroid(mesh)
-    moment: Floats = np.zeros(3)
-    volume = 0.0
-    for value, gradient, weight in zip(
-        functions.values(at), functions.gradients(at), weights, strict=True
-    ):
-        part = weight * _determinants(x, gradient)
-        jacobian, change = (np.einsum("nk,mni->mik", gradient, each) for each in (x, moving))
-        # Jacobi's formula
-        growth = part * np.trace(np.linalg.solve(jacobian, change), axis1=1, axis2=2)
-        moment += growth @ (np.einsum("n,mni->mi", value, x) - centre)
-        moment += part @ np.einsum("n,mni->mi", value, moving)
-        volume += float(part.sum())
-    return np.asarray(moment / volume, dtype=float)
+    volume, moment = moments(mesh)
+    by_volume, by_moment = moment_gradients(mesh)
+    growth = float(np.vdot(by_volume, velocity))
+    moving = np.tensordot(by_moment, velocity, axes=([1, 2], [0, 1]))
+    return np.asarray((moving - moment / volume * growth) / volume, dtype=float)

@@ -17,6 +17,7 @@ from dolfingrip import config as configuration
 from dolfingrip.cli import (
     adopt_command,
     columns_command,
+    design_command,
     diagnose_command,
     doe_commands,
     experiment_commands,
@@ -45,7 +46,7 @@ ORDER = (
     *(experiment.command for experiment in EXPERIMENTS.values()),
     *("pickup", "friction", "adopt", "mesh", "export", "morph", "config", "columns", "extensions"),
     *("synthetic", "diagnose", "plan-experiment", "predict"),
-    *("doe", "train", "optimise", "study", "reproduce"),
+    *("design", "doe", "train", "optimise", "study", "reproduce"),
     *("report", "explore"),
 )
 """Subcommands in the order in which a new user needs them."""
@@ -81,6 +82,7 @@ app.command("export")(export_command.export)
 app.command("morph")(morph_command.morph)
 app.command("columns")(columns_command.columns)
 app.command("extensions")(extensions_command.extensions)
+app.command("design")(design_command.design)
 app.add_typer(doe_commands.app, name="doe")
 app.command("train")(train_command.train)
 app.command("optimise")(optimise_command.optimise)

@@ -32,4 +32,4 @@ class Bending(FingerExperiment):
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
         from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
-        return FingerRig.built(config, comm, profile, plate=False)
+        return FingerRig.built(config, comm, profile, plate=False, made_for=self.made_for)

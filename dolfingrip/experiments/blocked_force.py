@@ -32,7 +32,7 @@ class BlockedForce(FingerExperiment):
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
         from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
-        return FingerRig.built(config, comm, profile, plate=True)
+        return FingerRig.built(config, comm, profile, plate=True, made_for=self.made_for)
 
     def setup(self, config: Config) -> dict[str, Any]:
         plate = config.plate.model_dump(include={"gap_mm", "tilt_deg"})

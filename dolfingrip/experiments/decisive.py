@@ -15,7 +15,7 @@ LATER_SWITCHES = ("both_sides",)
 """Keys of the section ``mesh`` that are newer than stored results. They count only if they are
 switched on, so that older results are still found."""
 
-LATER_SECTIONS = ("adopted", "cavity")
+LATER_SECTIONS = ("adopted", "cavity", "form")
 """Sections that are newer than stored results. They count only if they are not empty."""
 
 

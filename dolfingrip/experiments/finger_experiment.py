@@ -11,12 +11,20 @@ from dolfingrip.experiments.experiment import Experiment
 from dolfingrip.experiments.notes import notes
 from dolfingrip.experiments.protocol import pressurisation
 from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.sections.geometry.geometry import Geometry
 
 
 class FingerExperiment(Experiment):
-    """An experiment whose control is the pressure or the volume of the finger's cavity."""
+    """An experiment whose control is the pressure or the volume of the finger's cavity.
+
+    Args:
+        made_for: dimensions that the mesh is made for and moved from; None: the configuration's.
+    """
 
     options: ClassVar[tuple[Option, ...]] = (PRESSURE_OPTION,)
+
+    def __init__(self, made_for: Geometry | None = None) -> None:
+        self.made_for = made_for
 
     def schedule(self, config: Config) -> Sequence[Stop]:
         return pressurisation.stops(config)

@@ -72,7 +72,9 @@ class Push(FingerExperiment):
     def prepare(self, config: Config, comm: MPI.Comm, profile: Profile) -> Rig:
         from dolfingrip.experiments.rigs.finger_rig import FingerRig
 
-        rig = FingerRig.built(config, comm, profile, plate=False, loads=dead_loads)
+        rig = FingerRig.built(
+            config, comm, profile, plate=False, loads=dead_loads, made_for=self.made_for
+        )
         if rig.newton.model.domain.half:
             raise ConfigError(
                 f"mesh.file = {config.mesh.file}: half a finger, which has no stiffness in y; "

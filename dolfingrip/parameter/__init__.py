@@ -2,7 +2,7 @@
 
 from dolfingrip.parameter.bounds import bounds_of
 from dolfingrip.parameter.moduli import moduli, scaled
-from dolfingrip.parameter.parameter import Entry, Parameter
+from dolfingrip.parameter.parameter import Entry, Parameter, put
 from dolfingrip.parameter.search import check_assignment, every, find, named
 
 __all__ = [
@@ -14,5 +14,6 @@ __all__ = [
     "find",
     "moduli",
     "named",
+    "put",
     "scaled",
 ]

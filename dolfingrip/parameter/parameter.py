@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated, Any, Final
@@ -93,15 +93,7 @@ class Parameter:
         Raises:
             ConfigError: one line naming the key, the value and the allowed range.
         """
-        data = config.model_dump(exclude_none=True)
-        *sections, last = _parts(self.key)
-        place: Any = data
-        for part in sections:
-            if isinstance(place[part], tuple):
-                place[part] = list(place[part])
-            place = place[part]
-        place[last] = value
-        return checked(type(config), data)
+        return put(config, {self.key: value})
 
     def stencil(self, config: Config, step: float) -> Sequence[tuple[int, float]]:
         """Places (in steps) and weights (for a step of 1) of a difference of second order.
@@ -129,6 +121,24 @@ class Parameter:
             for place, weight in self.stencil(config, step)
         ]
         return sum(terms[1:], start=terms[0])
+
+
+def put(config: Config, values: Mapping[str, float]) -> Config:
+    """``config`` with other values of some parameters, by key.
+
+    Raises:
+        ConfigError: one line naming the key, the value and the allowed range.
+    """
+    data = config.model_dump(exclude_none=True)
+    for key, value in values.items():
+        *sections, last = _parts(key)
+        place: Any = data
+        for part in sections:
+            if isinstance(place[part], tuple):
+                place[part] = list(place[part])
+            place = place[part]
+        place[last] = value
+    return checked(type(config), data)
 
 
 def _parts(key: str) -> list[str | int]:

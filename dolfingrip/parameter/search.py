@@ -22,7 +22,9 @@ from dolfingrip.sections.geometry.geometry import Geometry
 from dolfingrip.sections.geometry.index import TABLES
 from dolfingrip.sections.units import unit
 
-SECTIONS: Final = ("material", "film", *TABLES, "morph", "plate", "gravity", "extensions")
+SECTIONS: Final = (
+    "material", "film", *TABLES, "morph", "form", "plate", "gravity", "extensions",
+)  # fmt: skip
 """Sections whose numbers are properties of a finger, its set-up or its instruments."""
 
 NUMERICAL: Final = ("plate.normal", "plate.contact_length_mm", "plate.barrier_mm",
@@ -45,6 +47,8 @@ def every(config: Config) -> list[Parameter]:
         if section == "gravity" and not config.gravity.acceleration_m_s2:
             continue
         if section in TABLES and section != config.geometry_table:
+            continue
+        if section == "form" and config.form is None:
             continue
         if section == "extensions":
             for effect in config.extensions.active():
@@ -183,7 +187,7 @@ def _scale(value: float, prior: Prior | None) -> float:
 def _entry(section: str, key: str, effect: Effect | type[Effect] | None) -> Entry:
     if effect is None:
         return {
-            **dict.fromkeys((*TABLES, "morph"), Entry.SHAPE),
+            **dict.fromkeys((*TABLES, "morph", "form"), Entry.SHAPE),
             "plate": Entry.POSE if key in ("gap_mm", "tilt_deg") else Entry.CONSTANT,
         }.get(section, Entry.CONSTANT)
     if effect.kind == "numerical":

@@ -12,6 +12,7 @@ from dolfingrip.sections.cavities import Cavities
 from dolfingrip.sections.errors import checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
+from dolfingrip.sections.form import Form
 from dolfingrip.sections.geometry.geometry import Geometry, Integration
 from dolfingrip.sections.geometry.index import GEOMETRIES
 from dolfingrip.sections.gripper import Gripper
@@ -44,6 +45,7 @@ class Sections(Section):
     film: Films = Films()
     cavity: Cavities = Cavities()
     camera: Camera = Camera()
+    form: Form | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -122,6 +124,20 @@ class Sections(Section):
     def _thickness_mm(self, region: str) -> float | None:
         """Thickness (mm) of a region that the geometry makes a film; None for another region."""
         return None if self.mesh.file else self.geometry.thickness_mm(region)
+
+    @model_validator(mode="after")
+    def _form_of_planes(self) -> Self:
+        if self.form is None:
+            return self
+        if self.mesh.file is not None or self.geometry.of_file:
+            raise outside("form", "a table", "allowed: with a finger that is made from dimensions")
+        expected = self.form.count(self.geometry.solid())
+        given = len(self.form.offsets_mm)
+        if given != expected:
+            raise outside(
+                "form.offsets_mm", f"{given} numbers", f"allowed: {expected} for this finger"
+            )
+        return self
 
     def film_thickness_mm(self, film: Film) -> float:
         """Thickness of a layer."""

@@ -9,8 +9,9 @@ from typing import Final
 
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.perturbation import perturbations, velocity
+from dolfingrip.experiments.rigs.perturbation import perturbations, velocities
 from dolfingrip.experiments.rigs.rest import at_rest, has_weight
+from dolfingrip.experiments.rigs.undeformed import unplaced
 from dolfingrip.mechanics.contact.plate import RigidPlate
 from dolfingrip.mechanics.model.shape_gradient import Coordinates, ShapeGradient
 from dolfingrip.mechanics.model.term import NoShapeGradient
@@ -20,6 +21,7 @@ from dolfingrip.mechanics.readings.plate import PlatePlace
 from dolfingrip.mechanics.readings.reading import Reading
 from dolfingrip.mechanics.sensitivity.adjoint import Adjoint, ShapeDerivative
 from dolfingrip.mechanics.sensitivity.forward import ForwardSensitivity
+from dolfingrip.mechanics.sensitivity.repeated_step import Perturbation
 from dolfingrip.parameter import Entry, Parameter
 
 PLACE: Final = "plate_place_mm"
@@ -103,8 +105,11 @@ class FingerAdjoints:
         """Derivatives by the plate's place (for each mm), by column."""
         plate = self._finger.plate
         assert plate is not None
-        moved = _PlateMoved(plate)
-        return {name: adjoint.derivative(moved) for name, adjoint in self._adjoints.items()}
+        return self.derivatives(_PlateMoved(plate))
+
+    def derivatives(self, perturbation: Perturbation) -> dict[str, float]:
+        """Derivatives by a parameter that the state at rest does not depend on, by column."""
+        return {name: adjoint.derivative(perturbation) for name, adjoint in self._adjoints.items()}
 
     def _counted(self) -> list[Reading]:
         """What depends on the state at rest: readings that count from there, the plate's place."""
@@ -151,7 +156,7 @@ class FingerAdjoints:
             by_points = self.by_coordinates if shaped else {}
         except NoShapeGradient:
             shaped, by_points = [], {}
-        moving = {each.key: velocity(each, config, points) for each in shaped}
+        moving = velocities(shaped, config, unplaced(points, config)) if shaped else {}
         others = [each for each in parameters if each.key not in moving]
         by_others = self._by_differences(config, others)
         return {

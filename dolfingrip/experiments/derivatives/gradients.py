@@ -9,13 +9,12 @@ from dolfingrip.config import Config
 from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.results.result import Row
 from dolfingrip.experiments.rigs.finger import FingerModel
-from dolfingrip.experiments.rigs.perturbation import velocity as mesh_velocity
-from dolfingrip.experiments.rigs.undeformed import morph, solid
+from dolfingrip.experiments.rigs.perturbation import velocities
+from dolfingrip.experiments.rigs.undeformed import solid, unplaced
 from dolfingrip.mechanics.readings.from_rest import FromRest
 from dolfingrip.mechanics.readings.plate import PlateForce
 from dolfingrip.mechanics.readings.tip import FaceAngle
 from dolfingrip.meshes.measures import centroid, centroid_rate
-from dolfingrip.meshes.solid import SolidMesh
 from dolfingrip.parameter import Entry, Parameter, find
 
 XI = ("morph.xi1", "morph.xi2")
@@ -37,20 +36,14 @@ def cog_offset_mm(
     Raises:
         MeshError: one line, if no finger has these dimensions.
     """
-    mesh, moved = solid(config), morph(config)
+    if parameters is None:
+        parameters = find(config, XI)
+    mesh = solid(config)
     offset = float(centroid(mesh)[0]) - config.cog.x_ref_mm
-    if parameters is not None:
-        return offset, {each.key: _centroid_slope(config, mesh, each) for each in parameters}
-    fields = moved.velocity(moved.inverse().points(mesh.points))
-    slopes = [float(centroid_rate(mesh, field)[0]) for field in fields]
-    return offset, dict(zip(XI, slopes, strict=True))
-
-
-def _centroid_slope(config: Config, mesh: SolidMesh, parameter: Parameter) -> float:
-    """Derivative of the centroid's x (mm for each unit of the parameter)."""
-    if parameter.entry is not Entry.SHAPE:
-        return 0.0
-    return float(centroid_rate(mesh, mesh_velocity(parameter, config, mesh.points))[0])
+    shaped = [each for each in parameters if each.entry is Entry.SHAPE]
+    moving = velocities(shaped, config, unplaced(mesh.points, config)) if shaped else {}
+    slopes = {key: float(centroid_rate(mesh, each)[0]) for key, each in moving.items()}
+    return offset, {each.key: slopes.get(each.key, 0.0) for each in parameters}
 
 
 def by_adjoint(config: Config) -> bool:

@@ -27,6 +27,7 @@ from dolfingrip.mechanics.path.failure import Failure, FailureKind
 from dolfingrip.mechanics.path.limit_point import LimitPointSearch
 from dolfingrip.mechanics.path.path import LoadPath
 from dolfingrip.parameter import Parameter
+from dolfingrip.sections.geometry.geometry import Geometry
 
 
 class FingerRig(Rig):
@@ -69,14 +70,17 @@ class FingerRig(Rig):
         *,
         plate: bool,
         loads: Callable[[Site], Sequence[ufl.Form]] = lambda site: (),
+        made_for: Geometry | None = None,
     ) -> FingerRig:
-        """Build the rig of the configuration's finger; for ``loads`` see :func:`finger.build`.
+        """Build the rig of the configuration's finger.
+
+        For ``loads`` see :func:`finger.build`, for ``made_for`` :func:`undeformed.straight`.
 
         Raises:
             ConfigError: on every rank, one line about a bad mesh or geometry.
         """
         with profile.phase("mesh"):
-            domain = load_domain(config, comm)
+            domain = load_domain(config, comm, made_for)
         with profile.phase("forms"):
             finger = build(config, domain, plate=plate, loads=loads)
             observation = Observation(finger)

@@ -13,7 +13,7 @@ from dolfingrip.experiments.rigs import base_material, weight
 from dolfingrip.experiments.rigs.films import film_value
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.regions import REST
-from dolfingrip.experiments.rigs.undeformed import morph
+from dolfingrip.experiments.rigs.undeformed import free_form, morph, placed, unplaced
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.model.movement import Movement
 from dolfingrip.meshes.dimensions import moved
@@ -117,20 +117,49 @@ def velocity(parameter: Parameter, config: Config, mesh_points: np.ndarray) -> n
     Raises:
         ConfigError: if the mesh is read from a file and so has no dimensions.
     """
-    if config.mesh.file is not None and not parameter.key.startswith("morph"):
-        raise ConfigError(
-            f"--parameters {parameter.key}: allowed: with a finger that is made from dimensions"
-        )
-    dimensions = config.adapted().geometry
-    points = morph(config).inverse().points(mesh_points)
+    return velocities([parameter], config, unplaced(mesh_points, config))[parameter.key]
+
+
+def velocities(
+    parameters: Sequence[Parameter], config: Config, points: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Velocities as of :func:`velocity` by key, at points of the straight mesh of ``config``.
+
+    Args:
+        parameters: of the reference mesh.
+        config: configuration of the finger.
+        points: (n, 3) points (mm) before free form and morph, for example those of this rank.
+
+    Raises:
+        ConfigError: if the mesh is read from a file and so has no dimensions.
+    """
+    adapted = config.adapted()
 
     def at(changed: Config) -> np.ndarray:
         found = points
         if config.mesh.file is None:
-            found = moved(points, dimensions, changed.adapted().geometry)
-        return morph(changed).points(found)
+            found = moved(points, adapted.geometry, changed.adapted().geometry)
+        return placed(found, changed)
 
-    return parameter.derivative(config, at)
+    bending = [each for each in parameters if each.key.startswith("form.")]
+    found: dict[str, np.ndarray] = {}
+    for parameter in parameters:
+        if config.mesh.file is not None and not parameter.key.startswith("morph"):
+            raise ConfigError(
+                f"--parameters {parameter.key}: allowed: with a finger that is made from dimensions"
+            )
+        if parameter not in bending:
+            found[parameter.key] = parameter.derivative(config, at)
+    if bending:  # a free form is linear in its offsets, and a morph in x on both sides of its plane
+        form = free_form(adapted)
+        slopes = form.slopes(points).tocsc()
+        stretch = np.ones((len(points), 3))
+        stretch[:, 0] = morph(adapted).slope(form.points(points)[:, 0])
+        for parameter in bending:
+            number = int(parameter.key.partition("[")[2].rstrip("]"))
+            moving = slopes[:, [number]].toarray().reshape(-1, 3)
+            found[parameter.key] = stretch * moving
+    return {parameter.key: found[parameter.key] for parameter in parameters}
 
 
 def perturbations(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from mpi4py import MPI
@@ -11,11 +12,13 @@ from mpi4py import MPI
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.rigs.regions import parts_of, sheets_of
 from dolfingrip.mechanics.model.domain import Domain, distribute, on_root
-from dolfingrip.meshes import copies
+from dolfingrip.meshes import copies, dimensions
+from dolfingrip.meshes.free_form import FreeForm, bent
 from dolfingrip.meshes.morph import Morph, morphed
 from dolfingrip.meshes.quality import check
-from dolfingrip.meshes.solid import Ints, SolidMesh
+from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 from dolfingrip.meshes.structured import structured_mesh
+from dolfingrip.sections.geometry.geometry import Geometry
 
 log = logging.getLogger(__name__)
 
@@ -25,24 +28,67 @@ def morph(config: Config) -> Morph:
     return Morph(config.morph.xi1, config.morph.xi2, config.morph.d_mm)
 
 
-def solid(config: Config) -> SolidMesh:
-    """The checked and morphed mesh that ``config`` asks for, on the calling rank.
+def free_form(config: Config) -> FreeForm:
+    """The free form that ``config`` asks for, of the planes that its dimensions set."""
+    return FreeForm(config.geometry.solid(), config.form)
+
+
+def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:
+    """The mesh of a configuration's dimensions, before free form and morph.
+
+    Args:
+        config: adapted.
+        made_for: dimensions that the mesh is made for and then moved from, so that its cells are
+            the same for all dimensions near these; None: those of ``config``.
+
+    Raises:
+        MeshError: one line, if it cannot be made or read.
+    """
+    # Gmsh and meshio take a fifth of a second to load, so only their users load them
+    if config.mesh.file is not None:
+        from dolfingrip.meshes import files
+
+        return files.read(config.mesh.file)
+    geometry = made_for or config.geometry
+    if config.hexahedra:
+        mesh = structured_mesh(geometry, config.mesh)
+    else:
+        from dolfingrip.meshes.generate import finger_mesh
+
+        mesh = finger_mesh(geometry, config.mesh)
+    if made_for is None:
+        return mesh
+    return replace(mesh, points=dimensions.moved(mesh.points, made_for, config.geometry))
+
+
+def placed(points: Floats, config: Config) -> Floats:
+    """Points (n, 3) of the straight mesh of ``config``, moved by its free form and its morph."""
+    config = config.adapted()
+    bent_points = points if config.form is None else free_form(config).points(points)
+    return morph(config).points(bent_points)
+
+
+def unplaced(points: Floats, config: Config) -> Floats:
+    """The points that :func:`placed` moves to ``points``, (n, 3)."""
+    config = config.adapted()
+    found = morph(config).inverse().points(points)
+    return found if config.form is None else free_form(config).inverse(found)
+
+
+def solid(config: Config, made_for: Geometry | None = None) -> SolidMesh:
+    """The checked, bent and morphed mesh that ``config`` asks for, on the calling rank.
+
+    Args:
+        config: configuration of the finger.
+        made_for: see :func:`straight`.
 
     Raises:
         MeshError: one line, if it cannot be made, read or used.
     """
     config = config.adapted()
-    # Gmsh and meshio take a fifth of a second to load, so only their users load them
-    if config.mesh.file is not None:
-        from dolfingrip.meshes import files
-
-        mesh = files.read(config.mesh.file)
-    elif config.hexahedra:
-        mesh = structured_mesh(config.geometry, config.mesh)
-    else:
-        from dolfingrip.meshes.generate import finger_mesh
-
-        mesh = finger_mesh(config.geometry, config.mesh)
+    mesh = straight(config, made_for)
+    if config.form is not None:
+        mesh = bent(mesh, free_form(config))
     mesh = morphed(mesh, morph(config))
     log.info(check(mesh).summary())
     return mesh
@@ -62,13 +108,15 @@ class Made(NamedTuple):
     sheets: dict[str, Ints]
 
 
-def made(config: Config) -> Made:
+def made(config: Config, made_for: Geometry | None = None) -> Made:
     """The mesh of ``config``, the cells of its parts and the faces of its membranes.
+
+    For ``made_for`` see :func:`straight`.
 
     Raises:
         MeshError: one line, if one of them cannot be made.
     """
-    mesh = solid(config)
+    mesh = solid(config, made_for)
     return Made(mesh, parts_of(config, mesh), sheets_of(config, mesh))
 
 
@@ -93,14 +141,16 @@ def spread(comm: MPI.Comm, make: Callable[[], Made]) -> Domain:
     return distribute(comm, *(on_root(comm, make) or (None, None, None)))
 
 
-def load_domain(config: Config, comm: MPI.Comm) -> Domain:
+def load_domain(config: Config, comm: MPI.Comm, made_for: Geometry | None = None) -> Domain:
     """The mesh of ``config``, made on rank 0 and distributed.
+
+    For ``made_for`` see :func:`straight`.
 
     Raises:
         ConfigError: on every rank.
     """
     config = config.adapted()
-    domain = spread(comm, lambda: made(config))
+    domain = spread(comm, lambda: made(config, made_for))
     sideways = config.sideways()
     if domain.half and sideways is not None:
         key, value = sideways

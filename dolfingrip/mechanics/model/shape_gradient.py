@@ -101,6 +101,11 @@ class ShapeGradient:
         vector = fem.assemble_vector(derivative)  # this rank's part, ghosts included
         self._by_points += factor * vector.array.reshape(-1, 3)
 
+    def add(self, other: ShapeGradient, factor: float) -> None:
+        """Add ``factor`` times another number's derivatives."""
+        self.at_nodes += factor * other.at_nodes
+        self._by_points += factor * other._by_points
+
     @property
     def owned(self) -> np.ndarray:
         """(k, 3) derivatives by the points that this rank owns, with all ranks' parts."""

@@ -65,6 +65,21 @@ class BoxSolid:
         cup = [self.cup_mm] if axis == 2 and self.cup_mm else []
         return np.array([*(value for box in self._boxes() for value in box[axis]), *cup])
 
+    def bent(self, axis: int) -> Floats:
+        """Coordinates of the planes across an axis that a free form bends (mm), ascending.
+
+        The contact face, the clamp, the tip's face and the symmetry plane stay; of two planes that
+        mirror each other in y, it is the one above 0.
+        """
+        found = np.sort(self.planes(axis))
+        found = found[np.concatenate([[True], np.diff(found) > TOLERANCE_MM])]
+        low, high = self.body[axis]
+        lowest = 0.0 if axis == 1 else low
+        inside = found > lowest + TOLERANCE_MM
+        if axis == 2:
+            inside &= found < high - TOLERANCE_MM
+        return found[inside]
+
     def _boxes(self) -> Iterator[Box]:
         yield self.body
         yield from self.cavity

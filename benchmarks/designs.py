@@ -1,0 +1,168 @@
+"""Designs by gradients: what each step beyond the paper buys, and random starts.
+
+``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
+and writes ``design_steps.csv``; ``python -m benchmarks.designs starts`` begins at random places on
+a short, coarse finger and writes ``design_starts.csv``. Both go on where they were stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dolfingrip.config import ConfigError
+from dolfingrip.design import rows
+from dolfingrip.design.gradient import run
+from dolfingrip.design.gradient.descent import Descent
+from dolfingrip.design.gradient.problem import Problem, read
+from dolfingrip.jobs.cluster import Where
+from dolfingrip.jobs.pool import Pool
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parent / "examples"
+PAPER = (EXAMPLES / "paper_design.toml").read_text(encoding="utf-8")
+FREE = (EXAMPLES / "free_design.toml").read_text(encoding="utf-8")
+ROBUST = "".join(
+    f'\n[[scenarios]]\nchange = ["{change}"]\n'
+    for change in (
+        "finger.wall_mm=0.1", "finger.wall_mm=-0.1", "material.mu_MPa=0.293",
+        "material.mu_MPa=-0.293",
+    )
+)  # fmt: skip
+"""±0.1 mm of wall, and ±10 % of the modulus."""
+
+STEPS = {
+    "two numbers (the paper)": PAPER,
+    "two numbers, mean of 100, 175 and 250 kPa": PAPER.replace("250.0", "[100.0, 175.0, 250.0]"),
+    "two numbers, the worst of walls and moduli": PAPER.replace("= 15", "= 60") + ROBUST,
+    "eleven numbers": FREE[: FREE.index("[free_form]")] + "[method]\nsimulations = 40\n",
+    "eleven numbers and a free form": FREE,
+}
+"""Design files by what they are."""
+
+STARTS, SEED = 20, 33
+SHORT = (
+    "mesh.size_mm=6", "mesh.edge_size_mm=6", "finger.length_mm=38", "finger.bellows=2",
+    "finger.gap_mm=0.6", "experiment.max_pressure_kPa=150",
+)  # fmt: skip
+START = """
+set = {set}
+[objective]
+maximise = "force_N"
+at_pressure_kPa = 150.0
+[[constraints]]
+of = "cog_offset_mm"
+at_most = 3.2
+[[constraints]]
+of = "least_wall_mm"
+at_least = 0.7
+[parameters]
+morph.xi1 = [-0.2, 1.0]
+morph.xi2 = [-0.5, 0.6]
+finger.wall_mm = [0.8, 2.0]
+finger.gap_mm = [0.4, 1.2]
+[method]
+simulations = 12
+"""
+
+
+def _read(text: str) -> Problem:
+    """The problem of a text, whose files are those of the examples."""
+    with tempfile.NamedTemporaryFile("w", suffix=".toml", dir=EXAMPLES, encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        return read(Path(file.name))
+
+
+def _solved(problem: Problem, out: Path, pool: Pool) -> Descent:
+    return run.solve(problem, run.computed_in(out, pool), lambda trial, limits: None)
+
+
+def steps(out: Path, pool: Pool) -> list[dict[str, Any]]:
+    """A row for each problem."""
+    found: list[dict[str, Any]] = []
+    for number, (name, text) in enumerate(STEPS.items()):
+        problem = _read(text)
+        one = _solved(problem, out / str(number), pool)
+        told = run.facts(problem, one, None, 0.0)
+        found.append(
+            {
+                "problem": name,
+                "numbers": len(problem.variables),
+                "simulations": one.simulations,
+                "simulations_s": round(one.seconds, 1),
+                "start_N": round(one.start.objective, 4),
+                "best_N": round(one.best.objective, 4),
+                "gain_percent": round(100 * told["gain"], 2),
+                "limits_kept": all(each["kept"] for each in told["constraints"]),
+                "xi1": round(told["parameters"]["morph.xi1"]["value"], 4),
+                "xi2": round(told["parameters"]["morph.xi2"]["value"], 4),
+            }
+        )
+        print(found[-1], flush=True)
+        rows.write(HERE / "design_steps.csv", found)
+    return found
+
+
+def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
+    """A row for each random start."""
+    base = _read(START.format(set=list(SHORT)).replace("'", '"'))
+    random = np.random.default_rng(SEED)
+    found: list[dict[str, Any]] = []
+    for number in range(STARTS):
+        variables = tuple(
+            replace(each, start=float(random.uniform(each.low, each.high)))
+            for each in base.variables
+        )
+        row: dict[str, Any] = {"start": number}
+        try:
+            one = _solved(replace(base, variables=variables), out / f"start-{number}", pool)
+        except ConfigError as error:
+            row |= {"ending": str(error)}
+        else:
+            taken = [each.objective for each in one.trials if each.accepted]
+            row |= {
+                "ending": one.ending,
+                "simulations": one.simulations,
+                "accepted": len(taken),
+                "rejected": sum(not each.accepted for each in one.trials),
+                "failed": sum(bool(each.failure) for each in one.trials),
+                "every_accepted_step_improves": bool((np.diff(taken) > 0).all()),
+                "start_N": round(one.start.objective, 4),
+                "best_N": round(one.best.objective, 4),
+                "cog_offset_mm": round(one.best.limits[0], 4),
+                "least_wall_mm": round(one.best.limits[1], 4),
+                **{
+                    variable.key: round(float(value), 4)
+                    for variable, value in zip(variables, one.best.values, strict=True)
+                },
+            }
+        found.append(row)
+        print(row, flush=True)
+        keys = max(found, key=len)
+        rows.write(
+            HERE / "design_starts.csv", [{key: each.get(key) for key in keys} for each in found]
+        )
+    return found
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Run one of the two."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", choices=["steps", "starts"])
+    parser.add_argument("--out", type=Path, default=Path("out/designs"))
+    parser.add_argument("--workers", type=int, default=1)
+    given = parser.parse_args(arguments)
+    with Pool(Where(workers=given.workers)) as pool:
+        {"steps": steps, "starts": starts}[given.what](given.out / given.what, pool)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

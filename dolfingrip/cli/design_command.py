@@ -1,0 +1,176 @@
+"""``dolfingrip design``: improve a finger by gradients, under limits that hold."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from dolfingrip.cli.options import Out, Overrides, check_writable, console, one_process
+from dolfingrip.cli.simulations import Workers, resumable
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from dolfingrip.design.gradient.descent import Descent, Trial
+    from dolfingrip.design.gradient.problem import Held, Problem
+
+
+def design(
+    file: Annotated[Path, typer.Argument(help="TOML: objective, constraints, parameters.")],
+    out: Out = Path("out/design"),
+    workers: Workers = 1,
+    overrides: Overrides = None,
+    refine: Annotated[
+        bool, typer.Option(help="Solve start and result again on a finer mesh.")
+    ] = True,
+) -> None:
+    """Find the best design by gradients: each step is accepted on finite elements.
+
+    A run that was stopped goes on from OUT/simulations. OUT then holds design.json, design.toml
+    (a configuration), finger.stl, steps.csv, and pictures of finger, section and convergence.
+    """
+    one_process("--workers, without mpirun")
+    from dolfingrip.design.gradient import run
+    from dolfingrip.design.gradient.problem import read
+    from dolfingrip.jobs.cluster import Where
+    from dolfingrip.jobs.pool import Pool
+
+    problem = read(file, overrides or ())
+    check_writable(out)
+    screen = console()
+    if problem.front is not None:
+        _front(problem, out, workers, screen)
+        return
+    folder = out / run.FOLDER
+    begun = time.monotonic()
+    screen.print(_asked(problem), soft_wrap=True)
+    with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
+        compute = run.computed_in(folder, pool)
+        found = run.solve(problem, compute, _Said(screen, problem))
+        wall_s = time.monotonic() - begun
+        refined = None
+        if refine:
+            screen.print("start and result on a finer mesh")
+            refined = run.refine(problem, found, compute)
+    told = run.facts(problem, found, refined, wall_s)
+    run.write(told, found, out)
+    _draw(problem, found, out)
+    _print(told, found, screen)
+    screen.print(f"results: {out}", soft_wrap=True)
+
+
+def _front(problem: Problem, out: Path, workers: int, screen: Console) -> None:
+    """Find a front and write ``front.json``, ``front.csv`` and ``front.png``."""
+    from dolfingrip.design.gradient import front, run
+    from dolfingrip.jobs.cluster import Where
+    from dolfingrip.jobs.pool import Pool
+    from dolfingrip.report.shape_change import Band, plot_band
+
+    most, folder = problem.method.simulations, out / run.FOLDER
+    begun = time.monotonic()
+
+    def say(done: int, unsure: float, failed: bool) -> None:
+        note = "failed" if failed else f"the front is sure to {100 * unsure:.2g} % of its range"
+        screen.print(f"{done} of {most} simulations: {note}")
+
+    assert problem.front is not None
+    with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
+        compute = run.computed_in(folder, pool)
+        found = front.FrontFinder(problem, problem.front, compute, say).run()
+    run.write_front(problem, found, time.monotonic() - begun, out)
+    band = Band(
+        problem.front.against, str(problem.objective), found.limit, found.mean, found.deviation,
+        found.against, found.objective, found.areas, found.unsure,
+    )  # fmt: skip
+    plot_band(band, out / "front.png")
+    screen.print(f"results: {out}", soft_wrap=True)
+
+
+def _asked(problem: Problem) -> str:
+    word = "minimise" if problem.sign > 0 else "maximise"
+    limits = "".join(f"; {each}" for each in problem.limits)
+    return f"{word} {problem.objective}{limits}; {len(problem.variables)} parameters"
+
+
+class _Said:
+    """Prints a line for each design, and the section of accepted ones."""
+
+    def __init__(self, screen: Console, problem: Problem) -> None:
+        self._screen, self._problem = screen, problem
+
+    def __call__(self, trial: Trial, limits: Sequence[tuple[Held, float]]) -> None:
+        from dolfingrip.report.section_text import section_text
+
+        most = self._problem.method.simulations
+        if trial.failure:
+            said = f"failed ({trial.failure.partition(':')[0]}), so the next step is shorter"
+        else:
+            said = f"{self._problem.objective.name} {trial.objective:.4g}, "
+            said += "accepted" if trial.accepted else "not accepted, so the next step is shorter"
+            kept = zip(limits, trial.limits, strict=True)
+            said += "".join(f"; {limit.quantity.name} {value:.4g}" for (limit, _), value in kept)
+        self._screen.print(f"{trial.simulations} of {most} simulations: {said}", soft_wrap=True)
+        if trial.accepted:
+            self._screen.print(section_text(trial.shape.mesh), end="\n", markup=False)
+
+
+def _draw(problem: Problem, found: Descent, out: Path) -> None:
+    from dolfingrip.report.shape_change import Course, draw_change, plot_course, write_stl
+
+    start, best = found.start.shape.mesh, found.best.shape.mesh
+    draw_change(start, best, ("start", "design"), out)
+    write_stl(best, out / "finger.stl")
+    left = {
+        str(limit): [
+            limit.sign * (value - each.limits[i]) / (abs(value) or 1.0) if each.limits else 0.0
+            for each in found.trials
+        ]
+        for i, (limit, value) in enumerate(found.limits)
+    }
+    course = Course(
+        str(problem.objective),
+        [each.simulations for each in found.trials],
+        [float("nan") if each.failure else each.objective for each in found.trials],
+        [each.accepted for each in found.trials],
+        left,
+    )
+    plot_course(course, out / "convergence.png")
+
+
+SHOWN = 16
+"""Parameters in the table; a free form's numbers are in ``design.json``."""
+
+
+def _print(told: dict[str, Any], found: Descent, screen: Console) -> None:
+    table = Table(title="Design", box=SIMPLE_HEAD, padding=(0, 1))
+    for column in ("", "start", "design", "limit"):
+        table.add_column(column, justify="left" if not column else "right", overflow="fold")
+    table.add_row(told["of"], f"{told['start']:.4g}", f"{told['objective']:.4g}", "")
+    for each in told["constraints"]:
+        limit = f"{each['sense']} {each['limit']:.4g}"
+        table.add_row(each["of"], f"{each['start']:.4g}", f"{each['value']:.4g}", limit)
+    own = {k: v for k, v in told["parameters"].items() if not k.startswith("form.")}
+    for key, each in list(own.items())[:SHOWN]:
+        between = f"{each['low']:g} to {each['high']:g}"
+        table.add_row(key, f"{each['start']:.4g}", f"{each['value']:.4g}", between)
+    screen.print(table)
+    if told["gain"] is not None:
+        screen.print(
+            f"{100 * told['gain']:+.1f} % with {told['simulations']} simulations: {told['ending']}",
+            soft_wrap=True,
+        )
+    refined = told.get("refined")
+    if refined and refined["failure"]:
+        screen.print(f"[red]finer mesh: {refined['failure']}[/red]", soft_wrap=True)
+    elif refined and refined["gain"] is not None:
+        screen.print(
+            f"finer mesh: {refined['start']:.4g} to {refined['objective']:.4g}, "
+            f"{100 * refined['gain']:+.1f} %",
+            soft_wrap=True,
+        )

@@ -1,0 +1,1 @@
+"""Designs by gradients: a question, its limits and any number of parameters, by finite elements."""

@@ -1,0 +1,204 @@
+"""A front: the best objective for each limit of a number of the shape, by few simulations.
+
+A Gaussian process learns from values and gradients of the objective. The number of the shape is
+exact, so the process alone is unsure; the next simulation is where its front is unsure most. Each
+simulation first checks what the process foretold of it: where it was further off than its
+deviation, all deviations grow by that factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import qmc
+
+from dolfingrip.config import ConfigError
+from dolfingrip.design.gradient.evaluation import Compute, Floats, Simulations
+from dolfingrip.design.gradient.problem import Front as Asked
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.surrogate.process import GradientProcess
+
+CANDIDATES, LEVELS, SEED, FIRST = 2048, 40, 1, 4
+
+CHECKS = 4
+"""Number of last simulations whose errors calibrate the deviations; as many are made at least."""
+
+
+@dataclass(slots=True)
+class Front:
+    """A front with its uncertainty.
+
+    Attributes:
+        name: of the number of the shape.
+        limit: shape (levels,), its limits.
+        values: shape (levels, variables), the best design for each.
+        mean, deviation: shape (levels,), the objective there, and its standard deviation.
+        simulated: shape (n, variables), designs that were simulated.
+        objective, against: shape (n,), of these.
+        areas: hypervolume after each simulation.
+        unsure: largest deviation on the front after each simulation, as a part of its range.
+        failed: number of designs without a solution.
+    """
+
+    name: str
+    limit: Floats
+    values: Floats
+    mean: Floats
+    deviation: Floats
+    simulated: Floats
+    objective: Floats
+    against: Floats
+    areas: list[float]
+    unsure: list[float]
+    failed: int
+
+
+class FrontFinder:
+    """Finds a front.
+
+    Args:
+        problem: without limits of simulated quantities.
+        asked: number of the shape, its range and how sure the front shall be.
+        compute: what computes jobs.
+        say: called with the number of simulations, the uncertainty and whether the last one failed.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        asked: Asked,
+        compute: Compute,
+        say: Callable[[int, float, bool], None] = lambda done, unsure, failed: None,
+    ) -> None:
+        self._problem, self._asked, self._say = problem, asked, say
+        self._simulations, self._shapes = Simulations(problem, compute), Shapes(problem)
+        self._low = np.array([each.low for each in problem.variables])
+        self._range = np.array([each.high for each in problem.variables]) - self._low
+
+    def run(self) -> Front:
+        """Simulate until the front is sure enough, or the simulations are spent."""
+        candidates = self._candidates()
+        against = np.array([self._against(each) for each in candidates])
+        kept = (against >= self._asked.low) & (against <= self._asked.high)
+        if not kept.any():
+            reach = f"{np.nanmin(against):.4g} to {np.nanmax(against):.4g}"
+            raise ConfigError(
+                f"front.low, high: {self._asked.against} is {reach} in the parameters' ranges; "
+                "allowed: low and high among these"
+            )
+        candidates, against = candidates[kept], against[kept]
+        taken: list[int] = []
+        places = np.linspace(against.min(), against.max(), FIRST)
+        for place in places:  # spread along the number of the shape, and apart from one another
+            near = np.argsort(np.abs(against - place), kind="stable")[: max(len(against) // 20, 1)]
+            apart = [
+                min(
+                    (float(np.abs(candidates[i] - candidates[j]).max()) for j in taken), default=1.0
+                )
+                for i in near
+            ]
+            taken.append(int(near[int(np.argmax(apart))]))
+        limits = np.linspace(against.min(), against.max(), LEVELS)
+        seen: list[int] = []
+        values: list[float] = []
+        slopes: list[Floats] = []
+        areas: list[float] = []
+        unsure: list[float] = []
+        failed, spent = 0, 0
+        front: tuple[np.ndarray, Floats, Floats] | None = None
+        process: GradientProcess | None = None
+        errors: list[float] = []  # in deviations, of what the process foretold
+        while spent < self._problem.method.simulations:
+            if len(seen) + failed < len(taken):
+                chosen = taken[len(seen) + failed]
+            else:
+                assert front is not None
+                best, _, deviation = front
+                chosen = int(best[int(np.argmax(deviation))])
+            found = self._simulations.at(self._values(candidates[chosen]))
+            spent += found.simulations
+            if found.failure:
+                failed += 1
+                free = np.arange(len(candidates)) != chosen
+                candidates, against = candidates[free], against[free]
+                seen = [i - (i > chosen) for i in seen]
+                taken = [i - (i > chosen) for i in taken]
+            else:
+                worst = [by[self._problem.objective] for by in found.by_condition]
+                one = max(worst, key=lambda each: self._problem.sign * each.value)
+                if process is not None:
+                    mean, deviation = process.predict(candidates[[chosen]])
+                    errors.append(float(abs(one.value - mean[0]) / max(deviation[0], 1e-12)))
+                seen.append(chosen)
+                values.append(one.value)
+                slopes.append(one.slopes * self._range)
+            if len(seen) >= 2:
+                process = GradientProcess(candidates[seen], np.array(values), np.array(slopes))
+                best, mean, deviation = self._front(process, candidates, against, limits)
+                last = np.array(errors[-CHECKS:])
+                factor = max(1.0, float(np.sqrt(np.mean(last**2)))) if len(last) else 1.0
+                front = best, mean, factor * deviation
+                areas.append(self._area(limits, front[1]))
+                size = float(np.ptp(front[1])) or 1.0
+                unsure.append(float(front[2].max()) / size)
+            self._say(spent, unsure[-1] if unsure else 1.0, bool(found.failure))
+            checked = len(seen) + failed >= len(taken) and len(errors) >= CHECKS
+            if checked and unsure[-1] < self._asked.unsure:
+                break
+        if front is None:
+            raise ConfigError("front: no two designs could be simulated")
+        best, mean, deviation = front
+        return Front(
+            self._asked.against,
+            limits,
+            np.array([self._values(candidates[i]) for i in best]),
+            mean,
+            deviation,
+            np.array([self._values(candidates[i]) for i in seen]),
+            np.array(values),
+            against[seen],
+            areas,
+            unsure,
+            failed,
+        )
+
+    def _candidates(self) -> Floats:
+        """Scaled designs: a grid of two variables, a Sobol sequence of more."""
+        count = len(self._range)
+        if count <= 2:
+            axis = np.linspace(0, 1, round(CANDIDATES ** (1 / count)))
+            return np.stack(np.meshgrid(*[axis] * count, indexing="ij"), axis=-1).reshape(-1, count)
+        return np.asarray(qmc.Sobol(count, rng=SEED).random(CANDIDATES))
+
+    def _values(self, scaled: Floats) -> Floats:
+        return np.asarray(np.round(self._low + scaled * self._range, 10) + 0.0)
+
+    def _against(self, scaled: Floats) -> float:
+        try:
+            shape = self._shapes.at(self._values(scaled))
+            for limit in self._problem.limits:
+                value = shape.value(limit.quantity.name)
+                if limit.limit is not None and limit.sign * (value - limit.limit) > 0:
+                    return float("nan")
+            return shape.value(self._asked.against)
+        except ConfigError:
+            return float("nan")
+
+    def _front(
+        self, process: GradientProcess, candidates: Floats, against: Floats, limits: Floats
+    ) -> tuple[np.ndarray, Floats, Floats]:
+        """Row of the best candidate for each limit, with mean and deviation there."""
+        mean, deviation = process.predict(candidates)
+        good = np.where(
+            against[None] <= limits[:, None] + 1e-12, self._problem.sign * mean[None], np.inf
+        )
+        best = good.argmin(axis=1)
+        return best, mean[best], deviation[best]
+
+    def _area(self, limits: Floats, mean: Floats) -> float:
+        """Area between the front and the worst objective on it, over the limits."""
+        gain = np.abs(mean - (mean.max() if self._problem.sign > 0 else mean.min()))
+        return float(np.trapezoid(gain, limits))

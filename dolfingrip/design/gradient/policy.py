@@ -1,0 +1,50 @@
+"""The numbers that a descent by gradients rests on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class DescentPolicy:
+    """How steps are chosen and judged. Variables are scaled to their ranges, 0 to 1.
+
+    Attributes:
+        first_radius, largest_radius, least_radius: of the box around a design in which the model is
+            trusted.
+        failed, rejected: factor of the radius after a solve that failed, and after a step that did
+            not improve.
+        good, poor: ratio of a gain to the expected one above which the radius grows twofold, and
+            below which it halves.
+        enough: expected gain, as a part of the objective, below which a descent ends.
+        broken: part of a limit's size by which a simulated limit may be exceeded.
+        kept: the same for limits of the unloaded shape.
+        corrections: largest number of times that limits of the shape are linearised anew for one
+            step.
+        near_mm: walls and gaps within this distance of their limit are among the limits of a step.
+        most_rows: largest number of pairs of faces among them at first.
+        bundle: number of earlier designs whose simulated limits, made linear there, count too.
+        penalty: price of breaking a limit in a step's model, in sizes of the objective.
+        digits: decimals of a scaled variable; its value has two fewer. So a run that goes on
+            computes the same designs.
+    """
+
+    first_radius: float = 0.25
+    largest_radius: float = 1.0
+    least_radius: float = 1e-3
+    failed: float = 0.4
+    rejected: float = 0.5
+    good: float = 0.7
+    poor: float = 0.25
+    enough: float = 2e-4
+    broken: float = 1e-4
+    kept: float = 1e-6
+    corrections: int = 8
+    near_mm: float = 0.6
+    most_rows: int = 120
+    bundle: int = 8
+    penalty: float = 20.0
+    digits: int = 12
+
+
+POLICY = DescentPolicy()

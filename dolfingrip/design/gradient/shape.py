@@ -1,0 +1,184 @@
+"""The unloaded shape of a design: mass, centre of gravity, walls, gaps and overhangs, exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.experiments.rigs.perturbation import velocities
+from dolfingrip.experiments.rigs.undeformed import placed, straight
+from dolfingrip.meshes.cells import FACET_CORNERS
+from dolfingrip.meshes.dimensions import moved
+from dolfingrip.meshes.measures import moment_gradients, moments
+from dolfingrip.meshes.solid import Floats, Ints
+from dolfingrip.meshes.walls import Facing, facing
+from dolfingrip.parameter import Entry
+
+G_PER_MM3 = 1e-6
+"""Grams of a cubic millimetre of 1 kg/m³."""
+
+PRINTED = ("skin", "cavity")
+"""Groups of facets that an overhang is looked for in."""
+
+
+class Shapes:
+    """The unloaded shapes of a problem's designs, all on the mesh of its start.
+
+    Args:
+        problem: the nominal condition's finger is looked at.
+
+    Attributes:
+        start: configuration of the start.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.variables = problem.variables
+        self._condition = problem.nominal
+        self.start = problem.nominal.config(self.variables, [v.start for v in self.variables])
+        adapted = self.start.adapted()
+        self.geometry = adapted.geometry
+        self.mesh = straight(adapted)
+        self.facing = dict.fromkeys(
+            ("least_wall_mm", "least_gap_mm"), Facing(np.empty((0, 2, 4, 3)))
+        )
+        if adapted.mesh.file is None and adapted.hexahedra:
+            walls, gaps = facing(self.geometry, adapted.mesh)
+            self.facing = {"least_wall_mm": walls, "least_gap_mm": gaps}
+        facets = [self.mesh.facets[name] for name in PRINTED if name in self.mesh.facets]
+        corners = FACET_CORNERS[facets[0].shape[1]]
+        self.printed: Ints = np.concatenate(facets)[:, :corners]
+        self.shaped = [v.parameter for v in self.variables if v.parameter.entry is Entry.SHAPE]
+
+    def at(self, values: Sequence[float] | Floats) -> Shape:
+        """The shape of a design.
+
+        Raises:
+            ConfigError: one line, where there is no such finger.
+        """
+        return Shape(self, self._condition.config(self.variables, list(map(float, values))))
+
+
+class Shape:
+    """One unloaded shape.
+
+    Args:
+        shapes: that it is one of.
+        config: of the design.
+    """
+
+    def __init__(self, shapes: Shapes, config: Config) -> None:
+        self._all, self.config = shapes, config
+        self._adapted = config.adapted()
+        self._straight = self._on_planes(shapes.mesh.points)
+        self.mesh = replace(shapes.mesh, points=placed(self._straight, config))
+
+    def _on_planes(self, points: Floats) -> Floats:
+        if self._adapted.mesh.file is not None:
+            return points
+        return moved(points, self._all.geometry, self._adapted.geometry)
+
+    def _slopes(self, points: Floats) -> Floats:
+        """(variables, n, 3) velocities of straight points."""
+        found = np.zeros((len(self._all.variables), len(points), 3))
+        by_key = velocities(self._all.shaped, self.config, points) if self._all.shaped else {}
+        for row, variable in enumerate(self._all.variables):
+            if variable.key in by_key:
+                found[row] = by_key[variable.key]
+        return found
+
+    @cached_property
+    def _velocity(self) -> Floats:
+        return self._slopes(self._straight)
+
+    # -- numbers ---------------------------------------------------------------------------------
+
+    @cached_property
+    def _moments(self) -> tuple[float, Floats]:
+        return moments(self.mesh)
+
+    def value(self, name: str) -> float:
+        """Mass (g), COG offset (mm), or the extreme of :meth:`rows`."""
+        volume, moment = self._moments
+        if name == "mass_g":
+            return volume * self._copies * self.config.material.density_kg_m3 * G_PER_MM3
+        if name == "cog_offset_mm":
+            return float(moment[0] / volume) - self.config.cog.x_ref_mm
+        rows = self.rows(name)
+        if name == "overhang_deg":
+            return float(rows.max(initial=0.0))
+        return float(rows.min(initial=np.inf))
+
+    @property
+    def _copies(self) -> int:
+        return 2 if "symmetry" in self.mesh.facets else 1
+
+    def gradient(self, name: str) -> Floats:
+        """Derivatives of mass or COG offset by the variables."""
+        volume, moment = self._moments
+        by_volume, by_moment = moment_gradients(self.mesh)
+        if name == "mass_g":
+            field = by_volume * self._copies * self.config.material.density_kg_m3 * G_PER_MM3
+        else:
+            field = (by_moment[0] - moment[0] / volume * by_volume) / volume
+        return np.asarray(np.einsum("pni,ni->p", self._velocity, field))
+
+    # -- many rows -------------------------------------------------------------------------------
+
+    def rows(self, name: str) -> Floats:
+        """All distances of walls or gaps (mm), or overhangs of facets (deg), shape (rows,)."""
+        if name == "overhang_deg":
+            return self._overhang()
+        found = self._all.facing[name]
+        return found.distances(self._corners(found.corners)).ravel()
+
+    def row_gradients(self, name: str, chosen: Ints) -> Floats:
+        """Derivatives (variables, chosen) of some of them."""
+        if not len(chosen):
+            return np.empty((len(self._all.variables), 0))
+        if name == "overhang_deg":
+            return self._overhang_slopes(chosen)
+        found = self._all.facing[name]
+        pairs, inverse = np.unique(chosen // 4, return_inverse=True)
+        here = Facing(found.corners[pairs])
+        flat = self._on_planes(here.corners.reshape(-1, 3))
+        velocity = self._slopes(flat).reshape(-1, len(pairs), 2, 4, 3)
+        slopes = here.slopes(placed(flat, self.config).reshape(-1, 2, 4, 3), velocity)
+        return np.asarray(slopes[:, inverse, chosen % 4])
+
+    def _corners(self, corners: Floats) -> Floats:
+        flat = self._on_planes(corners.reshape(-1, 3))
+        return placed(flat, self.config).reshape(corners.shape)
+
+    def _normals(self, facets: Ints) -> tuple[Floats, Floats, Floats]:
+        x = self.mesh.points[facets]
+        if facets.shape[1] == 3:
+            first, second = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
+        else:
+            first, second = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
+        return first, second, np.asarray(np.cross(first, second), dtype=float)
+
+    def _overhang(self) -> Floats:
+        """Angle (deg) of each facet from the vertical, printed along z; 0 if it faces up."""
+        normal = self._normals(self._all.printed)[2]
+        down = -normal[:, 2] / np.linalg.norm(normal, axis=1)
+        return np.degrees(np.arcsin(np.clip(down, 0.0, 1.0)))
+
+    def _overhang_slopes(self, chosen: Ints) -> Floats:
+        facets = self._all.printed[chosen]
+        first, second, normal = self._normals(facets)
+        length = np.linalg.norm(normal, axis=1)
+        unit = normal / length[:, None]
+        v = self._velocity[:, facets]
+        last = 2 if facets.shape[1] == 3 else 3
+        start = 0 if facets.shape[1] == 3 else 1
+        ahead = 1 if facets.shape[1] == 3 else 2
+        turning = np.cross(v[:, :, ahead] - v[:, :, 0], second)
+        turning += np.cross(first, v[:, :, last] - v[:, :, start])
+        down = turning[..., 2] - unit[:, 2] * np.einsum("pki,ki->pk", turning, unit)
+        cosine = np.sqrt(np.clip(1 - unit[:, 2] ** 2, 1e-12, None))
+        return np.asarray(np.degrees(-down / length / cosine))

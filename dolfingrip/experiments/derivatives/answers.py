@@ -1,0 +1,316 @@
+"""Readings of a finger at chosen places of its path, with derivatives by parameters of its shape.
+
+A place is a pressure, or where another reading has a value: the force at an angle, the pressure for
+a force. There the implicit function theorem gives the derivative: with g(p, m) = a the pressure
+moves by dp/dm = −(∂g/∂m)/(∂g/∂p).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from scipy.optimize import brentq
+
+from dolfingrip.channels import CAVITY_VOLUME, PRESSURE
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
+from dolfingrip.experiments.finger_experiment import FingerExperiment
+from dolfingrip.experiments.index import find as experiment_of
+from dolfingrip.experiments.protocol.schedule import Stop
+from dolfingrip.experiments.push import load
+from dolfingrip.experiments.rigs.finger import FingerModel
+from dolfingrip.experiments.rigs.finger_rig import FingerRig
+from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.mechanics.model.model import Control, Prescribed
+from dolfingrip.mechanics.model.profile import Profile
+from dolfingrip.mechanics.newton.newton import Newton
+from dolfingrip.mechanics.path.failure import Failure
+from dolfingrip.mechanics.readings import peak_stretch, work
+from dolfingrip.mechanics.readings.from_rest import FromRest
+from dolfingrip.mechanics.readings.integrals import Integral
+from dolfingrip.mechanics.readings.peak_stretch import PeakStretch
+from dolfingrip.mechanics.readings.reading import Reading
+from dolfingrip.mechanics.readings.tip import TipDisplacement
+from dolfingrip.mechanics.readings.work import PressureWork
+from dolfingrip.parameter import Parameter, find
+from dolfingrip.sections.geometry.geometry import Geometry
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+SIDE_STIFFNESS = "stiffness_y_N_per_mm"
+"""Reading of the experiment ``push``: the tip's stiffness against a load across the finger."""
+
+PROBE_N = 0.1
+"""Load of that reading. By symmetry its displacement has no even powers of it."""
+
+CLOSE = 1e-9
+"""Error of a pressure that is searched for, as a part of the highest one."""
+
+
+class Ended(Exception):
+    """A path that did not reach a place.
+
+    Attributes:
+        kind, sentence: class of the failure, and why.
+    """
+
+    def __init__(self, kind: str, sentence: str) -> None:
+        super().__init__(sentence)
+        self.kind, self.sentence = kind, sentence
+
+    @classmethod
+    def by(cls, failure: Failure) -> Ended:
+        """Of a load path's failure."""
+        return cls(str(failure.kind), failure.sentence())
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place on the path: a value of a reading, which may be the pressure.
+
+    Attributes:
+        column: of the reading.
+        value: in the column's unit.
+    """
+
+    column: str
+    value: float
+
+
+@dataclass(slots=True)
+class Answer:
+    """Readings at a place.
+
+    Attributes:
+        values: by column.
+        gradients: for each column derivatives by key of the parameter.
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    gradients: dict[str, dict[str, float]] = field(default_factory=dict)
+
+
+class _PressureRaised:
+    """The prescribed pressure as a parameter (kPa)."""
+
+    scale: float = 1.0
+    direction: float = 1.0
+
+    def __init__(self, controls: dict[str, Prescribed]) -> None:
+        self._controls = controls
+
+    @contextmanager
+    def applied(self, amount: float) -> Iterator[None]:
+        kept = self._controls[PRESSURE.name]
+        assert isinstance(kept, Control)
+        factor = kept.factor * (1 + amount / kept.value)
+        self._controls[PRESSURE.name] = Control(kept.constant, factor)
+        try:
+            yield
+        finally:
+            self._controls[PRESSURE.name] = kept
+
+
+def answers(
+    experiment: str,
+    config: Config,
+    places: Sequence[Place],
+    columns: Sequence[str],
+    keys: Sequence[str],
+    comm: MPI.Comm,
+    made_for: Geometry | None = None,
+) -> list[Answer]:
+    """Readings at places of a finger's path, and their derivatives.
+
+    Args:
+        experiment: ``bending``, ``blocked_force`` or ``push``.
+        config: configuration of the finger, under pressure control.
+        places: in any order; where a reading has a value, the pressure is searched for from 0 to
+            ``experiment.max_pressure_kPa``.
+        columns: of the readings, also :data:`SIDE_STIFFNESS` and those of
+            :mod:`~dolfingrip.mechanics.readings.peak_stretch` and ``work``.
+        keys: parameters that they are derived by; none: no derivatives.
+        comm: ranks to run on.
+        made_for: dimensions that the mesh is made for and moved from.
+
+    Returns:
+        One for each place.
+
+    Raises:
+        Ended: where the path does not reach a place.
+        HasHistory: where the state remembers earlier ones.
+        ConfigError: where there is no such finger, reading or parameter.
+    """
+    kind = type(experiment_of(experiment))
+    if not issubclass(kind, FingerExperiment) or config.experiment.control != "pressure":
+        raise ConfigError(
+            f'{experiment}, experiment.control = "{config.experiment.control}": allowed: bending, '
+            'blocked_force and push under "pressure"'
+        )
+    made = kind(made_for)
+    config = made.settings(config)
+    rig = made.prepare(config, comm, Profile())
+    assert isinstance(rig, FingerRig)
+    return _Path(rig, config, columns, find(config, list(keys)) if keys else []).answers(places)
+
+
+class _Path:
+    """A finger that is taken from place to place."""
+
+    def __init__(
+        self, rig: FingerRig, config: Config, columns: Sequence[str], wanted: list[Parameter]
+    ) -> None:
+        self._rig, self._config, self._parameters = rig, config, wanted
+        self._columns = list(columns)
+        self._finger: FingerModel = rig.specimen
+        self._path = rig.path(())
+        self._readings: dict[str, Reading] = dict(rig.readings)
+        self._further()
+
+    def _further(self) -> None:
+        """Readings that no instrument has."""
+        finger = self._finger
+        if peak_stretch.COLUMN in self._columns:
+            full = self._config.integration != "reduced"
+            self._readings[peak_stretch.COLUMN] = PeakStretch(finger.model, full=full)
+        if work.COLUMN in self._columns:
+            volume = Observation(finger).readings[CAVITY_VOLUME.name]
+            done = PressureWork(finger.by_pressure, volume, finger.cavity)
+            self._readings[work.COLUMN] = FromRest(done)
+        for column in self._columns:
+            if column == SIDE_STIFFNESS and load("y") in finger.parameters:
+                continue
+            if column not in self._readings:
+                known = ", ".join(
+                    each for each, one in self._readings.items() if one.differentiable
+                )
+                raise ConfigError(f"{column}: no such reading here; allowed: {known}")
+
+    def answers(self, places: Sequence[Place]) -> list[Answer]:
+        failure = self._rig.start(self._path, Stop(0.0, 0.0, "loading"))
+        if failure is not None:
+            raise Ended.by(failure)
+        self._rig.read()  # which takes the zero
+        for reading in self._readings.values():
+            if isinstance(reading, FromRest) and reading.column == work.COLUMN:
+                reading.tare()
+        by_pressure = [i for i, each in enumerate(places) if each.column == PRESSURE.name]
+        by_pressure.sort(key=lambda i: places[i].value)
+        others = [i for i in range(len(places)) if i not in by_pressure]
+        found: dict[int, Answer] = {}
+        for i in by_pressure:
+            self._go(places[i].value)
+            found[i] = self._here(None)
+        for i in others:
+            self._search(places[i])
+            found[i] = self._here(places[i].column)
+        return [found[i] for i in range(len(places))]
+
+    # -- along the path --------------------------------------------------------------------------
+
+    def _go(self, pressure_kPa: float) -> None:
+        arrival = self._path.advance({PRESSURE.name: pressure_kPa})
+        if arrival.failure is not None:
+            raise Ended.by(arrival.failure)
+
+    def _search(self, place: Place) -> None:
+        """Go to where a reading has the place's value."""
+        reading = self._readings.get(place.column)
+        if reading is None or not reading.differentiable:
+            raise ConfigError(f"{place.column}: no such reading here")
+        highest = self._config.experiment.max_pressure_kPa
+
+        def off(pressure_kPa: float) -> float:
+            self._go(pressure_kPa)
+            return reading.value() - place.value
+
+        low, before = 0.0, off(0.0)
+        high = low
+        while high < highest:
+            high = min(high + self._config.experiment.step_kPa, highest)
+            after = off(high)
+            if before * after <= 0:
+                brentq(off, low, high, xtol=CLOSE * highest)
+                return
+            low, before = high, after
+        raise Ended(
+            "not reached",
+            f"{place.column} = {place.value:g} is not reached up to {highest:g} kPa; "
+            f"it is {after + place.value:.4g} there",
+        )
+
+    # -- at a place ------------------------------------------------------------------------------
+
+    def _here(self, where: str | None) -> Answer:
+        """Readings and derivatives at the present state, at a fixed pressure or reading."""
+        peak = self._readings.get(peak_stretch.COLUMN)
+        if isinstance(peak, PeakStretch):
+            peak.fit()
+        plain = [name for name in self._columns if name != SIDE_STIFFNESS]
+        found = Answer({name: self._readings[name].value() for name in plain})
+        if self._parameters and plain:
+            found.gradients = self._derived(plain, where)
+        if SIDE_STIFFNESS in self._columns:
+            self._add_stiffness(found)
+        return found
+
+    def _add_stiffness(self, found: Answer) -> None:
+        """Add P/(u₁ − u₀), with the tip's displacements u with and without a load P across.
+
+        The load is spread over the tip face as it was built, so it grows with the face's area A in
+        derivatives: dk = k (dA/A − (du₁ − du₀)/(u₁ − u₀)).
+        """
+        model = self._finger.model
+        moved = TipDisplacement(model, "y")
+        tip = model.domain.surface("tip", quadrature_degree=2)
+        area = Integral(model, "tip_mm2", self._finger.site.fixed(1.0) * tip)
+        state, force = model.state(), self._finger.parameters[load("y")]
+
+        def at(*readings: Reading) -> tuple[float, list[dict[str, float]]]:
+            if not self._parameters:
+                return moved.value(), []
+            adjoints = FingerAdjoints(self._finger, readings)
+            slopes = adjoints.by_parameters(self._config, self._parameters)
+            return moved.value(), [slopes[each.column] for each in readings]
+
+        before, without = at(moved, area)
+        force.value = PROBE_N
+        try:
+            if not Newton(model, self._config.solver).solve().converged:
+                raise Ended("iteration limit", "the tip's stiffness: no equilibrium with the load")
+            after, pushed = at(moved)
+        finally:
+            force.value = 0.0
+            model.restore(state)
+        stiffness = PROBE_N / (after - before)
+        found.values[SIDE_STIFFNESS] = stiffness
+        if self._parameters:
+            size = area.value()
+            found.gradients[SIDE_STIFFNESS] = {
+                key: stiffness
+                * (without[1][key] / size - (slope - without[0][key]) / (after - before))
+                for key, slope in pushed[0].items()
+            }
+
+    def _derived(self, columns: list[str], where: str | None) -> dict[str, dict[str, float]]:
+        names = [name for name in columns if name != PRESSURE.name]
+        if where is not None and where not in names:
+            names.append(where)
+        adjoints = FingerAdjoints(self._finger, [self._readings[name] for name in names])
+        slopes = adjoints.by_parameters(self._config, self._parameters)
+        if where is None:
+            return slopes
+        by_pressure = adjoints.derivatives(_PressureRaised(self._finger.model.controls))
+        found = {}
+        for name in columns:
+            along = 1.0 if name == PRESSURE.name else by_pressure[name]
+            found[name] = {
+                key: (0.0 if name == PRESSURE.name else slopes[name][key])
+                - along / by_pressure[where] * slope
+                for key, slope in slopes[where].items()
+            }
+        return found

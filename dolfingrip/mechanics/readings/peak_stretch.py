@@ -1,0 +1,71 @@
+"""The largest principal stretch of a solid, and a smooth function near it."""
+
+from __future__ import annotations
+
+import basix
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from dolfingrip.forms import peak_stretch
+from dolfingrip.forms.kinematics import deformation_gradient
+from dolfingrip.mechanics.model import jit
+from dolfingrip.mechanics.model.element import integration_degree
+from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.readings.integrals import OfIntegrals
+
+COLUMN = "peak_stretch"
+
+
+class PeakStretch(OfIntegrals):
+    """√(1 + 2 f e): a smooth function of the state near the largest principal stretch (–).
+
+    e = (∫ Σ eᵢ³² dX / ∫ dX)^(1/32) is a mean of the principal strains in which the largest count.
+    The factor f makes up for what is below them (Le, Norato, Bruns, Ha & Tortorelli, Struct.
+    Multidiscip. Optim. 41, 2010); it is constant in derivatives.
+
+    Args:
+        model: model that is read.
+        full: whether the full rule integrates it, as the energies.
+
+    Attributes:
+        factor: f.
+    """
+
+    def __init__(self, model: Model, *, full: bool) -> None:
+        space = model.u.function_space
+        self._degree = integration_degree(space, full=full)
+        self.factor = 1.0
+        dx = model.domain.volume(quadrature_degree=self._degree)
+        one = fem.Constant(model.domain.mesh, 1.0)
+        super().__init__(model, COLUMN, [peak_stretch.power_sum(model.u) * dx, one * dx])
+
+    def fit(self) -> None:
+        """Choose the factor with which the value is :meth:`largest` here."""
+        strain = self._mean(self._values())
+        self.factor = (self.largest() ** 2 - 1) / (2 * strain) if strain > 0 else 1.0
+
+    def _mean(self, integrals: np.ndarray) -> float:
+        summed, volume = integrals
+        return float((summed / volume) ** (1 / peak_stretch.POWER))
+
+    def _function(self, integrals: np.ndarray) -> float:
+        return float(np.sqrt(1 + 2 * self.factor * self._mean(integrals)))
+
+    def _slopes(self, integrals: np.ndarray) -> np.ndarray:
+        summed, volume = integrals
+        by_strain = self.factor / self._function(integrals)
+        slope = by_strain * self._mean(integrals) / peak_stretch.POWER
+        return np.array([slope / summed, -slope / volume])
+
+    def largest(self) -> float:
+        """The largest principal stretch at the integration points."""
+        mesh = self.model.domain.mesh
+        cell = getattr(basix.CellType, mesh.topology.cell_name())
+        points, _ = basix.make_quadrature(cell, self._degree)
+        f = deformation_gradient(self.model.u)
+        right = fem.Expression(f.T * f, points, jit_options=jit.options())
+        cells = np.arange(mesh.topology.index_map(3).size_local, dtype=np.int32)
+        values = right.eval(mesh, cells).reshape(-1, 3, 3)
+        here = float(np.sqrt(np.linalg.eigvalsh(values)[:, -1].max())) if len(values) else 1.0
+        return float(self.model.comm.allreduce(here, MPI.MAX))

@@ -1,0 +1,400 @@
+"""Designs by gradients: the problem file, limits that hold, steps that improve, resumption.
+
+The descent itself is tested on invented answers, whose optimum is known; what finite elements
+answer is compared with differences of whole runs.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Generator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from experiments.small import SHORT
+from mpi4py import MPI
+from typer.testing import CliRunner
+
+from dolfingrip import config as configuration
+from dolfingrip.cli.app import app
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.gradient.descent import Descender, NoStart, Trial
+from dolfingrip.design.gradient.evaluation import Simulations
+from dolfingrip.design.gradient.front import FrontFinder
+from dolfingrip.design.gradient.policy import POLICY
+from dolfingrip.design.gradient.problem import Problem, read
+from dolfingrip.design.gradient.run import computed_in
+from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.surrogate.process import GradientProcess
+from dolfingrip.experiments.derivatives.answers import Answer as Reading
+from dolfingrip.experiments.derivatives.answers import Ended, Place, answers
+from dolfingrip.jobs.job import Answer, Job
+from dolfingrip.jobs.spool import Spool
+from dolfingrip.jobs.work import work
+from dolfingrip.parameter import find, put
+from dolfingrip.sections.form import Form
+
+TWO = """
+[parameters.morph]
+xi1 = [-0.2, 1.0]
+xi2 = [-0.5, 1.0]
+"""
+FORCE = """
+[objective]
+maximise = "force_N"
+at_pressure_kPa = 50.0
+"""
+COG = """
+[[constraints]]
+of = "cog_offset_mm"
+at_most = "start"
+"""
+
+
+def written(folder: Path, text: str, *overrides: str) -> Path:
+    """A design file of the short finger."""
+    given = json.dumps([*SHORT, *overrides])
+    file = folder / "design.toml"
+    file.write_text(f"set = {given}\n{text}", encoding="utf-8")
+    return file
+
+
+# -- bad input -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (FORCE.replace("force_N", "fours_N") + TWO, "objective = fours_N: allowed: force_N"),
+        (FORCE.replace("at_p", "# at_p") + TWO, "objective = force_N: 0 places; allowed"),
+        (FORCE + 'minimise = "mass_g"\n' + TWO, "objective: 2 quantities; allowed: one of"),
+        (FORCE.replace("force_N", "pickup_margin") + TWO, "no gradient: a grasp with friction"),
+        ('[objective]\nmaximise = "least_wall_mm"\n' + TWO, "an extreme over the shape"),
+        (FORCE, "parameters: none; allowed"),
+        (FORCE + "[parameters]\nmorph.xi1 = [0.5, 0.1]\n", "xi1 = [0.5, 0.1]: allowed: low below"),
+        (FORCE + "[parameters]\nmorph.xi1 = [-3.0, 0.1]\n", "parameters morph.xi1 = -3"),
+        (FORCE + "[parameters]\nfinger.walls_mm = [1.0, 2.0]\n", "parameters.finger.walls_mm"),
+        (
+            FORCE + "[parameters]\nmorph.xi1 = {from = -0.1, to = 0.3, start = 0.5}\n",
+            "morph.xi1: start = 0.5: allowed: -0.1 to 0.3",
+        ),
+        (
+            FORCE + '[[constraints]]\nof = "mass_g"\nat_most = 3.0\nat_least = 5.0\n' + TWO,
+            "at_least = 5 above at_most = 3",
+        ),
+        (FORCE + COG.replace('at_most = "start"', "") + TWO, "with at_most or at_least"),
+        (FORCE + TWO + "[methods]\nsimulations = 3\n", "methods: unknown key"),
+        (FORCE + TWO + "[method]\nsimulations = 0\n", "method.simulations = 0: allowed"),
+    ],
+)
+def test_bad_input_gets_one_line(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        read(written(tmp_path, text))
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_memory_effect_is_refused(tmp_path: Path) -> None:
+    file = written(tmp_path, FORCE + TWO, "extensions.prony={}")
+    with pytest.raises(ConfigError, match=r"extensions\.prony: remembers earlier states"):
+        read(file)
+
+
+def test_limits_that_no_design_keeps(tmp_path: Path) -> None:
+    text = FORCE + '[[constraints]]\nof = "cog_offset_mm"\nat_most = -4.0\n' + TWO
+    problem = read(written(tmp_path, text))
+    with pytest.raises(NoStart, match=r"cog_offset_mm at most -4: .* at the nearest design"):
+        Descender(problem, Simulations(problem, Invented())).run()
+
+
+# -- the descent, on invented answers ------------------------------------------------------------
+
+
+class Invented:
+    """Answers of jobs in closed form.
+
+    Args:
+        fails: whether a design has no solution.
+    """
+
+    def __init__(self, fails: Callable[[Config], bool] = lambda config: False) -> None:
+        self.asked: list[str] = []
+        self._fails = fails
+
+    def __call__(self, jobs: Sequence[Job]) -> list[Answer]:
+        return [self._one(job) for job in jobs]
+
+    def _one(self, job: Job) -> Answer:
+        self.asked.append(job.key)
+        config = configuration.from_dict(job.arguments["config"])
+        if self._fails(config):
+            return Answer(job.key, "failed", failure_class="limit point", failure="invented")
+        parameters = find(config, job.arguments["keys"])
+        names = job.arguments["columns"]
+        result = {
+            "values": [{name: getattr(self, name)(config) for name in names}],
+            "gradients": [
+                {
+                    name: {
+                        each.key: float(each.derivative(config, getattr(self, name)))
+                        for each in parameters
+                    }
+                    for name in names
+                }
+            ],
+        }
+        return Answer(job.key, "done", result=result, wall_s=1.0)
+
+    @staticmethod
+    def force_N(config: Config) -> float:
+        """Largest at ξ = (0.3, −0.2), over a bent valley."""
+        a, b = config.morph.xi1 - 0.3, config.morph.xi2 + 0.2
+        return 3.0 - 2 * a**2 - 20 * (b - a**2) ** 2
+
+    @staticmethod
+    def angle_deg(config: Config) -> float:
+        return 40.0 - 30 * config.morph.xi1 - 20 * config.morph.xi1**2
+
+
+def descended(file: Path, answer: Invented) -> tuple[Problem, list[Trial], Trial, str]:
+    problem = read(file)
+    found = Descender(problem, Simulations(problem, answer)).run()
+    assert found.simulations == len(answer.asked)
+    taken = [each.objective for each in found.trials if each.accepted]
+    assert all(np.diff(taken) * -problem.sign > 0), "an accepted step did not improve"
+    return problem, found.trials, found.best, found.ending
+
+
+def test_a_free_optimum_is_found(tmp_path: Path) -> None:
+    file = written(tmp_path, FORCE + TWO)
+    _, trials, best, ending = descended(file, Invented())
+    assert ending == "no step promises more"
+    assert len(trials) <= 20
+    assert best.objective == pytest.approx(3.0, abs=3e-3)
+
+
+def test_limits_of_shape_and_of_simulations_hold(tmp_path: Path) -> None:
+    angle = '[[constraints]]\nof = "angle_deg"\nat_pressure_kPa = 50.0\nat_least = 35.0\n'
+    wall = '[[constraints]]\nof = "least_wall_mm"\nat_least = 1.45\n'
+    file = written(tmp_path, FORCE + COG + angle + wall + TWO)
+    problem, trials, best, _ = descended(file, Invented())
+    limits = {each.quantity.name: i for i, each in enumerate(problem.limits)}
+    for each in trials:  # of the shape: in every design that was simulated
+        assert each.limits[limits["least_wall_mm"]] >= 1.45 * (1 - POLICY.kept)
+        most = trials[0].limits[limits["cog_offset_mm"]]
+        assert each.limits[limits["cog_offset_mm"]] <= most * (1 + POLICY.kept)
+    assert best.limits[limits["angle_deg"]] >= 35.0 * (1 - POLICY.broken)
+    assert best.objective > trials[0].objective
+
+
+def test_a_failed_solve_is_a_shorter_step(tmp_path: Path) -> None:
+    """Designs beyond ξ1 = 0.2 have no solution: it ends just before."""
+    file = written(tmp_path, FORCE + TWO)
+    _, trials, best, _ = descended(file, Invented(lambda config: config.morph.xi1 > 0.2))
+    failed = [each for each in trials if each.failure]
+    assert failed
+    assert failed[0].failure == "limit point: invented"
+    assert 0.1 < best.values[0] <= 0.2
+
+
+def test_a_start_that_fails_is_told(tmp_path: Path) -> None:
+    problem = read(written(tmp_path, FORCE + TWO))
+    with pytest.raises(NoStart, match=r"^the start cannot be simulated: limit point: invented$"):
+        Descender(problem, Simulations(problem, Invented(lambda config: True))).run()
+
+
+def test_the_worst_scenario_counts(tmp_path: Path) -> None:
+    """With ξ1 moved by ±0.1 the best of the worst is where both are equal."""
+    both = '[[scenarios]]\nchange = ["morph.xi1=0.1"]\n[[scenarios]]\nchange = ["morph.xi1=-0.1"]\n'
+    problem, trials, best, _ = descended(written(tmp_path, FORCE + TWO + both), Invented())
+    assert len(problem.conditions) == 3
+    config = problem.nominal.config(problem.variables, best.values.tolist())
+    moved = [put(config, {"morph.xi1": best.values[0] + by}) for by in (0.0, 0.1, -0.1)]
+    assert best.objective == pytest.approx(min(map(Invented.force_N, moved)), rel=1e-9)
+    assert best.objective > trials[0].objective
+
+
+# -- a front -------------------------------------------------------------------------------------
+
+
+def test_a_process_learns_from_gradients() -> None:
+    """Of a smooth function, from seven places with gradients, better than from values alone."""
+    rng = np.random.default_rng(5)
+    at, there = rng.random((7, 2)), rng.random((200, 2))
+
+    def function(x: np.ndarray) -> np.ndarray:
+        return np.asarray(np.sin(3 * x[:, 0]) + x[:, 0] * x[:, 1] ** 2)
+
+    slopes = np.stack([3 * np.cos(3 * at[:, 0]) + at[:, 1] ** 2, 2 * at[:, 0] * at[:, 1]], axis=1)
+    process = GradientProcess(at, function(at), slopes)
+    mean, deviation = process.predict(at)
+    np.testing.assert_allclose(mean, function(at), atol=1e-3)
+    assert deviation.max() < 1e-2
+    off, rough = (
+        np.abs(each.predict(there)[0] - function(there)).max()
+        for each in (process, GradientProcess(at, function(at)))
+    )
+    print("largest errors with and without gradients", off, rough)
+    assert off < 0.1
+    assert off < rough / 2
+    inside = np.abs(mean - function(at)) <= 3 * deviation + 1e-3
+    assert inside.all()
+
+
+def test_a_front_of_few_simulations(tmp_path: Path) -> None:
+    """It is the best of a fine grid for each COG offset, to a hundredth of its range."""
+    front = '[front]\nagainst = "cog_offset_mm"\nlow = 0.0\nhigh = 5.0\n'
+    problem = read(written(tmp_path, FORCE + TWO + front))
+    assert problem.front is not None
+    answer = Invented(lambda config: config.morph.xi1 > 0.9)
+    found = FrontFinder(problem, problem.front, answer).run()
+    assert len(answer.asked) <= 20
+    assert found.unsure[-1] < problem.front.unsure
+    shapes = Shapes(problem)
+    for limit, mean, values in list(zip(found.limit, found.mean, found.values, strict=True))[::8]:
+        shape = shapes.at(values)
+        assert shape.value("cog_offset_mm") <= limit + 1e-9
+        assert Invented.force_N(shape.config) == pytest.approx(mean, abs=0.01 * np.ptp(found.mean))
+
+
+# -- the shape -----------------------------------------------------------------------------------
+
+
+def test_slopes_of_the_shape(tmp_path: Path) -> None:
+    """Mass, COG offset, walls, gaps and overhangs of a bent finger along a random direction."""
+    text = FORCE + TWO + "[parameters.finger]\nwall_mm = [1.0, 2.0]\n[free_form]\nmost_mm = 0.4\n"
+    problem = read(written(tmp_path, text))
+    shapes = Shapes(problem)
+    rng = np.random.default_rng(7)
+    low = np.array([each.low for each in problem.variables])
+    high = np.array([each.high for each in problem.variables])
+    starts = np.array([each.start for each in problem.variables])
+    assert len(starts) > 100
+    at = starts + 0.1 * rng.uniform(-1, 1, len(starts)) * (high - low)
+    along, step = rng.uniform(-1, 1, len(starts)) * (high - low), 1e-5
+    here = shapes.at(at)
+    ahead, back = shapes.at(at + step * along), shapes.at(at - step * along)
+    for name in ("mass_g", "cog_offset_mm"):
+        expected = (ahead.value(name) - back.value(name)) / (2 * step)
+        assert here.gradient(name) @ along == pytest.approx(expected, rel=1e-6), name
+    for name in ("least_wall_mm", "least_gap_mm", "overhang_deg"):
+        rows = here.rows(name)
+        chosen = np.flatnonzero(rows > 1e-3)[:40]
+        expected = ((ahead.rows(name) - back.rows(name)) / (2 * step))[chosen]
+        slopes = along @ here.row_gradients(name, chosen)
+        np.testing.assert_allclose(slopes, expected, rtol=1e-5, atol=1e-6, err_msg=name)
+
+
+# -- finite elements -----------------------------------------------------------------------------
+
+KEYS = ("finger.wall_mm", "morph.xi1", "form.offsets_mm")
+ASKED = {
+    "blocked_force": (
+        [Place("pressure_kPa", 50.0), Place("force_N", 0.8)],
+        ["force_N", "angle_deg", "pressure_kPa", "work_mJ", "peak_stretch"],
+    ),
+    "bending": ([Place("angle_deg", 3.0)], ["pressure_kPa", "tip_x_mm", "cavity_volume_mm3"]),
+    "push": ([Place("pressure_kPa", 50.0)], ["stiffness_y_N_per_mm"]),
+}
+ROUGH = {"peak_stretch": 0.2}
+"""The slope of the largest stretch is that of a smooth mean near it."""
+
+
+@pytest.mark.parametrize("experiment", ASKED)
+def test_questions_against_differences(experiment: str) -> None:
+    """Along one direction of a dimension, ξ1 and all numbers of a free form together."""
+    base = configuration.load(
+        None, [*SHORT, "solver.rtol=1e-12", "finger.gap_mm=0.3", "experiment.step_kPa=25"]
+    )
+    made_for = base.geometry
+    count = Form(along=3, offsets_mm=()).count(made_for.solid())
+    rng = np.random.default_rng(3)
+    base = base.changed(form={"along": 3, "offsets_mm": rng.uniform(-0.03, 0.03, count).tolist()})
+    keys = [each.key for each in find(base, list(KEYS))]
+    values = np.array([each.value(base) for each in find(base, keys)])
+    along = np.array([0.1, 0.1, *rng.uniform(-0.02, 0.02, len(keys) - 2)])
+    places, columns = ASKED[experiment]
+
+    def at(step: float, wanted: Sequence[str] = ()) -> list[Reading]:
+        moved = put(base, dict(zip(keys, (values + step * along).tolist(), strict=True)))
+        return answers(experiment, moved, places, columns, wanted, MPI.COMM_SELF, made_for)
+
+    found, step = at(0.0, keys), 1e-3
+    ahead, back = at(step), at(-step)
+    for i, place in enumerate(places):
+        for column in columns:
+            if column in (place.column, "pressure_kPa") and place.column == "pressure_kPa":
+                continue
+            slope = along @ [found[i].gradients[column][key] for key in keys]
+            expected = (ahead[i].values[column] - back[i].values[column]) / (2 * step)
+            size = abs(expected) if column != place.column else 1.0
+            apart = abs(slope - expected) / size
+            print(experiment, place, column, slope, expected)
+            assert apart < ROUGH.get(column, 1e-4), (place, column)
+
+
+def test_a_place_that_is_not_reached() -> None:
+    config = configuration.load(None, SHORT)
+    with pytest.raises(Ended, match=r"force_N = 99 is not reached up to 50 kPa; it is \d"):
+        answers("blocked_force", config, [Place("force_N", 99.0)], ["angle_deg"], (), MPI.COMM_SELF)
+
+
+class Here:
+    """Workers' answers in this process, until it is killed.
+
+    Args:
+        killed_after: number of jobs.
+    """
+
+    def __init__(self, killed_after: int = 99) -> None:
+        self.computed = 0
+        self._killed_after = killed_after
+
+    def answers(self, jobs: Sequence[Job], spool: Spool) -> Generator[Answer]:
+        for job in jobs:
+            if self.computed == self._killed_after:
+                raise KeyboardInterrupt
+            self.computed += 1
+            yield work(job, spool.folder)
+
+
+def test_a_killed_run_goes_on(tmp_path: Path) -> None:
+    """On finite elements: what was computed is not computed again, and the result is the same."""
+    file = written(tmp_path, FORCE + COG + TWO + "[method]\nsimulations = 4\n")
+    problem = read(file)
+
+    def solved(folder: Path, pool: Here) -> Trial:
+        compute = computed_in(folder, pool)  # type: ignore[arg-type]
+        return Descender(problem, Simulations(problem, compute)).run().best
+
+    with pytest.raises(KeyboardInterrupt):
+        solved(tmp_path / "jobs", Here(killed_after=2))
+    again = Here()
+    best = solved(tmp_path / "jobs", again)
+    whole = Here()
+    assert solved(tmp_path / "whole", whole).objective == pytest.approx(best.objective, rel=1e-9)
+    assert again.computed == whole.computed - 2
+    assert best.limits[0] <= problem_start(problem) * (1 + POLICY.kept)
+
+
+def problem_start(problem: Problem) -> float:
+    """COG offset of the start (mm)."""
+    return Shapes(problem).at([each.start for each in problem.variables]).value("cog_offset_mm")
+
+
+def test_command(tmp_path: Path) -> None:
+    file = written(tmp_path, FORCE + COG + TWO + "[method]\nsimulations = 3\n")
+    options = ["--out", str(tmp_path / "out"), "--no-refine"]
+    done = CliRunner().invoke(app, ["design", str(file), *options])
+    assert done.exit_code == 0, done.output
+    told = json.loads((tmp_path / "out" / "design.json").read_text(encoding="utf-8"))
+    assert told["simulations"] <= 3
+    assert told["objective"] > told["start"]
+    assert told["constraints"][0]["kept"]
+    assert set(told["parameters"]) == {"morph.xi1", "morph.xi2"}
+    found = configuration.load(tmp_path / "out" / "design.toml")
+    assert found.morph.xi1 == told["parameters"]["morph.xi1"]["value"]
+    names = {each.name for each in (tmp_path / "out").iterdir()}
+    assert {"finger.png", "section.png", "convergence.png", "finger.stl", "steps.csv"} <= names
+    assert "█" in done.output
