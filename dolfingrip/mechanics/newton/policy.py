@@ -103,7 +103,8 @@ class FactorPolicy:
         fresh: iterations with an approximate inverse of the matrix itself, beyond which factors
             take its place.
         restart: iterations whose vectors GMRES keeps.
-        exact_rtol: as ``rtol``, where solutions are differentiated.
+        exact_rtol: as ``rtol``, where solutions are differentiated: with 1e-10 the first step of
+            59,586 unknowns takes 3 iterations instead of 2.
         operator_rtol: as ``rtol``, for an operator that the matrix is a part of: what is left is
             solved for again.
         operator_iterations: for such an operator, by factors of an earlier matrix.
@@ -115,7 +116,7 @@ class FactorPolicy:
     worn: int = 5
     fresh: int = 200
     restart: int = 60
-    exact_rtol: float = 1e-10
+    exact_rtol: float = 1e-12
     operator_rtol: float = 1e-2
     operator_iterations: int = 12
     operator_iterations_at_most: int = 40
