@@ -131,7 +131,10 @@ class Sections(Section):
             return self
         if self.mesh.file is not None or self.geometry.of_file:
             raise outside("form", "a table", "allowed: with a finger that is made from dimensions")
-        expected = self.form.count(self.geometry.solid())
+        boxes = self.geometry.boxes()
+        if boxes is None:
+            raise outside("form", "a table", "allowed: with a finger that is made of boxes")
+        expected = self.form.count(boxes)
         given = len(self.form.offsets_mm)
         if given != expected:
             raise outside(

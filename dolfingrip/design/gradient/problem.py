@@ -306,7 +306,10 @@ def _with_form(base: Config, asked: FreeForm) -> Config:
         return base
     if base.mesh.file is not None:
         raise ConfigError("free_form: allowed: with a finger that is made from dimensions")
-    count = Form(along=asked.along, offsets_mm=()).count(base.geometry.solid())
+    boxes = base.geometry.boxes()
+    if boxes is None:
+        raise ConfigError("free_form: allowed: with a finger that is made of boxes")
+    count = Form(along=asked.along, offsets_mm=()).count(boxes)
     return base.changed(form={"along": asked.along, "offsets_mm": (0.0,) * count})
 
 

@@ -30,7 +30,9 @@ def morph(config: Config) -> Morph:
 
 def free_form(config: Config) -> FreeForm:
     """The free form that ``config`` asks for, of the planes that its dimensions set."""
-    return FreeForm(config.geometry.solid(), config.form)
+    boxes = config.geometry.boxes()
+    assert boxes is not None  # the configuration refuses a free form of another solid
+    return FreeForm(boxes, config.form)
 
 
 def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:

@@ -86,6 +86,11 @@ class Geometry(Section):
         """The solid of these dimensions."""
         raise NotImplementedError
 
+    def boxes(self) -> BoxSolid | None:
+        """The solid, if it is made of boxes, whose planes a free form bends; None otherwise."""
+        found = self.solid()
+        return found if isinstance(found, BoxSolid) else None
+
     def cavities(self) -> tuple[str, ...]:
         """Surface groups of its cavities."""
         return ("cavity",)
