@@ -152,12 +152,16 @@ def _bars(found: Mapping[str, Any]) -> list[Bar]:
     for each in _list(found, "classes"):
         chance = each.get("probability") if isinstance(each, Mapping) else None
         if isinstance(chance, float | int) and chance >= LEAST_SHARE:
-            bars.append(Bar(_words(each.get("effects")), float(chance), said(float(chance))))
+            bars.append(Bar(_words(each.get("effects")), float(chance), _chance(float(chance))))
     for key, name in (("none", "none: noise alone"), ("unknown", "unknown: not in the catalogue")):
         chance = found.get(key)
         if isinstance(chance, float | int):
-            bars.append(Bar(name, float(chance), said(float(chance))))
+            bars.append(Bar(name, float(chance), _chance(float(chance))))
     return bars
+
+
+def _chance(share: float) -> str:
+    return "< 0.001" if share < 0.001 else said(share)
 
 
 def _tables(found: Mapping[str, Any]) -> list[Table]:
@@ -346,7 +350,7 @@ def _residuals(readings: pd.DataFrame) -> list[Chart]:
                 f"{title}: measured less simulated {of.title.lower()}, by the noise.",
                 Axis(along.label, along.symbol), Axis("Measured less simulated (σ)", "σ"), series,
                 Table([along.label, "residual (σ)", "of"], rows),
-                limits=[Limit(2.0, "+2 σ"), Limit(-2.0, "−2 σ")], section="diagnosis",
+                limits=[Limit(2.0, "±2 σ"), Limit(-2.0, "")], section="diagnosis",
             )
         )  # fmt: skip
     return found
