@@ -11,6 +11,7 @@ from diagnosis.simulation.here import Here
 from experiments import small
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.coupon.found import fitted
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.simulation import meshes, modulus
@@ -132,7 +133,7 @@ def test_a_fit_finds_the_walls(base: BaseSimulation, store: Path, tmp_path: Path
     modulus_MPa, wall_mm = numbers["material.mu_MPa"], numbers["finger.wall_mm"]
     assert wall_mm.low < 0.92 * finger().finger.wall_mm < wall_mm.high
     assert modulus_MPa.low < 0.9 * finger().material.mu_MPa < modulus_MPa.high
-    left = found.coupons.case.value - found.coupons.exact(found.decision.best)
+    left = found.coupons.case.value - fitted(found.coupons, found.decision.best)
     assert np.abs(left / found.coupons.errors.noise).max() < 1.0
     # both are in what is delivered
     assert found.extended.finger.wall_mm == pytest.approx(wall_mm.value)

@@ -127,6 +127,8 @@ def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
     t = POLICY.tail
     off = np.abs(np.sinh(t * fit.zeta[: case.own]) / t)
     place = int(np.argmax(off))
+    if off[place] < POLICY.visible_sigma:  # as an effect of which so little is seen
+        return 0.0, _grounds(case)[place]
     log_odds = 0.5 * float(off[place]) ** 2 * (1 - POLICY.far**-2) - np.log(POLICY.far)
     log_odds += np.log(POLICY.prior_by_size[1] / POLICY.prior_by_size[0])
     log_odds -= np.log(max(len(posterior.names), 1))
