@@ -52,12 +52,7 @@ IPYTHON = MADE / "ipython"
 STARTUP = IPYTHON / "profile_default" / "startup"
 STARTUP.mkdir(parents=True, exist_ok=True)
 (STARTUP / "checkout.py").write_text(
-    # the kernel asks programs for colours and bars, which a page does not show
-    "import os\n"
-    "for name in ('CLICOLOR', 'FORCE_COLOR'):\n"
-    "    os.environ.pop(name, None)\n"
-    "os.environ.update(TERM='dumb', NO_COLOR='1')\n"
-    f"os.chdir({str(ROOT)!r})\n",
+    f"CHECKOUT = {str(ROOT)!r}\n" + (HERE / "_ext" / "kernel.py").read_text(encoding="utf-8"),
     encoding="utf-8",
 )
 os.environ.update(IPYTHONDIR=str(IPYTHON), COLUMNS="84")

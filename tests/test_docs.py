@@ -28,6 +28,7 @@ def equations() -> ModuleType:
         ("ψ = μ/2 (Ī₁ − 3)²", r"ψ = μ/2 (\bar{I}_{1} - 3)^{2}"),
         ("g = (det C)^(−1/3)", r"g = (\operatorname{det} C)^{-1/3}"),
         ("ρ = √(q_y/q)", r"ρ = \sqrt{q_y/q}"),
+        ("λ₁^α_k", r"λ_{1}^{α_k}"),
         ("A_kl ≤ ∂Ī/∂C", r"A_{kl} \le  \partial \bar{I}/\partial C"),
     ],
 )

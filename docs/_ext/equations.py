@@ -67,6 +67,7 @@ def to_tex(text: str) -> str:
         rf"[{LOWERED}]+", lambda found: f"_{{{unicodedata.normalize('NFKC', found[0])}}}", text
     )
     text = re.sub(r"\^\(([^()]*)\)", r"^{\1}", text)
+    text = re.sub(r"\^([^\W\d_](?:_\w+)?)", r"^{\1}", text)
     text = re.sub(r"_([A-Za-z0-9]{2,})", r"_{\1}", text)
     text = re.sub(r"√\(([^()]*)\)", r"\\sqrt{\1}", text)
     text = re.sub(r"√([^\s(){}]+)", r"\\sqrt{\1}", text)
@@ -82,7 +83,7 @@ def to_tex(text: str) -> str:
     return re.sub(r" {3,}", r" \\qquad ", text.strip())
 
 
-LONGEST = 58
+LONGEST = 50
 """Characters of a displayed line; equations that stand side by side in a longer one are stacked."""
 
 
