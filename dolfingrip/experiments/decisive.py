@@ -8,21 +8,20 @@ from typing import Any
 
 from dolfingrip.config import ConfigError
 
-TIME_LIMIT = "time_limit_s"
-"""Key of the section ``solver`` that may differ between the calls of a campaign."""
+EFFORT = ("time_limit_s", "linear", "memory_GB")
+"""Keys of the section ``solver`` that say how a solution is found and what that may take."""
 
 LATER_SWITCHES = ("both_sides",)
 """Keys of the section ``mesh`` that are newer than stored results. They count only if they are
 switched on, so that older results are still found."""
 
-LATER_SECTIONS = ("adopted", "cavity", "form")
+LATER_SECTIONS = ("adopted", "cavity", "form", "round_bellows")
 """Sections that are newer than stored results. They count only if they are not empty."""
 
 
 def decisive(config: dict[str, Any], digest: str | None) -> dict[str, Any]:
     """The part of a configuration that a result depends on; its mesh file has this digest."""
-    # not on the time that it was allowed
-    solver = {name: value for name, value in config["solver"].items() if name != TIME_LIMIT}
+    solver = {name: value for name, value in config["solver"].items() if name not in EFFORT}
     mesh = {
         name: value
         for name, value in config["mesh"].items()

@@ -10,7 +10,7 @@ from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.campaign.evaluate import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
-from dolfingrip.experiments.decisive import TIME_LIMIT, decisive, digest_of
+from dolfingrip.experiments.decisive import EFFORT, decisive, digest_of
 from dolfingrip.jobs.job import Job, content_key
 
 SCHEMA = 1
@@ -134,7 +134,8 @@ def differences(before: dict[str, Any], now: dict[str, Any]) -> Iterator[str]:
     for name in ("schema", "objective", "quantities", "gradients"):
         if before.get(name) != now[name]:
             yield f"{name} was {before.get(name)}, now {now[name]}"
-    free = {*before["parameters"], *now["parameters"], f"solver.{TIME_LIMIT}"}
+    effort = {f"solver.{name}" for name in EFFORT}
+    free = {*before["parameters"], *now["parameters"], *effort}
     for section in {**before["base"], **now["base"]}:
         old, new = (facts["base"].get(section) or {} for facts in (before, now))
         for name in {**old, **new}:

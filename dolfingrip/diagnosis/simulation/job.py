@@ -28,7 +28,7 @@ FUNCTION: Final = "dolfingrip.diagnosis.simulation.job:simulate"
 
 _OF_COUPON: Final = ("material", "solver", "coupon", "protocol", "extensions")
 _OF_FINGER: Final = (
-    *TABLES, "material", "film", "cavity", "mesh", "morph", "solver", "contact", "plate",
+    *TABLES, "material", "film", "cavity", "mesh", "form", "morph", "solver", "contact", "plate",
     "gravity", "camera", "protocol", "extensions",
 )  # fmt: skip
 
