@@ -202,6 +202,8 @@ def of_the_rig(coupons: CouponCase, fit: Fit) -> list[OfTheRig]:
         far[name] = POLICY.far * float(fit.zeta[place])
         place += len(coupons.case.boxes[name])
     for each in coupons.errors.shared:
+        if not each.std:  # known exactly
+            continue
         sigma = float(each.change @ weighed) + far.get(each.name, 0.0)
         found.append(OfTheRig(each.name, each.unit, each.std, sigma * each.std))
     return found
