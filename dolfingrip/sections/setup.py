@@ -13,6 +13,7 @@ from dolfingrip.sections.errors import checked
 from dolfingrip.sections.films import Film, Films
 from dolfingrip.sections.fixture import Gravity, Plate
 from dolfingrip.sections.form import Form
+from dolfingrip.sections.geometry.boxes import BoxSolid
 from dolfingrip.sections.geometry.geometry import Geometry, Integration
 from dolfingrip.sections.geometry.index import GEOMETRIES
 from dolfingrip.sections.gripper import Gripper
@@ -129,15 +130,21 @@ class Sections(Section):
     def _form_of_planes(self) -> Self:
         if self.form is None:
             return self
-        if self.mesh.file is not None or self.geometry.of_file:
-            raise outside("form", "a table", "allowed: with a finger that is made from dimensions")
-        expected = self.form.count(self.geometry.solid())
+        if self.mesh.file is not None or self.boxes is None:
+            raise outside("form", "a table", "allowed: with a finger that is made of boxes")
+        expected = self.form.count(self.boxes)
         given = len(self.form.offsets_mm)
         if given != expected:
             raise outside(
                 "form.offsets_mm", f"{given} numbers", f"allowed: {expected} for this finger"
             )
         return self
+
+    @property
+    def boxes(self) -> BoxSolid | None:
+        """The boxes that the geometry is made of; None of another solid."""
+        solid = None if self.geometry.of_file else self.geometry.solid()
+        return solid if isinstance(solid, BoxSolid) else None
 
     def film_thickness_mm(self, film: Film) -> float:
         """Thickness of a layer."""

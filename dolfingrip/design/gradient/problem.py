@@ -304,9 +304,9 @@ def _limits(asked: Sequence[Limit]) -> list[Held]:
 def _with_form(base: Config, asked: FreeForm) -> Config:
     if base.form is not None:
         return base
-    if base.mesh.file is not None:
-        raise ConfigError("free_form: allowed: with a finger that is made from dimensions")
-    count = Form(along=asked.along, offsets_mm=()).count(base.geometry.solid())
+    if base.mesh.file is not None or base.boxes is None:
+        raise ConfigError("free_form: allowed: with a finger that is made of boxes")
+    count = Form(along=asked.along, offsets_mm=()).count(base.boxes)
     return base.changed(form={"along": asked.along, "offsets_mm": (0.0,) * count})
 
 

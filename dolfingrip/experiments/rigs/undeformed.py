@@ -30,7 +30,9 @@ def morph(config: Config) -> Morph:
 
 def free_form(config: Config) -> FreeForm:
     """The free form that ``config`` asks for, of the planes that its dimensions set."""
-    return FreeForm(config.geometry.solid(), config.form)
+    boxes = config.boxes
+    assert boxes is not None  # a free form of anything else is refused
+    return FreeForm(boxes, config.form)
 
 
 def straight(config: Config, made_for: Geometry | None = None) -> SolidMesh:
