@@ -12,10 +12,12 @@ import pytest
 from dolfingrip import config
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.sections import units
+from dolfingrip.sections.form import Form
 from dolfingrip.sections.setup import KINDS
 
 DIMENSIONLESS = {
     "finger.bellows",
+    "form.along",
     "material.nu",
     "material.ogden_alpha",
     "mesh.order",
@@ -265,7 +267,11 @@ def test_every_number_has_its_unit_in_its_name() -> None:
 def test_every_key_is_printed_with_its_meaning() -> None:
     own = ["finger.kind=adopted", "mesh.file=part.msh"]
     made = [[f"finger.kind={kind}"] for kind in KINDS if not KINDS[kind].of_file]
-    kinds = ([], *made, own)
+    boxes = config.load().boxes
+    assert boxes is not None
+    count = Form(offsets_mm=()).count(boxes)
+    bent = [f"form.offsets_mm={[0.0] * count}"]
+    kinds = ([], *made, own, bent)
     lines = [line for kind in kinds for line in config.dumps(config.load(None, kind)).splitlines()]
     for key, info in _keys().items():
         name = key.partition(".")[2]
