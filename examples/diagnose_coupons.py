@@ -32,7 +32,7 @@ TRIED = ("mooney_rivlin", "gent", "force_gain")
 def main(out: Path) -> dict[str, Any]:
     """Diagnose; the content of ``diagnosis.json``."""
     found = diagnose([COUPONS], Config(), out, Settings(quick=True, effects=TRIED))
-    write(found, Config(), [COUPONS], out)
+    write(found, [COUPONS], out)
     return dict(json.loads((out / "diagnosis.json").read_text(encoding="utf-8")))
 
 
