@@ -267,7 +267,7 @@ def test_every_number_has_its_unit_in_its_name() -> None:
 def test_every_key_is_printed_with_its_meaning() -> None:
     own = ["finger.kind=adopted", "mesh.file=part.msh"]
     made = [[f"finger.kind={kind}"] for kind in KINDS if not KINDS[kind].of_file]
-    boxes = config.load().boxes
+    boxes = config.load().geometry.boxes()
     assert boxes is not None
     count = Form(offsets_mm=()).count(boxes)
     bent = [f"form.offsets_mm={[0.0] * count}"]
