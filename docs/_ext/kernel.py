@@ -27,4 +27,4 @@ def bash(line: str, cell: str) -> None:
     )
     print(done.stdout, end="")
     if done.returncode and line.strip() != "--no-raise-error":
-        raise SystemExit(f"exit code {done.returncode}")
+        raise RuntimeError(f"exit code {done.returncode}")
