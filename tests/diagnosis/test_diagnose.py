@@ -84,6 +84,7 @@ def test_files(ninjaflex: CouponDiagnosis, tmp_path: Path) -> None:
     assert "mooney_rivlin" in (tmp_path / "summary.md").read_text(encoding="utf-8").splitlines()[0]
     extended = configuration.load(tmp_path / "extended.toml")
     assert extended.material.mu_MPa > Config().material.mu_MPa
+    assert extended.extensions.mooney_rivlin is not None  # type: ignore[attr-defined]
     assert {file.name for file in pictures.draw(found.pictures, tmp_path)} == {
         "overlay.png", "residuals.png", "probabilities.png", "gain.png"
     }  # fmt: skip
