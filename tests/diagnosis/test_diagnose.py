@@ -132,6 +132,8 @@ def test_a_strong_cause_is_no_unknown_one(store: Path, tmp_path: Path) -> None:
     hidden = ("extensions.prony.g=[0.25]", "extensions.prony.tau_s=[8.0]")
     found = diagnosed(made(tmp_path, *hidden), store, quick=True)
     assert found.decision.first == ("prony",)
+    outsider = made(tmp_path, *hidden, wrong=lambda x: 1 + 0.2 * np.sin(9 * x))
+    assert diagnosed(outsider, store, quick=True).decision.answer == "unknown"
 
 
 def test_a_wrong_unit_is_suspected_in_the_first_line(store: Path, tmp_path: Path) -> None:
