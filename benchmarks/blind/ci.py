@@ -47,9 +47,6 @@ HIDDEN: Final[Sequence[tuple[str, tuple[tuple[str, int, float], ...]]]] = (
     ("short", (("soft_foam", 0, 1.0),)),
 )
 """Protocol and causes of each case of a finger: with form and strength."""
-FIRST: Final = 8
-"""Number of the first case of a finger."""
-
 COUPONS: Final[Sequence[tuple[str, str, int]]] = (
     ("pull", "none", 0),
     ("pull", "one", 0),
@@ -63,10 +60,16 @@ COUPONS: Final[Sequence[tuple[str, str, int]]] = (
 """Protocol, kind and number of cases of coupons, of the development set."""
 
 
+def names() -> list[str]:
+    """Of all cases, coupons first."""
+    of_pulls = [f"ci-{number:03d}-{protocol}" for number, (protocol, _, _) in enumerate(COUPONS)]
+    return [*of_pulls, *(each.name for each in cases())]
+
+
 def cases() -> list[Case]:
-    """All of them, with nuisances of their own."""
+    """Those of a finger, with nuisances of their own."""
     found = []
-    for number, (protocol, causes) in enumerate(HIDDEN, FIRST):
+    for number, (protocol, causes) in enumerate(HIDDEN, len(COUPONS)):
         kind: Kind = "none"
         if causes:
             kind = "one" if len(causes) == 1 else "two"
@@ -131,7 +134,7 @@ def of_coupons(out: Path) -> list[Answered]:
     """Coupons, each simulated on its own and diagnosed."""
     benches: dict[str, Bench] = {}
     found = []
-    for number, (protocol, kind, which) in enumerate(COUPONS):
+    for name, (protocol, kind, which) in zip(names(), COUPONS, strict=False):
         bench = benches.setdefault(protocol, Bench(protocol, out / protocol))
         case = drawn(bench, "development", kind, which)
         decision = diagnosed(bench, case, out / "cases").decision
@@ -144,7 +147,7 @@ def of_coupons(out: Path) -> list[Answered]:
         told = [*case.names, *filter(None, [case.truth.outsider[0]])]
         found.append(
             Answered(
-                f"ci-{number:03d}-{protocol}", " + ".join(told), decision.answer,
+                name, " + ".join(told), decision.answer,
                 " + ".join(" or ".join(sorted(names)) for names in sets), right,
             )
         )  # fmt: skip

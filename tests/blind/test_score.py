@@ -101,7 +101,7 @@ def test_a_verdict_that_is_worse() -> None:
 
 def test_every_kind_of_answer_is_among_the_committed_ones() -> None:
     committed = ci.expected()
-    assert [each.case for each in committed] == [each.name for each in ci.cases()]
+    assert [each.case for each in committed] == ci.names()
     assert len(committed) >= 12
     assert {each.answer for each in committed} == {"cause", "none", "unknown"}
     assert any(" + " in each.named for each in committed)

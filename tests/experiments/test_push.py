@@ -14,6 +14,7 @@ from mpi4py import MPI
 from dolfingrip import config
 from dolfingrip.config import ConfigError
 from dolfingrip.experiments import push, run
+from dolfingrip.experiments.rigs import tip_load
 from dolfingrip.experiments.rigs.finger import FingerModel, build
 from dolfingrip.experiments.rigs.undeformed import load_domain, solid
 from dolfingrip.mechanics.model.model import Control
@@ -39,8 +40,8 @@ def loaded(path: LoadPath, axis: str, force_N: float) -> float:
 
 def controlled(finger: FingerModel) -> FingerModel:
     """The finger with its loads among the controls."""
-    for axis in push.AXES:
-        constant = finger.parameters[push.load(axis)]
+    for axis in tip_load.AXES:
+        constant = finger.parameters[tip_load.load(axis)]
         finger.model.controls[f"load_{axis}_N"] = Control(constant)
     return finger
 
@@ -52,14 +53,14 @@ def test_a_bar_is_timoshenkos_cantilever() -> None:
     bar = bodies.box((2, 3, 24), (*sides, length))
     ends = {"clamp": bodies.plane(2, 0.0), "tip": bodies.plane(2, length)}
     finger = controlled(
-        build(settings, bodies.domain(bar, ends), plate=False, loads=push.dead_loads)
+        build(settings, bodies.domain(bar, ends), plate=False, loads=tip_load.dead_loads)
     )
     newton = Newton(finger.model, settings.solver)
-    found = push.stiffness(newton)()
+    found = tip_load.stiffness(newton)()
     shear = settings.material.mu_MPa
     young, area = 2 * shear * 1.05, sides[0] * sides[1]
     path = by_pressure(newton)
-    for axis, column, depth in zip(push.AXES, COLUMNS, sides, strict=True):
+    for axis, column, depth in zip(tip_load.AXES, COLUMNS, sides, strict=True):
         inertia = area * depth**2 / 12
         compliance = length**3 / (3 * young * inertia) + 6 * length / (5 * shear * area)
         assert found[column] == pytest.approx(1 / compliance, rel=5e-3)
@@ -76,13 +77,13 @@ def test_a_pressurised_finger_gives_way_to_finite_loads_as_its_tangent_says() ->
     """
     settings = push.Push().settings(small.short(*STRICT, *EVEN))
     domain = load_domain(settings, MPI.COMM_SELF)
-    finger = controlled(build(settings, domain, plate=False, loads=push.dead_loads))
+    finger = controlled(build(settings, domain, plate=False, loads=tip_load.dead_loads))
     newton = Newton(finger.model, settings.solver)
     path = by_pressure(newton)
     assert path.advance({"pressure_kPa": 40.0}).failure is None
-    tangent = push.stiffness(newton)()
+    tangent = tip_load.stiffness(newton)()
     rest = TipDisplacement(finger.model, "x").value()
-    for axis, column in zip(push.AXES, COLUMNS, strict=True):
+    for axis, column in zip(tip_load.AXES, COLUMNS, strict=True):
         force = 1e-2 * tangent[column]
         to, fro = (loaded(path, axis, sign * force) for sign in (1, -1))
         assert 2 * force / (to - fro) == pytest.approx(tangent[column], rel=1e-5)
@@ -99,7 +100,7 @@ def test_half_a_finger_is_as_stiff_in_the_plane_of_bending() -> None:
         finger = build(settings, load_domain(settings, MPI.COMM_SELF), plate=False)
         tip = TipDisplacement(finger.model, "x")
         solve = Newton(finger.model, settings.solver).linear()
-        found.append(push.compliance_mm_per_N(solve, tip))
+        found.append(tip_load.compliance_mm_per_N(solve, tip))
     assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 

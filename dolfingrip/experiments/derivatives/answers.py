@@ -20,10 +20,10 @@ from dolfingrip.experiments.derivatives.adjoints import FingerAdjoints
 from dolfingrip.experiments.finger_experiment import FingerExperiment
 from dolfingrip.experiments.index import find as experiment_of
 from dolfingrip.experiments.protocol.schedule import Stop
-from dolfingrip.experiments.push import load
 from dolfingrip.experiments.rigs.finger import FingerModel
 from dolfingrip.experiments.rigs.finger_rig import FingerRig
 from dolfingrip.experiments.rigs.observation import Observation
+from dolfingrip.experiments.rigs.tip_load import STIFFNESSES, load
 from dolfingrip.mechanics.model.model import Control, Prescribed
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
@@ -41,7 +41,7 @@ from dolfingrip.sections.geometry.geometry import Geometry
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-SIDE_STIFFNESS = "stiffness_y_N_per_mm"
+SIDE_STIFFNESS = STIFFNESSES[1].name
 """Reading of the experiment ``push``: the tip's stiffness against a load across the finger."""
 
 PROBE_N = 0.1

@@ -1,0 +1,78 @@
+"""Dead loads of 0 N on the tip face, and the finger's stiffness against them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import ufl
+
+from dolfingrip.channels import Channel
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from dolfingrip.extensions.site import Site
+    from dolfingrip.mechanics.newton.newton import Newton
+    from dolfingrip.mechanics.readings.reading import Reading
+
+AXES = "xy"
+
+STIFFNESSES = tuple(
+    Channel(
+        name=f"stiffness_{axis}_N_per_mm",
+        unit="N_per_mm",
+        title=f"Stiffness {axis}",
+        about=f"force along {axis} on the tip face by the displacement that it causes",
+        form=".4f",
+    )
+    for axis in AXES
+)
+
+
+def load(axis: str) -> str:
+    """Name of the load along an axis in the model's parameters."""
+    return f"push.load_{axis}_N"
+
+
+def dead_loads(site: Site) -> Sequence[ufl.Form]:
+    """Potentials of loads of 0 N along x and y on the tip face (mJ of the meshed part)."""
+    tip = site.domain.surface(
+        "tip", quadrature_degree=2 * site.u.function_space.ufl_element().degree
+    )
+    per_area = site.fixed(1 / site.area_mm2("tip"))
+    found = []
+    for i, axis in enumerate(AXES):
+        force = site.parameters[load(axis)] = site.fixed(0.0)
+        found.append(-force * per_area * site.u[i] * tip)
+    return found
+
+
+def stiffness(newton: Newton) -> Callable[[], Mapping[str, float]]:
+    """A function that returns the stiffness at the model's present state, by column."""
+    from dolfingrip.mechanics.readings.tip import TipDisplacement
+
+    tips = [TipDisplacement(newton.model, axis) for axis in AXES]
+
+    def found() -> Mapping[str, float]:
+        solve = newton.linear()
+        along = zip(STIFFNESSES, tips, strict=True)
+        return {each.name: 1 / compliance_mm_per_N(solve, tip) for each, tip in along}
+
+    return found
+
+
+def compliance_mm_per_N(solve: Callable[[np.ndarray], np.ndarray], moved: Reading) -> float:
+    """Derivative of a displacement by the load that works on it, for the whole solid.
+
+    Args:
+        solve: applies the inverse K⁻¹ of the model's tangent.
+        moved: the displacement (mm).
+    """
+    model = moved.model
+    direction = moved.gradient()
+    for bc in model.supports:
+        dofs, owned = bc.dof_indices()
+        direction[dofs[:owned]] = 0.0
+    product = model.comm.allreduce(float(direction @ solve(direction)))
+    return product / model.domain.copies  # each part of the solid bears its share of the load
