@@ -22,7 +22,6 @@ class Policy:
         visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
         credible: part of the probability that a set of causes has to hold.
         claimed: probability from which on an answer is given.
-        left: largest share of what the model misses that stays beside causes that are named.
         both: probability of two causes from which on a second set is named.
         tail: how fast a modulus far from the configured one loses probability: ln c =
             s sinh(tail ζ)/tail for a standard deviation s.
@@ -52,8 +51,9 @@ class Policy:
         settled: ln of probability that the last step of a fit gains at most.
         kept: probability of causes by all readings from which on they are tried again where some
             readings are left out.
-        draws: samples of a hypothesis that is near the leading one.
-        effective: part of the draws that have to count.
+        draws: samples of a hypothesis that is near the leading one, at a time.
+        effective: so many of the draws have to count as if they were alike in weight.
+        adaptations: how often more are drawn until these do.
         sampled: posterior probability from which on a hypothesis is sampled.
         noise_factors: noise by what is guessed, where neither laboratory nor repeats tell.
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
@@ -90,7 +90,6 @@ class Policy:
     visible_sigma: float = 2.0
     credible: float = 0.99
     claimed: float = 0.5
-    left: float = 0.15
     both: float = 0.5
     tail: float = 0.9
     far: float = 4.0
@@ -116,7 +115,8 @@ class Policy:
     settled: float = 1e-4
     kept: float = 1e-6
     draws: int = 400
-    effective: float = 0.1
+    effective: float = 100.0
+    adaptations: int = 12
     sampled: float = 0.01
     noise_factors: tuple[float, ...] = (1.0, 1.6, 2.5)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)

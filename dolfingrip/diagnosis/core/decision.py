@@ -24,7 +24,7 @@ class Decision:
         first: causes that the readings cannot tell apart, the most probable first.
         second: of a second cause; empty where none is named.
         nearest: causes that would be named if they left less; empty where they are.
-        probability: of the answer.
+        probability: of the answer; of causes no more than the share that they explain.
         inclusion: probability that each cause takes part and is visible.
         none: probability that nothing is to be seen.
         unknown: probability that something is off of which no visible cause takes part.
@@ -55,8 +55,9 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     a set of causes holds effects; a number of the rig is named second where it takes part more
     probably than not, and first where no effect is.
 
-    Where much of what the model misses stays beside the best causes, the catalogue lacks what is
-    off, and the answer is unknown.
+    Something that the catalogue lacks may look like one of its causes. What stays beside them tells
+    how alike the two are: causes are no more probable than the share that they explain, and the
+    answer is unknown where that is less than half.
 
     Args:
         posterior: probabilities of all hypotheses.
@@ -98,9 +99,11 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     elif not first or claim < POLICY.claimed:
         answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
     nearest: tuple[str, ...] = ()
-    if answer == "cause" and unexplained > POLICY.left:  # something else is off, too, or alone
-        answer, probability, nearest = "unknown", discrepancy, first
-        unknown = max(unknown, discrepancy)
+    if answer == "cause":
+        probability = min(claim, 1 - unexplained)
+        if probability < POLICY.claimed:
+            answer, probability, nearest = "unknown", discrepancy, first
+            unknown = max(unknown, discrepancy)
     if answer != "cause":
         first, second = (), ()
     far, who = _far(posterior)

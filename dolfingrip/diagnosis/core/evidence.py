@@ -17,13 +17,13 @@ Columns of an emulator's error are integrated out like a nuisance.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.linalg
-import scipy.special
 
 from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.core.sampling import drawn
 from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
@@ -345,38 +345,24 @@ class Hypothesis:
         return tuple(found)
 
     def sampled(self, fit: Fit, rng: np.random.Generator) -> Fit:
-        """The evidence by importance sampling, with draws (multivariate t of 5 degrees).
+        """The evidence by importance sampling, with draws.
 
         The fit itself where too few of the draws count.
         """
-        d, count, nu = len(fit.zeta), POLICY.draws, 5.0
-        lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
-        normal = rng.standard_normal((count, d))
-        scale = np.sqrt(nu / rng.chisquare(nu, count))
-        draws = fit.zeta + (normal @ lower.T) * scale[:, None]
-        spread = ((normal * scale[:, None]) ** 2).sum(axis=1)
-        log_t = (
-            scipy.special.gammaln((nu + d) / 2) - scipy.special.gammaln(nu / 2)
-            - 0.5 * d * np.log(nu * np.pi) - np.log(np.diag(lower)).sum()
-            - 0.5 * (nu + d) * np.log1p(spread / nu)
-        )  # fmt: skip
         low, high = self._box.T
-        inside = ((draws >= low) & (draws <= high)).all(axis=1)
-        b = self._many(np.clip(draws, low, high))
-        value = 0.5 * (np.einsum("ik,kl,il->i", b, self.gram, b) + (draws**2).sum(axis=1))
-        log = -value - 0.5 * d * np.log(2 * np.pi) - log_t
-        log = np.where(inside, log, -np.inf)
-        top = log.max()
-        if not np.isfinite(top):
+
+        def log_density(zeta: np.ndarray) -> np.ndarray:
+            inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
+            b = self._many(np.clip(zeta, low, high))
+            value = 0.5 * (((b @ self.gram) * b).sum(axis=1) + (zeta**2).sum(axis=1))
+            norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
+            return np.where(inside, -value - norm, -np.inf)
+
+        found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)
+        if found is None:
             return fit
-        weights = np.exp(log - top)
-        if weights.sum() ** 2 / (weights**2).sum() < POLICY.effective * count:
-            return fit  # the draws miss a curved ridge, which Laplace's method bears better
-        found = float(top + np.log(weights.mean())) - 0.5 * self.log_det
-        return Fit(
-            fit.subset, fit.level, found, fit.zeta, fit.hessian, fit.misfit, fit.strengths,
-            (draws, weights / weights.sum()),
-        )  # fmt: skip
+        log = found.log_integral - 0.5 * self.log_det
+        return replace(fit, log_evidence=log, draws=(found.places, found.weights))
 
     def _many(self, zeta: np.ndarray) -> np.ndarray:
         """b at many places, shape (places, k)."""

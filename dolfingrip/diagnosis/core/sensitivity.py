@@ -62,11 +62,12 @@ def _of(other: Decision, decision: Decision) -> float:
         return other.none
     if decision.answer == "unknown":
         return other.discrepancy if decision.nearest else other.unknown
-    return sum(
+    held = sum(
         p for subset, p in other.subsets.items()
         if set(subset) & set(decision.first)
         and (not decision.second or set(subset) & set(decision.second))
     )  # fmt: skip
+    return min(held, 1 - other.unexplained)
 
 
 def _pairs_by(posterior: Posterior, factor: float) -> list[float]:

@@ -1,0 +1,95 @@
+"""Weighted draws of a density by adaptive importance sampling, and its integral.
+
+The first draws are of a multivariate t about the mode. Where few of them count, as on a curved
+ridge, more are drawn about the mean of those before, with their covariance; their weights are raised
+to a power there that lets enough of them count (Koblents & Míguez, Stat. Comput. 25, 2015). Each draw
+is weighted against the mixture of all that were drawn from (Cornuet, Marin, Mira & Robert, Scand. J.
+Stat. 39, 2012).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import scipy.stats
+from scipy.special import logsumexp
+
+from dolfingrip.diagnosis.policy import POLICY
+
+DEGREES: Final = 5
+"""Of freedom of the multivariate t: its tails are wider than those of most densities."""
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Weighted draws of a density.
+
+    Attributes:
+        places: shape (draws, d).
+        weights: of each; their sum is 1.
+        log_integral: ln of the density's integral.
+    """
+
+    places: np.ndarray
+    weights: np.ndarray
+    log_integral: float
+
+    @property
+    def effective(self) -> float:
+        """Number of equally weighted draws that tell as much."""
+        return float(1 / (self.weights**2).sum())
+
+
+def drawn(
+    log_density: Callable[[np.ndarray], np.ndarray],
+    mode: np.ndarray,
+    covariance: np.ndarray,
+    rng: np.random.Generator,
+) -> Draws | None:
+    """Draws until enough of them count; None where too few ever do.
+
+    Args:
+        log_density: of places, shape (draws, d); −∞ where the density is 0.
+        mode: shape (d,).
+        covariance: about the mode, shape (d, d).
+        rng: of the draws.
+    """
+    middle, spread = mode, covariance
+    proposals, places = [], np.empty((0, len(mode)))
+    told = np.empty(0)
+    for _ in range(POLICY.adaptations):
+        proposals.append(scipy.stats.multivariate_t(middle, _regular(spread), DEGREES))
+        new = np.atleast_2d(proposals[-1].rvs(POLICY.draws, random_state=rng))
+        new = new.reshape(POLICY.draws, len(mode))
+        places, told = np.vstack([places, new]), np.r_[told, log_density(new)]
+        mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
+        log = told - (mixture - np.log(len(proposals)))
+        if not np.isfinite(log.max()):
+            return None
+        total = float(logsumexp(log))
+        found = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
+        if found.effective >= POLICY.effective:
+            return found
+        tempered = _tempered(log, 2 * len(mode) + 2)
+        middle = tempered @ places
+        spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
+    return found if found.effective >= POLICY.effective / 2 else None
+
+
+def _tempered(log: np.ndarray, least: int) -> np.ndarray:
+    """Weights raised to the largest power up to 1 by which so many draws count."""
+    low, high = 0.0, 1.0
+    for _ in range(20):
+        power = 0.5 * (low + high)
+        weights = np.exp(power * (log - log.max()))
+        enough = weights.sum() ** 2 / (weights**2).sum() >= least
+        low, high = (power, high) if enough else (low, power)
+    weights = np.exp(low * (log - log.max()))
+    return np.asarray(weights / weights.sum())
+
+
+def _regular(covariance: np.ndarray) -> np.ndarray:
+    return covariance + 1e-9 * np.trace(covariance) / len(covariance) * np.eye(len(covariance))
