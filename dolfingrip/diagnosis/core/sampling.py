@@ -1,10 +1,10 @@
 """Weighted draws of a density by adaptive importance sampling, and its integral.
 
 The first draws are of a multivariate t about the mode. Where few of them count, as on a curved
-ridge, more are drawn about the mean of those before, with their covariance; their weights are raised
-to a power there that lets enough of them count (Koblents & Míguez, Stat. Comput. 25, 2015). Each draw
-is weighted against the mixture of all that were drawn from (Cornuet, Marin, Mira & Robert, Scand. J.
-Stat. 39, 2012).
+ridge, more are drawn about the mean of those before, with their covariance. For that mean their
+weights are raised to a power that lets enough of them count (Koblents & Míguez, Stat. Comput. 25,
+2015). Each draw is weighted against the mixture of all that were drawn from (Cornuet, Marin, Mira &
+Robert, Scand. J. Stat. 39, 2012).
 """
 
 from __future__ import annotations
