@@ -1,20 +1,27 @@
-"""A blind benchmark of the diagnosis: hidden causes by a generator that is not the analyser.
+"""A blind benchmark of the diagnosis: causes are hidden in measurements, which ``dolfingrip
+diagnose`` then explains.
 
-From the bottom up:
+What is hidden is simulated in full by other settings than the analyser's, all of a case at once.
 
-- :mod:`protocols`: what is measured, row by row;
-- :mod:`noise`: instruments' noise with a part that drifts, and readings that are missing;
-- :mod:`generator`: the finger as the generator simulates it, and the causes that it can hide;
-- :mod:`outsiders`: causes that no catalogue has;
-- :mod:`library`: the generator's responses, simulated once and kept;
-- :mod:`response`: readings at any strength and with any nuisances from the library;
-- :mod:`cases`: what is hidden in each case, and its files;
-- :mod:`full`: cases with a simulation of their own;
-- :mod:`bound`: what exact evidence says of a case;
-- :mod:`diagnoses`: what the analyser says of it;
-- :mod:`score`: figures and their bounds;
-- :mod:`outcomes`: judged cases as a table;
-- :mod:`report`: figures as tables and pictures.
+- :mod:`coupons`, :mod:`fingers`: what is measured, and what is hidden in it;
+- :mod:`case`: what both have in common of a case;
+- :mod:`said`: what was hidden and what was said, as tables;
+- :mod:`score`: figures of a table;
+- :mod:`command`: the command line;
+- :mod:`ci`: few cases that continuous integration runs.
 
-``scripts/blind-benchmark --help`` tells the stages.
+**Rules**, fixed before a confirmation set is drawn (``case.SEEDS`` differ):
+
+- What is diagnosed is what ``dolfingrip diagnose`` does up to its verdict, on every case.
+- *Named*: the answer is a cause, and the hidden cause is in one of its sets.
+- *Wrong*: the answer is a cause of probability 0.9 or more, and one of its sets has no hidden
+  cause.
+- *Outsider claimed*: the same where only an outsider is hidden.
+- Causes and outsiders are hidden at 6 standard deviations or more, by what they change after the
+  modulus. An outsider alone counts from 6 standard deviations that the best single cause of the
+  catalogue leaves.
+- A nuisance is hidden 3 to 5 standard deviations from what was told, however little the readings
+  tell of it.
+- *Alarm*: nothing is hidden, and the answer is not "none".
+- Priors are twice as wide in every second case.
 """

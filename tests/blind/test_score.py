@@ -1,4 +1,4 @@
-"""The blind benchmark: figures of verdicts."""
+"""The blind benchmark: figures of verdicts, and the cases of continuous integration."""
 
 from __future__ import annotations
 
@@ -7,78 +7,50 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.blind import ci, score
-from benchmarks.blind.opinions import Interval, Judged, Opinion
 
 
-def judged(
-    number: int, kind: str, hidden: tuple[str, ...], said: Opinion, **others: object
-) -> Judged:
-    first = Opinion("cause", 0.99, hidden, (hidden,)) if hidden else Opinion("none", 0.9, (), ())
+def row(kind: str, hidden: str, answer: str, first: str = "", **others: str) -> score.Row:
     values = {
-        "strengths_sigma": (14.0,) * len(hidden), "unexplained_sigma": 0.0, "bound": first,
-        "name": f"case {number}", "protocol": "P7+", "full": False, **others,
+        "protocol": "pull", "second": "", "probability": "0.95", "sigma": "9", "exact_first": "",
+        "exact_second": "", "covers": "", "processor_s": "2.0", **others,
     }  # fmt: skip
-    return Judged(kind=kind, hidden=hidden, said=said, **values)  # type: ignore[arg-type]
-
-
-def cause(*names: str, probability: float = 0.95) -> Opinion:
-    return Opinion("cause", probability, names, (names,))
-
-
-NOTHING = Opinion("none", 0.8, ("gent",), ())
-UNKNOWN = Opinion("unknown", 0.8, ("gent",), ())
-
-
-def of(cases: list[Judged]) -> dict[str, score.Figure]:
-    return {figure.name: figure for figure in score.figures(cases)}
+    return {"kind": kind, "hidden": hidden, "answer": answer, "first": first, **values}
 
 
 def test_figures_of_verdicts_by_hand() -> None:
-    inside, outside = Interval("g", 0.1, 0.3, 0.2), Interval("g", 0.1, 0.3, 0.4)
-    twins = Opinion("cause", 0.99, ("prony", "gent"), (("prony", "gent"),))
     every = [
-        judged(0, "one", ("prony",), cause("prony"), intervals=(inside,), cut=0.6, bound_cut=0.7),
-        judged(1, "one", ("prony",), cause("gent", "prony"), intervals=(outside,), bound=twins),
-        judged(2, "one", ("gent",), cause("prony", probability=0.5), cut=0.5, bound_cut=0.1),
-        judged(3, "one", ("gent",), NOTHING, strengths_sigma=(0.2,)),
-        judged(4, "none", (), NOTHING),
-        judged(5, "none", (), cause("gent")),
-        judged(6, "outsider", ("tear",), UNKNOWN, unexplained_sigma=9.0),
-        judged(7, "outsider", ("slip",), cause("gent"), unexplained_sigma=2.0),
-        judged(8, "two", ("gent", "prony"), cause("gent", probability=0.91)),
+        row("one", "prony", "cause", "prony gent", covers="1 0"),
+        row("one", "prony", "cause", "gent"),
+        row("one", "prony", "cause", "gent", probability="0.5"),
+        row("one", "gent", "unknown", probability="0.8"),
+        row("none", "", "none"),
+        row("none", "", "cause", "gent", probability="0.6"),
+        row("outsider", "", "cause", "gent"),
+        row("outsider", "", "cause", "gent", sigma="5.9"),  # the catalogue has its like
+        row("with_outsider", "gent", "cause", "gent", second="prony"),
+        row("two", "gent prony", "cause", "prony", second="gent yeoh", exact_first="gent"),
+        row("two", "gent prony", "cause", "yeoh prony", second=""),
+        row("nuisance", "modulus", "cause", "modulus", exact_first="modulus"),
     ]
-    found = of(every)
-    visible = found["class named first, visible single effects"]
-    assert (visible.count, visible.value, visible.bound) == (3, pytest.approx(2 / 3), 1.0)
-    assert visible.met is False
-    assert found["class named first, invisible ones"].value == 1.0  # the class leads, unclaimed
-    # a class that leads counts as first even where the answer is none or unknown
-    assert found["answered with the hidden cause's class, visible single effects"].value == (
-        pytest.approx(2 / 3)
-    )
-    strong = found["class named first on P7+, from 12 σ"]
-    assert (strong.count, strong.met) == (3, False)
-    assert found["class named first on P7+, 6 to 12 σ"].met is None
-    assert found["claims with P ≥ 0.9"].value == pytest.approx(4 / 7)
-    assert found["claims with P ≥ 0.9"].bound == pytest.approx(5 / 7)
-    assert found["of these right"].value == pytest.approx(3 / 4)
-    assert found["false alarms where there is no cause"].value == 0.5
-    assert found["detection from 6 σ"].value == 1.0
-    unknown = found["outsiders from 6 σ unexplained called unknown"]
-    assert (unknown.count, unknown.value, unknown.met) == (1, 1.0, True)
-    ties = found["ties not named by one member"]
-    assert (ties.count, ties.met) == (1, True)
-    assert found["90 % intervals that hold the truth"].value == 0.5
-    cut = found["error on readings left out is cut by"]
-    assert (cut.count, cut.value, cut.bound, cut.met) == (1, 0.6, 0.7, True)
-
-
-def test_a_leading_class_that_is_not_answered_is_no_answer() -> None:
-    shy = Opinion("unknown", 1.0, ("prony",), ())
-    found = of([judged(0, "one", ("prony",), shy)])
-    assert found["class named first, visible single effects"].value == 1.0
-    answered = found["answered with the hidden cause's class, visible single effects"]
-    assert (answered.value, answered.bound, answered.met) == (0.0, 1.0, False)
+    told = [line.split(" | ") for line in score.table(every).splitlines()]
+    figures = [(line[0].lstrip("| "), line[-1].lstrip("| ").split(" (")[0]) for line in told]
+    assert figures[2:-2] == [
+        ("one cause: named", "1 of 4"),
+        ("wrong", "1 of 4"),
+        ("cause and outsider: named", "1 of 1"),
+        ("wrong", "1 of 1"),  # what the outsider does is claimed as of the catalogue
+        ("outsider alone: claimed as of the catalogue", "1 of 1"),
+        ("nuisance 3 to 5 σ out: named", "1 of 1"),
+        ("named by exact evidence", "1 of 1"),
+        ("wrong", "0 of 1"),
+        ("two causes: both named", "1 of 2"),
+        ("both named by exact evidence", "0 of 2"),
+        ("two causes: one of them named", "2 of 2"),
+        ("wrong", "0 of 2"),
+        ("nothing hidden: alarm", "1 of 2"),
+        ("90 % intervals hold the truth", "0.50"),
+    ]
+    assert "named by exact evidence" not in score.table([row("nuisance", "modulus", "none")])
 
 
 def test_intervals_of_shares() -> None:

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 import scipy.linalg
 
+from benchmarks.blind.case import (
+    FAR,
+    HIDDEN,
+    SEEDS,
+    SEEN,
+    Case,
+    after_modulus,
+    is_wide,
+    names_of,
+    truncated,
+)
 from benchmarks.blind.coupons import coupon
 from benchmarks.blind.coupons.coupon import MODULUS, OUTSIDERS, PROTOCOLS, GAUGE_STD_mm, Truth
 from dolfingrip.config import Config
@@ -19,7 +30,6 @@ from dolfingrip.diagnosis.coupon.simulation import Kept
 from dolfingrip.diagnosis.data import measurement
 from dolfingrip.diagnosis.policy import POLICY
 
-SEEDS: Final = {"development": 101, "confirmation": 271828, "prior": 77}
 COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
     "development": {"one": 4, "with_outsider": 6, "outsider": 6, "nuisance": 6, "two": 4,
                     "none": 12},
@@ -29,40 +39,8 @@ COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
 }  # fmt: skip
 """Cases of each protocol."""
 
-SEEN: Final = 6.0
-"""Standard deviations from which on something is hidden."""
-FAR: Final = (3.0, 5.0)
-"""Standard deviations of a nuisance that is far from what was told."""
 NUISANCES: Final = ("coupon_slack_mm", "coupon.gauge_length_mm", "modulus")
 SLACK_STD_mm: Final = coupon.SLACK_mm * 0.5**0.5
-
-
-@dataclass(frozen=True, slots=True)
-class Case:
-    """A case.
-
-    Attributes:
-        protocol, kind, number: of it.
-        wide: whether strengths are from priors twice as wide.
-        truth: what is hidden.
-        names: of the hidden causes and of a nuisance that is far out; an outsider's is not here.
-        zeta: of the hidden causes' numbers.
-        sigma: standard deviations that each of these changes; of an outsider alone, what the best
-            single cause leaves of it.
-        modulus: ζ of the modulus.
-        seed: of noise.
-    """
-
-    protocol: str
-    kind: str
-    number: int
-    wide: bool
-    truth: Truth
-    names: tuple[str, ...]
-    zeta: tuple[float, ...]
-    sigma: tuple[float, ...]
-    modulus: float
-    seed: tuple[int, ...]
 
 
 class Bench:
@@ -90,7 +68,7 @@ class Bench:
             scipy.linalg.solve_triangular(self._lower, each, lower=True)
             for each in (change, self.plain.case.base)
         )
-        return float(np.linalg.norm(white - base * (base @ white) / (base @ base)))
+        return after_modulus(white, base)
 
     def unexplained(self, truth: Truth) -> float:
         """Length of what the best single cause leaves of readings without noise."""
@@ -107,15 +85,15 @@ class Bench:
         return float(np.sqrt(max(min(left), 0.0)))
 
 
-def drawn(bench: Bench, which: str, kind: str, number: int) -> Case:
+def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
     """A case of a set."""
     seed = (SEEDS[which], list(PROTOCOLS).index(bench.protocol.name), len(kind), number)
     return _drawn(bench, kind, number, seed)
 
 
-def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case:
+def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[Truth]:
     rng = np.random.default_rng(seed)
-    wide = number % 2 == 1 and kind not in ("prior", "none")
+    wide = is_wide(kind, number)
     modulus = float(rng.standard_normal())
     factor = float(np.exp(MODULUS * modulus))
     if kind == "prior":
@@ -126,7 +104,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case:
     names: tuple[str, ...] = ()
     zeta: list[float] = []
     sigma: list[float] = []
-    hidden = {"one": 1, "with_outsider": 1, "two": 2}.get(kind, 0)
+    hidden = HIDDEN.get(kind, 0)
     if kind == "prior":
         hidden = int(rng.choice(3, p=POLICY.prior_by_size))
         share = (1 - POLICY.discrepancy_off) / len(POLICY.discrepancy_levels)
@@ -134,12 +112,11 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case:
         level = float(rng.choice([0.0, *POLICY.discrepancy_levels], p=odds))
         truth = replace(truth, discrepancy=level)
     for _ in range(1000):
-        chosen = rng.choice(len(effects), hidden, replace=False)
-        names = tuple(effects[i] for i in sorted(chosen))
+        names = names_of(effects, hidden, rng)
         zeta, sigma, overrides = [], [], []
         for name in names:
             box = bench.plain.causes[name].box()
-            own = _truncated(rng, box, 2.0 if wide else 1.0)
+            own = truncated(rng, box, 2.0 if wide else 1.0)
             emulator = bench.plain.case.emulators[name]
             sigma.append(bench.sigma(emulator.columns @ emulator.at(own[None])[0]))
             overrides += bench.plain.causes[name].overrides(own)
@@ -153,15 +130,9 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case:
     if kind == "nuisance":
         truth, names, one = _far(bench, truth, number, rng)
         sigma = [one]
-    return Case(bench.protocol.name, kind, number, wide, truth, names, tuple(zeta), tuple(sigma),
-                modulus, seed)  # fmt: skip
-
-
-def _truncated(rng: np.random.Generator, box: np.ndarray, width: float) -> np.ndarray:
-    while True:
-        zeta = width * rng.standard_normal(len(box))
-        if ((zeta >= box[:, 0]) & (zeta <= box[:, 1])).all():
-            return np.asarray(zeta)
+    return Case(
+        bench.protocol.name, kind, number, wide, truth, names, tuple(zeta), tuple(sigma), seed
+    )
 
 
 def _with_outsider(

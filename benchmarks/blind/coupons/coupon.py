@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from benchmarks.blind.case import stiffened
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
@@ -201,7 +202,9 @@ def configured() -> Config:
 def measured(protocol: Protocol, truth: Truth, rng: np.random.Generator) -> list[np.ndarray]:
     """Forces (N) of each specimen."""
     base = configured()
-    config = base.overridden([*scaled(base, truth.modulus), *_stiffened(truth)])
+    config = base.overridden(
+        [*scaled(base, truth.modulus), *stiffened(truth.causes, truth.modulus)]
+    )
     bar = UniaxialTension(config)
     act, on_travel = OUTSIDERS.get(truth.outsider[0], (None, False))
     # the same deviation of the material's law for all, as a discrepancy of the model
@@ -245,19 +248,6 @@ def _smooth(protocol: Protocol, rng: np.random.Generator) -> np.ndarray:
         knots = np.arange(0.0, along.max() + 2 * every, every)
         values = np.r_[0.0, rng.standard_normal(len(knots) - 1)]
         found += CubicSpline(knots, values)(along) / np.sqrt(2)
-    return found
-
-
-def _stiffened(truth: Truth) -> list[str]:
-    """Causes as overrides; their moduli follow the material's."""
-    found = []
-    for each in truth.causes:
-        key, _, text = each.partition("=")
-        if key.endswith("_MPa"):
-            listed = text.startswith("[")
-            value = truth.modulus * float(text.strip("[]"))
-            text = f"[{value!r}]" if listed else repr(value)
-        found.append(f"{key}={text}")
     return found
 
 

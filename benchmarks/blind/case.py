@@ -1,0 +1,94 @@
+"""What a case of coupons and one of a finger have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+
+SEEDS: Final = {"development": 101, "confirmation": 271828, "prior": 77}
+"""Of the sets: one to mend the analyser on, one for figures alone, one from the priors."""
+
+SEEN: Final = 6.0
+"""Standard deviations from which on something is hidden."""
+FAR: Final = (3.0, 5.0)
+"""Standard deviations of a nuisance that is far from what was told."""
+HIDDEN: Final[Mapping[str, int]] = {"one": 1, "with_outsider": 1, "two": 2}
+"""Causes of the catalogue by kind of case; others hide none."""
+
+
+class Hidden(Protocol):
+    """What is hidden."""
+
+    @property
+    def modulus(self) -> float:
+        """True by told."""
+
+    @property
+    def outsider(self) -> tuple[str, float]:
+        """Name, and strength by the ordinary one; none where empty."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case[Truth: Hidden]:
+    """A case.
+
+    Attributes:
+        protocol, kind, number: of it.
+        wide: whether strengths are from priors twice as wide.
+        truth: what is hidden.
+        names: of the hidden causes and of a nuisance that is far out; an outsider's is not here.
+        zeta: of the hidden causes' numbers.
+        sigma: standard deviations that each of these changes; of an outsider alone, what the best
+            single cause leaves of it.
+        seed: of noise.
+    """
+
+    protocol: str
+    kind: str
+    number: int
+    wide: bool
+    truth: Truth
+    names: tuple[str, ...]
+    zeta: tuple[float, ...]
+    sigma: tuple[float, ...]
+    seed: tuple[int, ...]
+
+
+def is_wide(kind: str, number: int) -> bool:
+    """Whether a case's strengths are from priors twice as wide."""
+    return number % 2 == 1 and kind not in ("prior", "none")
+
+
+def truncated(rng: np.random.Generator, box: np.ndarray, width: float) -> np.ndarray:
+    """ζ of a cause's numbers within their ranges (numbers, 2), from normals of a width."""
+    while True:
+        zeta = width * rng.standard_normal(len(box))
+        if ((zeta >= box[:, 0]) & (zeta <= box[:, 1])).all():
+            return np.asarray(zeta)
+
+
+def stiffened(causes: Sequence[str], modulus: float) -> list[str]:
+    """Overrides of causes with moduli that follow the material's factor."""
+    found = []
+    for each in causes:
+        key, _, text = each.partition("=")
+        if key.endswith("_MPa"):
+            value = modulus * float(text.strip("[]"))
+            text = f"[{value!r}]" if text.startswith("[") else repr(value)
+        found.append(f"{key}={text}")
+    return found
+
+
+def after_modulus(change: np.ndarray, by_modulus: np.ndarray) -> float:
+    """Length of a change (n,) of whitened readings, after what the modulus changes, (n,)."""
+    along = by_modulus @ change / (by_modulus @ by_modulus)
+    return float(np.linalg.norm(change - along * by_modulus))
+
+
+def names_of(effects: Sequence[str], hidden: int, rng: np.random.Generator) -> tuple[str, ...]:
+    """So many causes, each as probable as the others, in the catalogue's order."""
+    chosen = rng.choice(len(effects), hidden, replace=False)
+    return tuple(effects[i] for i in sorted(chosen))

@@ -1,0 +1,166 @@
+"""What is hidden in each case, how strong it is, and its diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from benchmarks.blind import said
+from benchmarks.blind.case import (
+    FAR,
+    HIDDEN,
+    SEEDS,
+    SEEN,
+    Case,
+    after_modulus,
+    is_wide,
+    names_of,
+    truncated,
+)
+from benchmarks.blind.fingers import finger
+from benchmarks.blind.fingers.finger import MODULUS, PROTOCOLS, Truth
+from benchmarks.blind.fingers.outsiders import OUTSIDERS
+from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.core.numbers import causes
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
+from dolfingrip.diagnosis.diagnose import Settings, diagnose
+from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.jobs.cluster import Where
+
+COUNTS: Final[Mapping[str, Mapping[str, int]]] = {
+    "development": {"one": 3, "with_outsider": 3, "outsider": 3, "nuisance": 5, "two": 2,
+                    "none": 4},
+    "confirmation": {"one": 12, "with_outsider": 12, "outsider": 12, "nuisance": 10, "two": 6,
+                     "none": 20},
+}  # fmt: skip
+"""Cases of each protocol."""
+
+NUISANCES: Final = ("pressure_gain", "pressure_offset", "plate_gap", "wall_offset", "modulus")
+WIDEST: Final = 2.0
+"""Standard deviations at which nuisances that are not far out are cut off."""
+REACH: Final = 2.5
+"""Largest |ζ| of a cause's number."""
+STRENGTHS: Final = (0.3, 3.0)
+"""Of outsiders, by the ordinary ones."""
+TRIES: Final = 60
+
+
+class Bench:
+    """A protocol with its simulations.
+
+    Args:
+        protocol: its name.
+        scratch: folder of measurements and simulations.
+        workers: processes.
+        effects: that are hidden and tried; the whole catalogue where None.
+    """
+
+    def __init__(
+        self,
+        protocol: str,
+        scratch: Path,
+        workers: int = 2,
+        effects: Sequence[str] | None = None,
+    ) -> None:
+        self.protocol = PROTOCOLS[protocol]
+        self.scratch = scratch
+        self.effects = effects
+        self.workers = Workers(scratch / "generator", Where(workers=workers))
+        self.causes = {each.name: each for each in causes(self.protocol.analysed(), effects)}
+        self.plain = self.readings(Truth())
+        self.by_modulus = self.readings(Truth(modulus=1.05)) - self.plain
+
+    def readings(self, truth: Truth) -> np.ndarray:
+        """(n,) without noise, by its standard deviation."""
+        return finger.flat(self.protocol, finger.measured(self.protocol, truth, self.workers))
+
+    def sigma(self, truth: Truth) -> float:
+        """Length of what is changed after the modulus; 0 where it cannot be simulated."""
+        try:
+            change = self.readings(truth) - self.plain
+        except (ValueError, ConfigError):
+            return 0.0
+        return after_modulus(change, self.by_modulus)
+
+
+def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
+    """A case of a set; drawn again until what is hidden is seen, and can be simulated."""
+    seed = (SEEDS[which], list(PROTOCOLS).index(bench.protocol.name), len(kind), number)
+    rng = np.random.default_rng(seed)
+    wide = is_wide(kind, number)
+    for _ in range(TRIES):
+        truth = Truth(modulus=float(np.exp(MODULUS * _within(rng))),
+                      far={name: _within(rng) for name in NUISANCES[:-1]})  # fmt: skip
+        names = names_of(tuple(bench.causes), HIDDEN.get(kind, 0), rng)
+        zeta, sigma = [], []
+        for name in names:
+            cause = bench.causes[name]
+            own = truncated(rng, np.clip(cause.box(), -REACH, REACH), 2.0 if wide else 1.0)
+            overrides = cause.overrides(own)
+            sigma.append(bench.sigma(Truth(overrides)))
+            truth = replace(truth, causes=(*truth.causes, *overrides))
+            zeta += own.tolist()
+            if sigma[-1] < SEEN:
+                break
+        if min(sigma, default=SEEN) < SEEN:
+            continue
+        if kind in ("outsider", "with_outsider"):
+            strength = float(np.exp(rng.uniform(*np.log(STRENGTHS))))
+            truth = replace(truth, outsider=(str(rng.choice(list(OUTSIDERS))), strength))
+            alone = bench.sigma(Truth(outsider=truth.outsider))
+            if alone < SEEN:
+                continue
+            # alone it counts by what the best cause of the catalogue leaves, known afterwards
+            sigma = [*sigma, alone] if names else []
+        if kind == "nuisance":
+            names = (NUISANCES[number % len(NUISANCES)],)
+            truth, alone, size = _far(truth, names[0], rng)
+            sigma = [abs(size) if names[0] == "modulus" else bench.sigma(alone)]
+        try:
+            bench.readings(truth)
+        except (ValueError, ConfigError):
+            continue
+        return Case(
+            bench.protocol.name, kind, number, wide, truth, names, tuple(zeta), tuple(sigma), seed
+        )
+    raise ValueError(f"{bench.protocol.name}, {kind} {number}: nothing that is seen in {TRIES}")
+
+
+def _within(rng: np.random.Generator) -> float:
+    """A standard normal number that is cut off."""
+    return float(truncated(rng, np.array([[-WIDEST, WIDEST]]), 1.0)[0])
+
+
+def _far(truth: Truth, name: str, rng: np.random.Generator) -> tuple[Truth, Truth, float]:
+    """With a nuisance 3 to 5 standard deviations from what was told; it alone; and how far."""
+    size = float(rng.uniform(*FAR) * rng.choice([-1, 1]))
+    if name == "modulus":
+        modulus = float(np.exp(MODULUS * size))
+        return replace(truth, modulus=modulus), Truth(modulus=modulus), size
+    if name == "plate_gap":  # nearer it would touch
+        size = abs(size)
+    own = {name: size}
+    return replace(truth, far=truth.far | own), Truth(far=own), size
+
+
+def diagnosed(bench: Bench, case: Case[Truth]) -> CouponDiagnosis:
+    """A case is measured, written, read, and diagnosed up to its verdict."""
+    true = finger.measured(bench.protocol, case.truth, bench.workers)
+    readings = finger.scattered(bench.protocol, true, np.random.default_rng((*case.seed, 1)))
+    folder = bench.scratch / f"{case.kind}-{case.number}"
+    file = finger.write(bench.protocol, readings, folder)
+    how = Settings(bench.workers.where.workers, bench.scratch / "analyser", effects=bench.effects)
+    return diagnose([file], bench.protocol.analysed(), folder, how)
+
+
+def bench(
+    protocol: str, scratch: Path, workers: int = 2, effects: Sequence[str] | None = None
+) -> said.Bench[Case[Truth]]:
+    """A protocol's cases; measurements and simulations are kept in ``scratch``."""
+    own = Bench(protocol, scratch, workers, effects)
+    return said.Bench(partial(drawn, own), partial(diagnosed, own))

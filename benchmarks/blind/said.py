@@ -1,0 +1,147 @@
+"""What was hidden in cases and what was said of them: a row for each, in a table that grows."""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.blind.case import Case, Hidden
+from dolfingrip.diagnosis.core.decision import Decision
+from dolfingrip.diagnosis.core.search import Posterior
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
+
+COLUMNS = (
+    "protocol", "kind", "number", "wide", "hidden", "outsider", "outsider_strength", "sigma",
+    "answer", "first", "second", "probability", "least", "unexplained", "exact_first",
+    "exact_second", "rank_modulus", "rank_cause", "covers", "inclusion", "processor_s",
+)  # fmt: skip
+SHOWN = (
+    "protocol", "kind", "number", "hidden", "outsider", "sigma", "answer", "first", "second",
+    "probability", "processor_s",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Bench[C]:
+    """A protocol whose cases can be drawn and diagnosed.
+
+    Attributes:
+        drawn: a case, by set, kind and number.
+        diagnosed: what is found out about it.
+        exact: the answer of exact evidence, where there is one.
+    """
+
+    drawn: Callable[[str, str, int], C]
+    diagnosed: Callable[[C], CouponDiagnosis]
+    exact: Callable[[C, CouponDiagnosis], Decision | None] = lambda case, found: None
+
+
+def grow[T: Hidden](
+    file: Path, bench: Bench[Case[T]], which: str, counts: Mapping[str, int]
+) -> None:
+    """Cases of a set that a table does not have yet; a call resumes one that was killed.
+
+    Args:
+        file: the table.
+        bench: draws and diagnoses.
+        which: the set.
+        counts: cases by kind.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True)
+    done = {(row["kind"], int(row["number"])) for row in rows(file)} if file.exists() else set()
+    with file.open("a", encoding="utf-8", newline="") as stream:
+        table = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+        if not done:
+            table.writeheader()
+        for number in range(max(counts.values(), default=0)):
+            for kind in [k for k, count in counts.items() if number < count]:
+                if (kind, number) not in done:
+                    row = said(bench, bench.drawn(which, kind, number))
+                    table.writerow(row)
+                    stream.flush()
+                    print(*(row[name] for name in SHOWN), sep=" | ", flush=True)
+
+
+def said[T: Hidden](bench: Bench[Case[T]], case: Case[T]) -> dict[str, Any]:
+    """A row of the table: a case is diagnosed."""
+    started = time.process_time()
+    found = bench.diagnosed(case)
+    spent = time.process_time() - started
+    decision = found.decision
+    exact = bench.exact(case, found) if case.kind in ("two", "nuisance") else None
+    ranks = _ranks(case, found) if case.kind in ("prior", "one") else {}
+    visible = {name: round(p, 4) for name, p in decision.inclusion.items() if p >= 0.002}
+    sigma = case.sigma
+    if case.kind == "outsider" and not sigma:
+        sigma = (left_by_one(found.posterior),)
+    return {
+        "protocol": case.protocol, "kind": case.kind, "number": case.number, "wide": case.wide,
+        "hidden": " ".join(case.names), "outsider": case.truth.outsider[0],
+        "outsider_strength": f"{case.truth.outsider[1]:.3g}",
+        "sigma": " ".join(f"{each:.3g}" for each in sigma), "answer": decision.answer,
+        "first": " ".join(decision.first), "second": " ".join(decision.second),
+        "probability": f"{decision.probability:.4f}", "least": f"{found.sensitivity.least:.4f}",
+        "unexplained": f"{decision.unexplained:.3g}",
+        "exact_first": " ".join(exact.first) if exact else "",
+        "exact_second": " ".join(exact.second) if exact else "",
+        "inclusion": " ".join(f"{name}:{p}" for name, p in visible.items()),
+        "processor_s": f"{spent:.1f}", **ranks,
+    }  # fmt: skip
+
+
+def left_by_one(posterior: Posterior) -> float:
+    """Standard deviations that the best single cause leaves, beyond those of noise."""
+    alone = [fit for fit in posterior.fits if fit.level == 0 and len(fit.subset) < 2]
+    n = len(posterior.case.value)
+    return float(np.sqrt(max(min(fit.misfit for fit in alone) - n, 0.0)))
+
+
+def _ranks[T: Hidden](case: Case[T], found: CouponDiagnosis) -> dict[str, str]:
+    """Rank of the true numbers among draws of the hypothesis that is true."""
+    posterior, model = found.posterior, found.coupons.case
+    fits = [
+        (p, fit)
+        for p, fit in zip(posterior.probability, posterior.fits, strict=True)
+        if fit.subset == case.names and p > 0
+    ]
+    if not fits:
+        return {}
+    draws, weights = [], []
+    rng = np.random.default_rng((*case.seed, 2))
+    for p, fit in fits:
+        if fit.draws is not None:
+            own, weight = fit.draws
+        else:
+            lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
+            own = fit.zeta + rng.standard_normal((400, len(fit.zeta))) @ lower.T
+            weight = np.full(len(own), 1 / len(own))
+        draws.append(own)
+        weights.append(p * weight)
+    every, weight = np.vstack(draws), np.concatenate(weights)
+    weight = weight / weight.sum()
+    modulus = float(weight[model.factor(every[:, 0])[0] < case.truth.modulus].sum())
+    told = {"rank_modulus": f"{modulus:.4f}"}
+    if len(case.zeta):
+        below = every[:, model.own :] < np.array(case.zeta)
+        own_ranks = (weight @ below).tolist()
+        told["rank_cause"] = f"{own_ranks[0]:.4f}"
+        told["covers"] = " ".join(str(int(0.05 <= each <= 0.95)) for each in own_ranks)
+    return told
+
+
+def rows(file: Path) -> list[dict[str, str]]:
+    """Rows of a table."""
+    with file.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def every(folder: Path, which: str) -> Iterator[dict[str, str]]:
+    """Rows of all tables of a set."""
+    for file in sorted(folder.glob(f"{which}-*.csv")):
+        yield from rows(file)
