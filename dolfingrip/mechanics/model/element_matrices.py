@@ -34,7 +34,7 @@ class Blocks(NamedTuple):
 
 
 def _by_blocks(section: L.Section, blocks: Blocks) -> L.Section:
-    """The loops of ``section``, which add to an element matrix, with blocks in the matrix' place."""
+    """The loops of ``section``, which add to an element matrix, with blocks in its place."""
     columns = section.statements[0]  # FFCx' outer loop is the last argument's
     rows = columns.body.statements[0]
     i, j, height, width = rows.index, columns.index, rows.end.value, columns.end.value
@@ -47,7 +47,8 @@ def _by_blocks(section: L.Section, blocks: Blocks) -> L.Section:
             others = [each for each in factors if not check_dependency(each, i)]
             sums[entry.lhs][of_row].append(L.float_product(others))
 
-    declared, summed, added, used = [], [], [], []
+    declared: list[L.LNode] = []
+    summed, added, used = [], [], []
     for entry, by_row in sums.items():
         terms = []
         for of_row, products in by_row.items():
