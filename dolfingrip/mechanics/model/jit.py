@@ -12,6 +12,8 @@ from typing import Any
 import basix.ufl
 import ufl
 
+from dolfingrip.mechanics.model import element_matrices
+
 LEVEL = "DOLFINGRIP_OPTIMISATION"
 """Environment variable with another level than 3: tests, whose meshes are small, compile for longer
 than they run."""
@@ -55,7 +57,8 @@ def _processor() -> str:
 def options() -> dict[str, Any]:
     """JIT options of dolfinx; a cache that unlike machines share keeps their kernels apart."""
     cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    key = hashlib.sha256(f"{platform.machine()} {_processor()}".encode()).hexdigest()[:12]
+    made_for = f"{platform.machine()} {_processor()} {element_matrices.VERSION}"
+    key = hashlib.sha256(made_for.encode()).hexdigest()[:12]
     return {
         "cffi_extra_compile_args": FLAGS,
         "cache_dir": str(cache / "fenics" / key),

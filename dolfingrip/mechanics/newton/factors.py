@@ -33,6 +33,8 @@ class Factors:
 
     Attributes:
         corrected_step: the operator that the next matrix is a part of; None if it is the whole.
+        last_fall: how far the residual has to fall for the next step to be the last one; infinite
+            if the end is not near.
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class Factors:
         self._current = False
         self._good = False
         self.corrected_step: CorrectedStep | None = None
+        self.last_fall = np.inf
 
     def renew(self) -> None:
         """Have the next matrix factorised, because it will be far from the last one."""
@@ -74,6 +77,12 @@ class Factors:
             self._solve_own(ksp, matrix, right, solution)
         pc.setFailedReason(self._inverse.failed)
 
+    @property
+    def _rtol(self) -> float:
+        """Tolerance with which the next step ends the solve where Newton's method would."""
+        last = max(self._policy.last * self.last_fall, self._policy.least_rtol)
+        return min(self._policy.rtol, last)
+
     def _solve_near(
         self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
     ) -> bool:
@@ -81,6 +90,7 @@ class Factors:
         if self._current or not self._good or matrix != self._factorised:
             return False
         ksp.setOperators(matrix)
+        ksp.setTolerances(rtol=self._rtol, max_it=self._policy.iterations)
         ksp.solve(right, solution)
         self._good = ksp.getIterationNumber() <= self._policy.worn
         return bool(ksp.getConvergedReason() > 0)
@@ -92,7 +102,7 @@ class Factors:
         if not self._current:
             self._factorise(matrix)
         if not self._inverse.exact:
-            if self._solve_fresh(ksp, right, solution, self._policy.rtol):
+            if self._solve_fresh(ksp, right, solution, self._rtol):
                 return
             self._replace(matrix)
         self._inverse.pc.apply(right, solution)
@@ -164,6 +174,11 @@ class Factors:
                 self._replace(self._factorised)
                 return self.solve_many(right)
             found[:, column] = solution.array_r
+            # what is left is solved for, as far as it goes: GMRES' residual is that after a V-cycle
+            self._factorised.mult(solution, values)
+            values.array[:] = right[:, column] - values.array_r
+            if self._solve_fresh(self._ksp, values, solution, self._policy.exact_rtol):
+                found[:, column] += solution.array_r
         return found
 
     def _create(self, matrix: PETSc.Mat) -> PETSc.KSP:

@@ -144,7 +144,9 @@ class Newton:
             if self._damped or self._globalisation.overshot:
                 self.model.carried.reset()  # only the energy's own tangent leads downhill
             before = self.tangent.matrix
-            self.model.set_residual(float(snes.getFunctionNorm()))
+            norm = float(snes.getFunctionNorm())
+            self.model.set_residual(norm)
+            self._factors.last_fall = self._fall_to_the_end(norm)
             with self._first_controls(snes.getIterationNumber()):
                 self.tangent.assemble()
             if self.tangent.matrix is not before:
@@ -153,6 +155,13 @@ class Newton:
             if self._globalisation.far:
                 self._factors.renew()
             self._factors.corrected_step = self._corrected_step()
+
+    def _fall_to_the_end(self, norm: float) -> float:
+        """The part of a residual's norm (N) that is its tolerance; infinite if it is not close."""
+        rules = self._globalisation
+        if norm > self._policy.factors.close * rules.first_N:
+            return np.inf
+        return rules.tolerance_N(self.model.scale_N()) / norm
 
     def _corrected_step(self) -> CorrectedStep | None:
         """The step's equations if lagged quantities must change along it, else None."""

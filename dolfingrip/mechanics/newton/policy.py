@@ -98,13 +98,17 @@ class FactorPolicy:
         rtol: preconditioned residual of an iterative solve, relative to its first: a step as good
             as an exact one. Thirty times looser leaves errors of 1e-6 in a run's figures, this of
             1e-13.
+        last: part of the fall that ends a solve to which the last steps are exact; infinite if
+            ``rtol`` is so anyway.
+        least_rtol: the smallest tolerance of these steps.
+        close: part of a solve's first residual below which a step may be the last one.
         iterations: number of GMRES' iterations that cost as much as a factorisation.
         worn: iterations after which the next matrix is factorised at once.
         fresh: iterations with an approximate inverse of the matrix itself, beyond which factors
             take its place.
         restart: iterations whose vectors GMRES keeps.
-        exact_rtol: as ``rtol``, where solutions are differentiated: with 1e-10 the first step of
-            59,586 unknowns takes 3 iterations instead of 2.
+        exact_rtol: as ``rtol``, where solutions are differentiated, of two solves: the second one
+            is for what the first one left.
         operator_rtol: as ``rtol``, for an operator that the matrix is a part of: what is left is
             solved for again.
         operator_iterations: for such an operator, by factors of an earlier matrix.
@@ -112,11 +116,14 @@ class FactorPolicy:
     """
 
     rtol: float = 3e-5
+    last: float = np.inf
+    least_rtol: float = 1e-10
+    close: float = 1e-2
     iterations: int = 8
     worn: int = 5
     fresh: int = 200
     restart: int = 60
-    exact_rtol: float = 1e-12
+    exact_rtol: float = 1e-8
     operator_rtol: float = 1e-2
     operator_iterations: int = 12
     operator_iterations_at_most: int = 40
@@ -254,6 +261,6 @@ class NewtonPolicy:
     lag: LagPolicy = field(default_factory=LagPolicy)
     correction: CorrectionPolicy = field(default_factory=CorrectionPolicy)
     factors: FactorPolicy = field(default_factory=FactorPolicy)
-    multigrid: FactorPolicy = FactorPolicy(rtol=1e-7, iterations=30, worn=25)
+    multigrid: FactorPolicy = FactorPolicy(rtol=1e-7, last=1e-3, iterations=30, worn=25)
     damping: DampingPolicy = field(default_factory=DampingPolicy)
     guess_residual_ratio: float = np.inf
