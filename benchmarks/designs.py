@@ -3,14 +3,14 @@
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
 and writes ``design_steps.csv``; ``python -m benchmarks.designs starts`` begins at random places on
 a short, coarse finger and writes ``design_starts.csv``; ``python -m benchmarks.designs front``
-compares a front with that of the 208 designs of ``paper_designs.csv``, joined by splines, and
-writes ``design_front.csv``. All go on where they were stopped.
+compares what is learnt from gradients with what is learnt from the 208 designs of
+``paper_designs.csv``, and writes ``design_front.csv`` and ``design_front.png``. All go on where
+they were stopped.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -19,13 +19,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
 
+from benchmarks.fronts import front
 from dolfingrip.config import ConfigError
 from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient.descent import Descent
-from dolfingrip.design.gradient.front import FrontFinder
 from dolfingrip.design.gradient.problem import Problem, read
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
@@ -156,40 +155,6 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
             HERE / "design_starts.csv", [{key: each.get(key) for key in keys} for each in found]
         )
     return found
-
-
-def front(out: Path, pool: Pool) -> list[dict[str, Any]]:
-    """One row: a front by gradients and that of the 208 designs."""
-    problem = read(EXAMPLES / "paper_front.toml")
-    assert problem.front is not None
-    found = FrontFinder(problem, problem.front, run.computed_in(out, pool)).run()
-    names = ("morph.xi1", "morph.xi2", "cog_offset_mm", "force_N")
-    with (HERE / "paper_designs.csv").open(encoding="utf-8", newline="") as stream:
-        table = np.array([[float(row[name]) for name in names] for row in csv.DictReader(stream)])
-    first, second = np.unique(table[:, 0]), np.unique(table[:, 1])
-    grid = table[np.lexsort((table[:, 1], table[:, 0]))]
-    shape = len(first), len(second)
-    offset, force = (
-        RectBivariateSpline(first, second, grid[:, column].reshape(shape)) for column in (2, 3)
-    )
-    places = np.meshgrid(*(np.linspace(a[0], a[-1], 200) for a in (first, second)), indexing="ij")
-    offsets, forces = (spline.ev(*places).ravel() for spline in (offset, force))
-    best = np.array([forces[offsets <= limit].max() for limit in found.limit])
-    area, expected = (
-        float(np.trapezoid(np.maximum(each - best.min(), 0), found.limit))
-        for each in (found.mean, best)
-    )
-    off = found.mean - force.ev(*found.values.T)
-    row = {
-        "simulations": len(found.objective) + found.failed,
-        "designs": len(table),
-        "hypervolume_percent": round(100 * (area / expected - 1), 2),
-        "largest_error_percent": round(100 * float(np.abs(off / found.mean).max()), 2),
-        "largest_error_deviations": round(float(np.abs(off / found.deviation).max()), 1),
-    }
-    print(row, flush=True)
-    rows.write(HERE / "design_front.csv", [row])
-    return [row]
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -67,6 +67,8 @@ def design(
 
 def _front(problem: Problem, out: Path, workers: int, screen: Console) -> None:
     """Find a front and write ``front.json``, ``front.csv`` and ``front.png``."""
+    import numpy as np
+
     from dolfingrip.design.gradient import front, run
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
@@ -84,9 +86,15 @@ def _front(problem: Problem, out: Path, workers: int, screen: Console) -> None:
         compute = run.computed_in(folder, pool)
         found = front.FrontFinder(problem, problem.front, compute, say).run()
     run.write_front(problem, found, time.monotonic() - begun, out)
+    places = {
+        each.key: each.scaled(
+            np.stack([found.values[:, i], found.lowest[:, i], found.highest[:, i]], axis=1)
+        )
+        for i, each in enumerate(problem.variables)
+    }
     band = Band(
         problem.front.against, str(problem.objective), found.limit, found.mean, found.deviation,
-        found.against, found.objective, found.areas, found.unsure,
+        found.against, found.objective, found.areas, found.unsure, places,
     )  # fmt: skip
     plot_band(band, out / "front.png")
     screen.print(f"results: {out}", soft_wrap=True)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from dolfingrip import config as configuration
@@ -125,6 +127,10 @@ class Variable:
     def key(self) -> str:
         """Of the configuration."""
         return self.parameter.key
+
+    def scaled(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values of it as parts of its range, 0 to 1."""
+        return np.asarray((values - self.low) / (self.high - self.low), dtype=float)
 
 
 @dataclass(frozen=True, slots=True)

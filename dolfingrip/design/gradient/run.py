@@ -194,10 +194,18 @@ def write_front(problem: Problem, found: Front, wall_s: float, out: Path) -> Non
                 f"{found.name} at most": float(limit),
                 problem.objective.name: float(mean),
                 "standard_deviation": float(deviation),
-                **dict(zip(keys, map(float, values), strict=True)),
+                **dict(zip(keys, map(float, found.values[i]), strict=True)),
+                **{
+                    f"{key} from": float(value)
+                    for key, value in zip(keys, found.lowest[i], strict=True)
+                },
+                **{
+                    f"{key} to": float(value)
+                    for key, value in zip(keys, found.highest[i], strict=True)
+                },
             }
-            for limit, mean, deviation, values in zip(
-                found.limit, found.mean, found.deviation, found.values, strict=True
+            for i, (limit, mean, deviation) in enumerate(
+                zip(found.limit, found.mean, found.deviation, strict=True)
             )
         ],
     )
