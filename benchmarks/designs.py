@@ -1,11 +1,11 @@
 """Designs by gradients: what each step beyond the paper buys, random starts, the paper's front.
 
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
-and writes ``design_steps.csv``; ``python -m benchmarks.designs starts`` begins at random places on
-a short, coarse finger and writes ``design_starts.csv``; ``python -m benchmarks.designs front``
-compares what is learnt from gradients with what is learnt from the 208 designs of
-``paper_designs.csv``, and writes ``design_front.csv`` and ``design_front.png``. All go on where
-they were stopped.
+and writes ``design_steps.csv``; ``starts`` begins at random places on a short, coarse finger and
+writes ``design_starts.csv``; ``front`` compares what is learnt from gradients with what is learnt
+from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
+``design_front.png``; ``robust`` improves a finger under the extended model of a diagnosis and
+writes ``design_robust.csv``. All go on where they were stopped.
 """
 
 from __future__ import annotations
@@ -21,11 +21,13 @@ from typing import Any
 import numpy as np
 
 from benchmarks.fronts import front
+from benchmarks.robust_designs import robust
 from dolfingrip.config import ConfigError
 from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
-from dolfingrip.design.gradient.descent import Descent
-from dolfingrip.design.gradient.problem import Problem, read
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.read import read
+from dolfingrip.design.gradient.trial import Descent
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 
@@ -157,16 +159,18 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
     return found
 
 
+PARTS = {"steps": steps, "starts": starts, "front": front, "robust": robust}
+
+
 def main(arguments: Sequence[str]) -> None:
-    """Run one of the three."""
+    """Run one of them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=["steps", "starts", "front"])
+    parser.add_argument("what", choices=list(PARTS))
     parser.add_argument("--out", type=Path, default=Path("out/designs"))
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args(arguments)
     with Pool(Where(workers=given.workers)) as pool:
-        does = {"steps": steps, "starts": starts, "front": front}[given.what]
-        does(given.out / given.what, pool)
+        PARTS[given.what](given.out / given.what, pool)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,8 @@ from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.front import FrontFinder
-from dolfingrip.design.gradient.problem import Problem, read
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.read import read
 from dolfingrip.design.surrogate.process import GradientProcess
 from dolfingrip.design.surrogate.table import Table
 from dolfingrip.design.surrogate.training import train

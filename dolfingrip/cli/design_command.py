@@ -17,8 +17,8 @@ from dolfingrip.cli.simulations import Workers, resumable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from dolfingrip.design.gradient.descent import Descent, Trial
     from dolfingrip.design.gradient.problem import Held, Problem
+    from dolfingrip.design.gradient.trial import Descent, Trial
 
 
 def design(
@@ -37,7 +37,7 @@ def design(
     """
     one_process("--workers, without mpirun")
     from dolfingrip.design.gradient import run
-    from dolfingrip.design.gradient.problem import read
+    from dolfingrip.design.gradient.read import read
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
 

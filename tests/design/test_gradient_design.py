@@ -19,13 +19,15 @@ from typer.testing import CliRunner
 from dolfingrip import config as configuration
 from dolfingrip.cli.app import app
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.gradient.descent import Descender, NoStart, Trial
+from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.front import FrontFinder
 from dolfingrip.design.gradient.policy import POLICY
-from dolfingrip.design.gradient.problem import Problem, read
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.run import computed_in
 from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.gradient.trial import Trial
 from dolfingrip.design.surrogate.process import GradientProcess
 from dolfingrip.experiments.derivatives.answers import Answer as Reading
 from dolfingrip.experiments.derivatives.answers import Ended, Place, answers

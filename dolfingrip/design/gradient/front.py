@@ -16,7 +16,7 @@ from scipy.stats import qmc
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.evaluation import Compute, Floats, Simulations
-from dolfingrip.design.gradient.problem import Front as Asked
+from dolfingrip.design.gradient.file import Front as Asked
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.shape import Shapes
 from dolfingrip.design.surrogate.process import GradientProcess

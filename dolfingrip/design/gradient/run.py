@@ -11,10 +11,11 @@ from typing import Any, Final
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.design import rows
-from dolfingrip.design.gradient.descent import Descender, Descent, Trial
+from dolfingrip.design.gradient.descent import Descender
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
 from dolfingrip.design.gradient.front import Front
 from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.pool import Pool

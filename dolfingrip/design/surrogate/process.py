@@ -18,8 +18,8 @@ class ProcessPolicy:
     """The numbers of a process. Lengths are in ranges of the inputs.
 
     Attributes:
-        nugget: part of the variance that is added to the diagonal: solutions are converged, not
-            noisy.
+        nugget: part of the variance that is added to the diagonal. Solutions are converged, but
+            pairs of contact that come and go leave values and gradients rough below any length.
         shortest, longest: correlation length.
         typical, spread: median and standard deviation of the lengths' log-normal prior.
         members: number of sets of lengths in the ensemble.
@@ -27,7 +27,7 @@ class ProcessPolicy:
         step: of the logarithms of the lengths, for the likelihood's curvature.
     """
 
-    nugget: float = 1e-8
+    nugget: float = 1e-5
     shortest: float = 0.1
     longest: float = 10.0
     typical: float = 1.0
