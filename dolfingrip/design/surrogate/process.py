@@ -27,7 +27,7 @@ class ProcessPolicy:
         step: of the logarithms of the lengths, for the likelihood's curvature.
     """
 
-    nugget: float = 1e-5
+    nugget: float = 2e-6
     shortest: float = 0.1
     longest: float = 10.0
     typical: float = 1.0
