@@ -1,16 +1,16 @@
 """Designs by gradients: what each step beyond the paper buys, random starts, the paper's front.
 
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
-and writes ``design_steps.csv``; ``python -m benchmarks.designs starts`` begins at random places on
-a short, coarse finger and writes ``design_starts.csv``; ``python -m benchmarks.designs front``
-compares a front with that of the 208 designs of ``paper_designs.csv``, joined by splines, and
-writes ``design_front.csv``. All go on where they were stopped.
+and writes ``design_steps.csv``; ``starts`` begins at random places on a short, coarse finger and
+writes ``design_starts.csv``; ``front`` compares what is learnt from gradients with what is learnt
+from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
+``design_front.png``; ``robust`` improves a finger under the extended model of a diagnosis and
+writes ``design_robust.csv``. All go on where they were stopped.
 """
 
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -19,14 +19,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
 
+from benchmarks.fronts import front
+from benchmarks.robust_designs import robust
 from dolfingrip.config import ConfigError
 from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
-from dolfingrip.design.gradient.descent import Descent
-from dolfingrip.design.gradient.front import FrontFinder
-from dolfingrip.design.gradient.problem import Problem, read
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.read import read
+from dolfingrip.design.gradient.trial import Descent
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 
@@ -158,50 +159,18 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
     return found
 
 
-def front(out: Path, pool: Pool) -> list[dict[str, Any]]:
-    """One row: a front by gradients and that of the 208 designs."""
-    problem = read(EXAMPLES / "paper_front.toml")
-    assert problem.front is not None
-    found = FrontFinder(problem, problem.front, run.computed_in(out, pool)).run()
-    names = ("morph.xi1", "morph.xi2", "cog_offset_mm", "force_N")
-    with (HERE / "paper_designs.csv").open(encoding="utf-8", newline="") as stream:
-        table = np.array([[float(row[name]) for name in names] for row in csv.DictReader(stream)])
-    first, second = np.unique(table[:, 0]), np.unique(table[:, 1])
-    grid = table[np.lexsort((table[:, 1], table[:, 0]))]
-    shape = len(first), len(second)
-    offset, force = (
-        RectBivariateSpline(first, second, grid[:, column].reshape(shape)) for column in (2, 3)
-    )
-    places = np.meshgrid(*(np.linspace(a[0], a[-1], 200) for a in (first, second)), indexing="ij")
-    offsets, forces = (spline.ev(*places).ravel() for spline in (offset, force))
-    best = np.array([forces[offsets <= limit].max() for limit in found.limit])
-    area, expected = (
-        float(np.trapezoid(np.maximum(each - best.min(), 0), found.limit))
-        for each in (found.mean, best)
-    )
-    off = found.mean - force.ev(*found.values.T)
-    row = {
-        "simulations": len(found.objective) + found.failed,
-        "designs": len(table),
-        "hypervolume_percent": round(100 * (area / expected - 1), 2),
-        "largest_error_percent": round(100 * float(np.abs(off / found.mean).max()), 2),
-        "largest_error_deviations": round(float(np.abs(off / found.deviation).max()), 1),
-    }
-    print(row, flush=True)
-    rows.write(HERE / "design_front.csv", [row])
-    return [row]
+PARTS = {"steps": steps, "starts": starts, "front": front, "robust": robust}
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Run one of the three."""
+    """Run one of them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=["steps", "starts", "front"])
+    parser.add_argument("what", choices=list(PARTS))
     parser.add_argument("--out", type=Path, default=Path("out/designs"))
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args(arguments)
     with Pool(Where(workers=given.workers)) as pool:
-        does = {"steps": steps, "starts": starts, "front": front}[given.what]
-        does(given.out / given.what, pool)
+        PARTS[given.what](given.out / given.what, pool)
 
 
 if __name__ == "__main__":

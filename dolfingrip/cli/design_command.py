@@ -17,8 +17,8 @@ from dolfingrip.cli.simulations import Workers, resumable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from dolfingrip.design.gradient.descent import Descent, Trial
     from dolfingrip.design.gradient.problem import Held, Problem
+    from dolfingrip.design.gradient.trial import Descent, Trial
 
 
 def design(
@@ -37,7 +37,7 @@ def design(
     """
     one_process("--workers, without mpirun")
     from dolfingrip.design.gradient import run
-    from dolfingrip.design.gradient.problem import read
+    from dolfingrip.design.gradient.read import read
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
 
@@ -67,6 +67,8 @@ def design(
 
 def _front(problem: Problem, out: Path, workers: int, screen: Console) -> None:
     """Find a front and write ``front.json``, ``front.csv`` and ``front.png``."""
+    import numpy as np
+
     from dolfingrip.design.gradient import front, run
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
@@ -84,9 +86,15 @@ def _front(problem: Problem, out: Path, workers: int, screen: Console) -> None:
         compute = run.computed_in(folder, pool)
         found = front.FrontFinder(problem, problem.front, compute, say).run()
     run.write_front(problem, found, time.monotonic() - begun, out)
+    places = {
+        each.key: each.scaled(
+            np.stack([found.values[:, i], found.lowest[:, i], found.highest[:, i]], axis=1)
+        )
+        for i, each in enumerate(problem.variables)
+    }
     band = Band(
         problem.front.against, str(problem.objective), found.limit, found.mean, found.deviation,
-        found.against, found.objective, found.areas, found.unsure,
+        found.against, found.objective, found.areas, found.unsure, places,
     )  # fmt: skip
     plot_band(band, out / "front.png")
     screen.print(f"results: {out}", soft_wrap=True)

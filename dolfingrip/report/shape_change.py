@@ -161,6 +161,8 @@ class Band:
         limit, mean, deviation: shape (levels,), the front.
         simulated_at, simulated: shape (n,), designs that were simulated.
         areas, unsure: hypervolume, and largest deviation by the front's range, after simulations.
+        places: for each parameter its best value, lowest and highest one, shape (levels, 3), in
+            its range, 0 to 1.
     """
 
     against: str
@@ -172,14 +174,30 @@ class Band:
     simulated: Floats
     areas: Sequence[float]
     unsure: Sequence[float]
+    places: Mapping[str, Floats]
+
+
+MOST_PLACES = 4
+"""Largest number of parameters whose places are drawn: those that change most."""
 
 
 def plot_band(band: Band, file: Path) -> None:
-    """Plot a front with two standard deviations, and how it settled with simulations."""
+    """Plot a front with its deviations, its designs' places, and how it settled."""
     with figure_theme():
-        figure = Figure(figsize=(10.0, 3.8), layout="constrained")
+        figure = Figure(figsize=(13.5, 3.8), layout="constrained")
         FigureCanvasAgg(figure)
-        left, right = figure.subplots(1, 2)
+        left, middle, right = figure.subplots(1, 3)
+        moving = sorted(band.places, key=lambda key: -float(np.ptp(band.places[key][:, 0])))
+        for colour, key in zip((BLUE, ORANGE, GREEN, INK), moving[:MOST_PLACES], strict=False):
+            place = band.places[key]
+            middle.fill_between(band.limit, place[:, 1], place[:, 2], color=colour, alpha=0.2, lw=0)
+            middle.plot(band.limit, place[:, 0], color=colour, label=key)
+        middle.set(
+            xlabel=f"{band.against} at most",
+            ylabel="Best design, part of its range, and 90 % interval",
+            ylim=(-0.03, 1.03),
+        )
+        middle.legend()
         low, high = band.mean - 2 * band.deviation, band.mean + 2 * band.deviation
         left.fill_between(
             band.limit, low, high, color=BLUE, alpha=0.25, lw=0, label="two standard deviations"

@@ -7,58 +7,29 @@ answer is compared with differences of whole runs.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
-from experiments.small import SHORT
-from mpi4py import MPI
+from design.invented import COG, FORCE, TWO, Invented, written
 from typer.testing import CliRunner
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.app import app
-from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.gradient.descent import Descender, NoStart, Trial
+from dolfingrip.config import ConfigError
+from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Simulations
-from dolfingrip.design.gradient.front import FrontFinder
 from dolfingrip.design.gradient.policy import POLICY
-from dolfingrip.design.gradient.problem import Problem, read
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.run import computed_in
 from dolfingrip.design.gradient.shape import Shapes
-from dolfingrip.design.surrogate.process import GradientProcess
-from dolfingrip.experiments.derivatives.answers import Answer as Reading
-from dolfingrip.experiments.derivatives.answers import Ended, Place, answers
+from dolfingrip.design.gradient.trial import Trial
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.spool import Spool
 from dolfingrip.jobs.work import work
-from dolfingrip.parameter import find, put
-from dolfingrip.sections.form import Form
-
-TWO = """
-[parameters.morph]
-xi1 = [-0.2, 1.0]
-xi2 = [-0.5, 1.0]
-"""
-FORCE = """
-[objective]
-maximise = "force_N"
-at_pressure_kPa = 50.0
-"""
-COG = """
-[[constraints]]
-of = "cog_offset_mm"
-at_most = "start"
-"""
-
-
-def written(folder: Path, text: str, *overrides: str) -> Path:
-    """A design file of the short finger."""
-    given = json.dumps([*SHORT, *overrides])
-    file = folder / "design.toml"
-    file.write_text(f"set = {given}\n{text}", encoding="utf-8")
-    return file
-
+from dolfingrip.parameter import put
 
 # -- bad input -----------------------------------------------------------------------------------
 
@@ -109,52 +80,6 @@ def test_limits_that_no_design_keeps(tmp_path: Path) -> None:
 
 
 # -- the descent, on invented answers ------------------------------------------------------------
-
-
-class Invented:
-    """Answers of jobs in closed form.
-
-    Args:
-        fails: whether a design has no solution.
-    """
-
-    def __init__(self, fails: Callable[[Config], bool] = lambda config: False) -> None:
-        self.asked: list[str] = []
-        self._fails = fails
-
-    def __call__(self, jobs: Sequence[Job]) -> list[Answer]:
-        return [self._one(job) for job in jobs]
-
-    def _one(self, job: Job) -> Answer:
-        self.asked.append(job.key)
-        config = configuration.from_dict(job.arguments["config"])
-        if self._fails(config):
-            return Answer(job.key, "failed", failure_class="limit point", failure="invented")
-        parameters = find(config, job.arguments["keys"])
-        names = job.arguments["columns"]
-        result = {
-            "values": [{name: getattr(self, name)(config) for name in names}],
-            "gradients": [
-                {
-                    name: {
-                        each.key: float(each.derivative(config, getattr(self, name)))
-                        for each in parameters
-                    }
-                    for name in names
-                }
-            ],
-        }
-        return Answer(job.key, "done", result=result, wall_s=1.0)
-
-    @staticmethod
-    def force_N(config: Config) -> float:
-        """Largest at ξ = (0.3, −0.2), over a bent valley."""
-        a, b = config.morph.xi1 - 0.3, config.morph.xi2 + 0.2
-        return 3.0 - 2 * a**2 - 20 * (b - a**2) ** 2
-
-    @staticmethod
-    def angle_deg(config: Config) -> float:
-        return 40.0 - 30 * config.morph.xi1 - 20 * config.morph.xi1**2
 
 
 def descended(file: Path, answer: Invented) -> tuple[Problem, list[Trial], Trial, str]:
@@ -215,49 +140,6 @@ def test_the_worst_scenario_counts(tmp_path: Path) -> None:
     assert best.objective > trials[0].objective
 
 
-# -- a front -------------------------------------------------------------------------------------
-
-
-def test_a_process_learns_from_gradients() -> None:
-    """Of a smooth function, from seven places with gradients, better than from values alone."""
-    rng = np.random.default_rng(5)
-    at, there = rng.random((7, 2)), rng.random((200, 2))
-
-    def function(x: np.ndarray) -> np.ndarray:
-        return np.asarray(np.sin(3 * x[:, 0]) + x[:, 0] * x[:, 1] ** 2)
-
-    slopes = np.stack([3 * np.cos(3 * at[:, 0]) + at[:, 1] ** 2, 2 * at[:, 0] * at[:, 1]], axis=1)
-    process = GradientProcess(at, function(at), slopes)
-    mean, deviation = process.predict(at)
-    np.testing.assert_allclose(mean, function(at), atol=1e-3)
-    assert deviation.max() < 1e-2
-    off, rough = (
-        np.abs(each.predict(there)[0] - function(there)).max()
-        for each in (process, GradientProcess(at, function(at)))
-    )
-    print("largest errors with and without gradients", off, rough)
-    assert off < 0.1
-    assert off < rough / 2
-    inside = np.abs(mean - function(at)) <= 3 * deviation + 1e-3
-    assert inside.all()
-
-
-def test_a_front_of_few_simulations(tmp_path: Path) -> None:
-    """It is the best of a fine grid for each COG offset, to a hundredth of its range."""
-    front = '[front]\nagainst = "cog_offset_mm"\nlow = 0.0\nhigh = 5.0\n'
-    problem = read(written(tmp_path, FORCE + TWO + front))
-    assert problem.front is not None
-    answer = Invented(lambda config: config.morph.xi1 > 0.9)
-    found = FrontFinder(problem, problem.front, answer).run()
-    assert len(answer.asked) <= 20
-    assert found.unsure[-1] < problem.front.unsure
-    shapes = Shapes(problem)
-    for limit, mean, values in list(zip(found.limit, found.mean, found.values, strict=True))[::8]:
-        shape = shapes.at(values)
-        assert shape.value("cog_offset_mm") <= limit + 1e-9
-        assert Invented.force_N(shape.config) == pytest.approx(mean, abs=0.01 * np.ptp(found.mean))
-
-
 # -- the shape -----------------------------------------------------------------------------------
 
 
@@ -286,58 +168,7 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
         np.testing.assert_allclose(slopes, expected, rtol=1e-5, atol=1e-6, err_msg=name)
 
 
-# -- finite elements -----------------------------------------------------------------------------
-
-KEYS = ("finger.wall_mm", "morph.xi1", "form.offsets_mm")
-ASKED = {
-    "blocked_force": (
-        [Place("pressure_kPa", 50.0), Place("force_N", 0.8)],
-        ["force_N", "angle_deg", "pressure_kPa", "work_mJ", "peak_stretch"],
-    ),
-    "bending": ([Place("angle_deg", 3.0)], ["pressure_kPa", "tip_x_mm", "cavity_volume_mm3"]),
-    "push": ([Place("pressure_kPa", 50.0)], ["stiffness_y_N_per_mm"]),
-}
-ROUGH = {"peak_stretch": 0.2}
-"""The slope of the largest stretch is that of a smooth mean near it."""
-
-
-@pytest.mark.parametrize("experiment", ASKED)
-def test_questions_against_differences(experiment: str) -> None:
-    """Along one direction of a dimension, ξ1 and all numbers of a free form together."""
-    base = configuration.load(
-        None, [*SHORT, "solver.rtol=1e-12", "finger.gap_mm=0.3", "experiment.step_kPa=25"]
-    )
-    made_for = base.geometry
-    count = Form(along=3, offsets_mm=()).count(made_for.solid())
-    rng = np.random.default_rng(3)
-    base = base.changed(form={"along": 3, "offsets_mm": rng.uniform(-0.03, 0.03, count).tolist()})
-    keys = [each.key for each in find(base, list(KEYS))]
-    values = np.array([each.value(base) for each in find(base, keys)])
-    along = np.array([0.1, 0.1, *rng.uniform(-0.02, 0.02, len(keys) - 2)])
-    places, columns = ASKED[experiment]
-
-    def at(step: float, wanted: Sequence[str] = ()) -> list[Reading]:
-        moved = put(base, dict(zip(keys, (values + step * along).tolist(), strict=True)))
-        return answers(experiment, moved, places, columns, wanted, MPI.COMM_SELF, made_for)
-
-    found, step = at(0.0, keys), 1e-3
-    ahead, back = at(step), at(-step)
-    for i, place in enumerate(places):
-        for column in columns:
-            if column in (place.column, "pressure_kPa") and place.column == "pressure_kPa":
-                continue
-            slope = along @ [found[i].gradients[column][key] for key in keys]
-            expected = (ahead[i].values[column] - back[i].values[column]) / (2 * step)
-            size = abs(expected) if column != place.column else 1.0
-            apart = abs(slope - expected) / size
-            print(experiment, place, column, slope, expected)
-            assert apart < ROUGH.get(column, 1e-4), (place, column)
-
-
-def test_a_place_that_is_not_reached() -> None:
-    config = configuration.load(None, SHORT)
-    with pytest.raises(Ended, match=r"force_N = 99 is not reached up to 50 kPa; it is \d"):
-        answers("blocked_force", config, [Place("force_N", 99.0)], ["angle_deg"], (), MPI.COMM_SELF)
+# -- runs
 
 
 class Here:

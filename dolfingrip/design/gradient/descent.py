@@ -10,79 +10,18 @@ solve that fails, or a step that does not improve, makes the next step shorter.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.evaluation import Floats, Simulated, Simulations
+from dolfingrip.design.gradient.learning import bundle, foretold, learnt
 from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Held, Problem
-from dolfingrip.design.gradient.quantity import OF_MANY
-from dolfingrip.design.gradient.shape import Shape, Shapes
+from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.gradient.shape_limits import ShapeLimits, size_of
 from dolfingrip.design.gradient.subproblem import Model, Rows, best_step
-
-
-@dataclass(slots=True)
-class Trial:
-    """A design that was simulated.
-
-    Attributes:
-        scaled: shape (variables,), 0 to 1 over their ranges.
-        values: of the variables.
-        shape: of the unloaded finger.
-        simulations: load paths so far, with this one's.
-        objective: the worst condition's; NaN where it failed.
-        excess: by how much the worst simulated limit is broken, as a part of its size; 0 if kept.
-        limits: value of each limit's quantity in its worst condition.
-        accepted: whether the next steps begin here.
-        radius: of the box that the step was chosen in.
-        expected: gain of the objective that the model promised, in its unit.
-        failure: class and sentence; "" if it was simulated.
-    """
-
-    scaled: Floats
-    values: Floats
-    shape: Shape
-    simulations: int
-    objective: float = float("nan")
-    excess: float = 0.0
-    limits: list[float] = field(default_factory=list)
-    accepted: bool = False
-    radius: float = 0.0
-    expected: float = 0.0
-    failure: str = ""
-    # signed objectives (k,), their slopes (k, n); limits c (m,) and slopes (m, n), scaled
-    _f: Floats = field(default_factory=lambda: np.empty(0), repr=False)
-    _g: Floats = field(default_factory=lambda: np.empty((0, 0)), repr=False)
-    _c: Floats = field(default_factory=lambda: np.empty(0), repr=False)
-    _j: Floats = field(default_factory=lambda: np.empty((0, 0)), repr=False)
-
-
-@dataclass(slots=True)
-class Descent:
-    """What a descent found.
-
-    Attributes:
-        trials: every design that was simulated, in order; the first is the start.
-        best: the last accepted one.
-        ending: why it ended, in words.
-        limits: the limits with their values.
-        simulations: load paths that were followed.
-        seconds: that they took in all.
-    """
-
-    trials: list[Trial]
-    best: Trial
-    ending: str
-    limits: list[tuple[Held, float]]
-    simulations: int
-    seconds: float
-
-    @property
-    def start(self) -> Trial:
-        """The design at which it began."""
-        return self.trials[0]
+from dolfingrip.design.gradient.trial import Descent, Trial
 
 
 class NoStart(ConfigError):
@@ -136,14 +75,14 @@ class Descender:
         self._tell(here)
         trials, n = [here], len(starts)
         radius = problem.method.radius
-        bend: Floats = np.zeros(len(here._c))
-        curvature, fresh = np.eye(n) * POLICY.enough * abs(here._f).max(), True
+        bend: Floats = np.zeros(len(here.above))
+        curvature, fresh = np.eye(n) * POLICY.enough * abs(here.signed).max(), True
         ending = "the largest number of simulations is reached"
         cost = self._spent
         while self._spent + cost <= problem.method.simulations:
-            worst = int(here._f.argmax())
-            model = Model(here._f, here._g, curvature)
-            rows = _bundle(here, trials, bend)
+            worst = int(here.signed.argmax())
+            model = Model(here.signed, here.signed_slopes, curvature)
+            rows = bundle(here, trials, bend)
             found = self._step(here, model, rows, radius)
             if found is None:
                 radius *= POLICY.failed
@@ -153,7 +92,7 @@ class Descender:
                 continue
             step, expected = found
             kept = here.excess <= POLICY.broken
-            if kept and expected < POLICY.enough * abs(float(here._f.max())):
+            if kept and expected < POLICY.enough * abs(float(here.signed.max())):
                 ending = "no step promises more"
                 break
             trial = self._simulated(self._rounded(here.scaled + step))
@@ -164,11 +103,11 @@ class Descender:
                 radius = POLICY.failed * float(np.abs(step).max())
             else:
                 step = trial.scaled - here.scaled
-                off = trial._c - _foretold(_bundle(here, trials[:-1], 0.0 * bend), step, len(bend))
+                off = trial.above - foretold(bundle(here, trials[:-1], 0.0 * bend), step, len(bend))
                 bend = np.where(off > 0, 2 * off / float(step @ step), 0.5 * bend)
-                turn = trial._g[worst] - here._g[worst]
-                curvature, fresh = _learnt(curvature, step, turn, fresh=fresh), False
-                gain = float(here._f.max() - trial._f.max())
+                turn = trial.signed_slopes[worst] - here.signed_slopes[worst]
+                curvature, fresh = learnt(curvature, step, turn, fresh=fresh), False
+                gain = float(here.signed.max() - trial.signed.max())
                 if kept:
                     trial.accepted = trial.excess <= POLICY.broken and gain > 0
                 else:
@@ -180,8 +119,7 @@ class Descender:
             if radius < POLICY.least_radius:
                 ending = "no shorter step improves"
                 break
-        limits = list(zip(problem.limits, self._limit, strict=True))
-        return Descent(trials, here, ending, limits, self._spent, self._seconds)
+        return Descent(trials, here, ending, self._limits(), self._spent, self._seconds)
 
     def _next_radius(
         self, trial: Trial, step: Floats, gain: float, expected: float, *, kept: bool
@@ -198,7 +136,10 @@ class Descender:
         return trial.radius
 
     def _tell(self, trial: Trial) -> None:
-        self._say(trial, list(zip(self._problem.limits, self._limit, strict=True)))
+        self._say(trial, self._limits())
+
+    def _limits(self) -> list[tuple[Held, float]]:
+        return list(zip(self._problem.limits, self._limit, strict=True))
 
     # -- designs ---------------------------------------------------------------------------------
 
@@ -225,13 +166,15 @@ class Descender:
         problem, shape = self._problem, trial.shape
         if problem.objective.experiment is None:
             name = problem.objective.name
-            trial._f = problem.sign * np.array([shape.value(name)])
-            trial._g = problem.sign * (shape.gradient(name) * self._range)[None]
+            trial.signed = problem.sign * np.array([shape.value(name)])
+            trial.signed_slopes = problem.sign * (shape.gradient(name) * self._range)[None]
         else:
             each = [by[problem.objective] for by in found.by_condition]
-            trial._f = problem.sign * np.array([one.value for one in each])
-            trial._g = problem.sign * np.array([one.slopes * self._range for one in each])
-        trial.objective = problem.sign * float(trial._f.max())
+            trial.signed = problem.sign * np.array([one.value for one in each])
+            trial.signed_slopes = problem.sign * np.array(
+                [one.slopes * self._range for one in each]
+            )
+        trial.objective = problem.sign * float(trial.signed.max())
         values, slopes = [], []
         for i, limit in enumerate(problem.limits):
             if limit.quantity.experiment is None:
@@ -240,14 +183,14 @@ class Descender:
             measured = [by[limit.quantity] for by in found.by_condition]
             if np.isnan(self._limit[i]):
                 self._limit[i] = limit.sign * max(limit.sign * one.value for one in measured)
-            size = _size(self._limit[i])
+            size = size_of(self._limit[i])
             for one in measured:
                 values.append(limit.sign * (one.value - self._limit[i]) / size)
                 slopes.append(limit.sign * one.slopes * self._range / size)
             trial.limits.append(limit.sign * max(limit.sign * one.value for one in measured))
-        trial._c = np.array(values)
-        trial._j = np.array(slopes).reshape(len(values), len(trial.scaled))
-        trial.excess = max(float(trial._c.max(initial=0.0)), 0.0)
+        trial.above = np.array(values)
+        trial.above_slopes = np.array(slopes).reshape(len(values), len(trial.scaled))
+        trial.excess = max(float(trial.above.max(initial=0.0)), 0.0)
 
     # -- steps -----------------------------------------------------------------------------------
 
@@ -259,7 +202,7 @@ class Descender:
             np.maximum(-radius, -here.scaled),
             np.minimum(radius, 1.0 - here.scaled),
         )
-        held = _Linearised(self, here.scaled)
+        held = ShapeLimits(self._limits(), self._range)
         step: Floats = np.zeros(len(here.scaled))
         held.at(here.shape, step)
         for _ in range(POLICY.corrections):
@@ -283,7 +226,7 @@ class Descender:
         """
         here = self._rounded(scaled)
         step: Floats = np.zeros(len(scaled))
-        held = _Linearised(self, here)
+        held = ShapeLimits(self._limits(), self._range)
         n = len(here)
         near = Model(np.ones(1), np.zeros((1, n)), np.eye(n))
         worst = np.inf
@@ -300,106 +243,3 @@ class Descender:
             f"constraints: {limit}: {value:.4g} at the nearest design; allowed: limits that a "
             "design within the parameters' ranges can keep"
         )
-
-
-class _Linearised:
-    """Limits of the shape, linearised where a step ends."""
-
-    def __init__(self, owner: Descender, scaled: Floats) -> None:
-        self._limits = [
-            (limit, value)
-            for limit, value in zip(owner._problem.limits, owner._limit, strict=True)
-            if limit.quantity.experiment is None
-        ]
-        self._range, self._n = owner._range, len(scaled)
-        self._chosen: dict[int, set[int]] = {}
-        self.rows = Rows.none(self._n)
-
-    def at(self, shape: Shape, step: Floats) -> None:
-        """Linearise them at a shape that a step leads to."""
-        values, slopes = [], []
-        for i, (limit, value) in enumerate(self._limits):
-            name, size = limit.quantity.name, _size(value)
-            if name in OF_MANY:
-                every = shape.rows(name)
-                above: Floats = np.asarray(limit.sign * (every - value) / size, dtype=float)
-                chosen = self._choose(i, above, size)
-                slope = shape.row_gradients(name, chosen).T
-                above = above[chosen]
-            else:
-                above = np.array([limit.sign * (shape.value(name) - value) / size])
-                slope = shape.gradient(name)[None]
-            scaled = limit.sign * slope * self._range / size
-            # a little inside, so that it holds when what is left out of the linear part is small
-            values.append(above - scaled @ step + POLICY.kept / 2)
-            slopes.append(scaled)
-        if values:
-            c = np.concatenate(values)
-            self.rows = Rows(c, np.concatenate(slopes), np.zeros(len(c)))
-
-    def _choose(self, i: int, above: Floats, size: float) -> np.ndarray:
-        """Rows that a step may break: the nearest ones, and those that one has broken."""
-        known = self._chosen.setdefault(i, set())
-        near = np.flatnonzero(above > -POLICY.near_mm / size)
-        known.update(map(int, near[np.argsort(-above[near], kind="stable")][: POLICY.most_rows]))
-        return np.array(sorted(known), dtype=np.int64)
-
-    def _worsts(self, shape: Shape) -> list[float]:
-        found = []
-        for limit, value in self._limits:
-            if limit.quantity.name == "overhang_deg":
-                above = shape.rows("overhang_deg") - value
-                found.append(float(above.max(initial=-1.0)) / _size(value))
-                continue
-            found.append(limit.sign * (shape.value(limit.quantity.name) - value) / _size(value))
-        return found
-
-    def worst(self, shape: Shape) -> float:
-        """By how much the worst limit is broken, as a part of its size; below 0 if all are kept."""
-        return max(self._worsts(shape), default=-1.0)
-
-    def worst_limit(self, shape: Shape) -> tuple[Held, float]:
-        """The limit that is broken most, and its quantity's value."""
-        limit, _ = self._limits[int(np.argmax(self._worsts(shape)))]
-        return limit, shape.value(limit.quantity.name)
-
-
-def _bundle(here: Trial, trials: Sequence[Trial], bend: Floats) -> Rows:
-    """Limits of simulated quantities, linear at a design and at the last ones around it.
-
-    A largest stretch is where two places take turns the largest of several functions. What it was
-    at other designs tells of those; none of them may exclude the design itself.
-    """
-    rows = Rows(here._c, here._j, bend)
-    around = [each for each in trials if each is not here and not each.failure]
-    for other in around[-POLICY.bundle :]:
-        values = other._c + other._j @ (here.scaled - other.scaled)
-        rows = rows.with_rows(Rows(np.minimum(values, here._c), other._j, bend))
-    return rows
-
-
-def _foretold(rows: Rows, step: Floats, limits: int) -> Floats:
-    """What a bundle of rows says of each of the limits after a step, shape (limits,)."""
-    if not limits:
-        return np.empty(0)
-    every = (rows.values + rows.slopes @ step).reshape(-1, limits)
-    return np.asarray(every.max(axis=0))
-
-
-def _size(limit: float) -> float:
-    return abs(limit) if abs(limit) > 1e-9 else 1.0
-
-
-def _learnt(curvature: Floats, step: Floats, turn: Floats, *, fresh: bool) -> Floats:
-    """The curvature after a step over which the gradient turned, by damped BFGS."""
-    along = float(step @ turn)
-    if fresh and along > 0:
-        curvature = np.asarray(np.eye(len(step)) * along / float(step @ step), dtype=float)
-    bent = curvature @ step
-    size = float(step @ bent)
-    if along < 0.2 * size:
-        share = 0.8 * size / (size - along)
-        turn = share * turn + (1 - share) * bent
-        along = float(step @ turn)
-    found = curvature - np.outer(bent, bent) / size + np.outer(turn, turn) / along
-    return np.asarray((found + found.T) / 2)

@@ -1,9 +1,9 @@
 """A front: the best objective for each limit of a number of the shape, by few simulations.
 
 A Gaussian process learns from values and gradients of the objective. The number of the shape is
-exact, so the process alone is unsure; the next simulation is where its front is unsure most. Each
-simulation first checks what the process foretold of it: where it was further off than its
-deviation, all deviations grow by that factor.
+exact, so the process alone is unsure; the next simulation is where its front is unsure most. At the
+end functions are drawn from the process; where each of them has its best design tells how well the
+place of a design is known.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from scipy.stats import qmc
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.evaluation import Compute, Floats, Simulations
-from dolfingrip.design.gradient.problem import Front as Asked
+from dolfingrip.design.gradient.file import Front as Asked
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.shape import Shapes
 from dolfingrip.design.surrogate.process import GradientProcess
 
 CANDIDATES, LEVELS, SEED, FIRST = 2048, 40, 1, 4
 
-CHECKS = 4
-"""Number of last simulations whose errors calibrate the deviations; as many are made at least."""
+DRAWS, SHARE = 400, 0.9
+"""Number of functions that are drawn, and the share of them that an interval holds."""
 
 
 @dataclass(slots=True)
@@ -36,6 +36,7 @@ class Front:
         limit: shape (levels,), its limits.
         values: shape (levels, variables), the best design for each.
         mean, deviation: shape (levels,), the objective there, and its standard deviation.
+        lowest, highest: shape (levels, variables), interval of each variable of the best design.
         simulated: shape (n, variables), designs that were simulated.
         objective, against: shape (n,), of these.
         areas: hypervolume after each simulation.
@@ -48,6 +49,8 @@ class Front:
     values: Floats
     mean: Floats
     deviation: Floats
+    lowest: Floats
+    highest: Floats
     simulated: Floats
     objective: Floats
     against: Floats
@@ -110,7 +113,6 @@ class FrontFinder:
         failed, spent = 0, 0
         front: tuple[np.ndarray, Floats, Floats] | None = None
         process: GradientProcess | None = None
-        errors: list[float] = []  # in deviations, of what the process foretold
         while spent < self._problem.method.simulations:
             if len(seen) + failed < len(taken):
                 chosen = taken[len(seen) + failed]
@@ -129,34 +131,30 @@ class FrontFinder:
             else:
                 worst = [by[self._problem.objective] for by in found.by_condition]
                 one = max(worst, key=lambda each: self._problem.sign * each.value)
-                if process is not None:
-                    mean, deviation = process.predict(candidates[[chosen]])
-                    errors.append(float(abs(one.value - mean[0]) / max(deviation[0], 1e-12)))
                 seen.append(chosen)
                 values.append(one.value)
                 slopes.append(one.slopes * self._range)
             if len(seen) >= 2:
                 process = GradientProcess(candidates[seen], np.array(values), np.array(slopes))
-                best, mean, deviation = self._front(process, candidates, against, limits)
-                last = np.array(errors[-CHECKS:])
-                factor = max(1.0, float(np.sqrt(np.mean(last**2)))) if len(last) else 1.0
-                front = best, mean, factor * deviation
+                front = self._front(process, candidates, against, limits)
                 areas.append(self._area(limits, front[1]))
                 size = float(np.ptp(front[1])) or 1.0
                 unsure.append(float(front[2].max()) / size)
             self._say(spent, unsure[-1] if unsure else 1.0, bool(found.failure))
-            checked = len(seen) + failed >= len(taken) and len(errors) >= CHECKS
-            if checked and unsure[-1] < self._asked.unsure:
+            if len(seen) + failed >= len(taken) and unsure[-1] < self._asked.unsure:
                 break
-        if front is None:
+        if front is None or process is None:
             raise ConfigError("front: no two designs could be simulated")
         best, mean, deviation = front
+        lowest, highest = self._places(process, candidates, against, limits, front)
         return Front(
             self._asked.against,
             limits,
             np.array([self._values(candidates[i]) for i in best]),
             mean,
             deviation,
+            lowest,
+            highest,
             np.array([self._values(candidates[i]) for i in seen]),
             np.array(values),
             against[seen],
@@ -197,6 +195,31 @@ class FrontFinder:
         )
         best = good.argmin(axis=1)
         return best, mean[best], deviation[best]
+
+    def _places(
+        self,
+        process: GradientProcess,
+        candidates: Floats,
+        against: Floats,
+        limits: Floats,
+        front: tuple[np.ndarray, Floats, Floats],
+    ) -> tuple[Floats, Floats]:
+        """Interval of each variable of the best design for each limit, by drawn functions."""
+        sign = self._problem.sign
+        mean, deviation = process.predict(candidates)
+        level = np.searchsorted(limits, against - 1e-12)  # the least limit that a candidate keeps
+        best = sign * front[1] + 4 * front[2]
+        near = sign * mean - 4 * deviation <= best[np.minimum(level, len(limits) - 1)]
+        near[front[0]] = True
+        chosen, own = candidates[near], against[near]
+        drawn = sign * process.draws(chosen, DRAWS)
+        ends = []
+        for limit in limits:
+            kept = np.flatnonzero(own <= limit + 1e-12)
+            found = chosen[kept[drawn[:, kept].argmin(axis=1)]]
+            ends.append(np.quantile(found, [(1 - SHARE) / 2, (1 + SHARE) / 2], axis=0))
+        low, high = np.transpose(ends, (1, 0, 2))
+        return self._values(low), self._values(high)
 
     def _area(self, limits: Floats, mean: Floats) -> float:
         """Area between the front and the worst objective on it, over the limits."""

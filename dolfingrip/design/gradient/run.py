@@ -11,10 +11,11 @@ from typing import Any, Final
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.design import rows
-from dolfingrip.design.gradient.descent import Descender, Descent, Trial
+from dolfingrip.design.gradient.descent import Descender
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
 from dolfingrip.design.gradient.front import Front
 from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.job import Answer, Job
 from dolfingrip.jobs.pool import Pool
@@ -194,10 +195,18 @@ def write_front(problem: Problem, found: Front, wall_s: float, out: Path) -> Non
                 f"{found.name} at most": float(limit),
                 problem.objective.name: float(mean),
                 "standard_deviation": float(deviation),
-                **dict(zip(keys, map(float, values), strict=True)),
+                **dict(zip(keys, map(float, found.values[i]), strict=True)),
+                **{
+                    f"{key} from": float(value)
+                    for key, value in zip(keys, found.lowest[i], strict=True)
+                },
+                **{
+                    f"{key} to": float(value)
+                    for key, value in zip(keys, found.highest[i], strict=True)
+                },
             }
-            for limit, mean, deviation, values in zip(
-                found.limit, found.mean, found.deviation, found.values, strict=True
+            for i, (limit, mean, deviation) in enumerate(
+                zip(found.limit, found.mean, found.deviation, strict=True)
             )
         ],
     )

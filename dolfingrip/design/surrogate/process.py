@@ -2,26 +2,73 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
+from scipy.stats import norm, qmc
 
 Floats = npt.NDArray[np.float64]
 
-NUGGET = 1e-8
-"""Part of the variance that is added to the diagonal: solutions are converged, not noisy."""
 
-LENGTHS = (0.1, 3.0)
-"""Shortest and longest correlation length, in ranges of the inputs."""
+@dataclass(frozen=True, slots=True)
+class ProcessPolicy:
+    """The numbers of a process. Lengths are in ranges of the inputs.
+
+    Attributes:
+        nugget: part of the variance that is added to the diagonal. Solutions are converged, but
+            pairs of contact that come and go leave values and gradients rough below any length.
+        shortest, longest: correlation length.
+        typical, spread: median and standard deviation of the lengths' log-normal prior.
+        members: number of sets of lengths in the ensemble.
+        seed: of their Sobol sequence.
+        step: of the logarithms of the lengths, for the likelihood's curvature.
+    """
+
+    nugget: float = 2e-6
+    shortest: float = 0.1
+    longest: float = 10.0
+    typical: float = 1.0
+    spread: float = 0.5
+    members: int = 16
+    seed: int = 1
+    step: float = 0.05
+
+
+POLICY = ProcessPolicy()
+
+
+@dataclass(frozen=True, slots=True)
+class _Member:
+    """The process for one set of lengths.
+
+    Attributes:
+        lengths: shape (d,).
+        factor: of the covariance of what was observed, for a variance of 1.
+        weights: shape (observed,), inverse covariance times what was observed.
+        variance: of what was observed.
+        unlikely: negative logarithm of the lengths' posterior density, but for a constant.
+    """
+
+    lengths: Floats
+    factor: tuple[Floats, bool]
+    weights: Floats
+    variance: float
+    unlikely: float
 
 
 class GradientProcess:
-    """A Gaussian process with squared-exponential covariance over scaled inputs.
+    """An ensemble of Gaussian processes with Matérn 5/2 covariance over scaled inputs.
 
     Derivatives of a Gaussian process are jointly Gaussian with it, so gradients are observations
-    like values (Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006, section 9.4).
-    The lengths are those of greatest likelihood.
+    like values (Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006, sections 4.2,
+    5.4 and 9.4). Contact starts and ends where a design changes, so a reading has no more than two
+    derivatives by it; a covariance with more is surer than it may be. The members' lengths are
+    drawn from their posterior by Laplace's approximation and weighted by importance. Deviations
+    are multiplied by what leaving out each design, with its gradient, finds
+    (:attr:`calibration`).
 
     Args:
         inputs: shape (n, d), each about 0 to 1.
@@ -29,7 +76,8 @@ class GradientProcess:
         slopes: shape (n, d); None: values alone.
 
     Attributes:
-        lengths: correlation length along each input.
+        lengths: correlation length along each input, the likeliest.
+        calibration: root mean square of the left-out errors in deviations, at least 1.
     """
 
     def __init__(self, inputs: Floats, values: Floats, slopes: Floats | None = None) -> None:
@@ -40,47 +88,135 @@ class GradientProcess:
             observed = np.concatenate([observed, np.asarray(slopes, dtype=float).T.ravel()])
         self._y = observed
         dimensions = self._x.shape[1]
-        bounds = [tuple(np.log(LENGTHS))] * dimensions
-        begin = np.zeros(dimensions)
+        bounds = [(np.log(POLICY.shortest), np.log(POLICY.longest))] * dimensions
+        begin = np.full(dimensions, np.log(POLICY.typical))
         found = minimize(self._unlikely, begin, method="L-BFGS-B", bounds=bounds)
         self.lengths: Floats = np.exp(found.x)
-        self._factor, self._weights, self._variance = self._solved(self.lengths)
+        self._members, self._shares = self._ensemble(found.x, bounds)
+        self.calibration = max(1.0, float(np.sqrt(np.mean(self.left_out() ** 2))))
 
     def predict(self, inputs: Floats) -> tuple[Floats, Floats]:
         """Mean and standard deviation at inputs (m, d), each of shape (m,)."""
-        cross = self._covariance(inputs, self._x, self.lengths)[: len(inputs)]
-        mean = self._mean + cross @ self._weights
-        explained = np.einsum("ij,ji->i", cross, cho_solve(self._factor, cross.T))
-        return mean, np.sqrt(self._variance * np.clip(1 - explained, 0.0, None))
+        every = np.array([self._of(member, inputs) for member in self._members])
+        mean = self._shares @ every[:, 0]
+        spread = self._shares @ (every[:, 1] + (every[:, 0] - mean) ** 2)
+        return self._mean + mean, self.calibration * np.sqrt(spread)
 
-    def _solved(self, lengths: Floats) -> tuple[tuple[Floats, bool], Floats, float]:
+    def left_out(self) -> Floats:
+        """Error at each design in deviations, foretold without it and its gradient, shape (n,).
+
+        In closed form (Rasmussen & Williams, equation 5.12, for blocks).
+        """
+        squares = np.array([self._left_out(member) ** 2 for member in self._members])
+        return np.asarray(np.sqrt(self._shares @ squares))
+
+    def draws(self, inputs: Floats, count: int) -> Floats:
+        """Functions drawn from what is known of it, at inputs (m, d), shape (count, m)."""
+        random = np.random.default_rng(POLICY.seed)
+        found = []
+        for member, times in zip(
+            self._members, random.multinomial(count, self._shares), strict=True
+        ):
+            if not times:
+                continue
+            cross = self._covariance(inputs, self._x, member.lengths)[: len(inputs)]
+            prior = self._covariance(inputs, inputs, member.lengths)[: len(inputs), : len(inputs)]
+            left = prior - cross @ cho_solve(member.factor, cross.T)
+            sizes, directions = np.linalg.eigh((left + left.T) / 2)
+            root = directions * np.sqrt(member.variance * np.clip(sizes, 0.0, None))
+            normal = random.standard_normal((times, len(inputs)))
+            found.append(cross @ member.weights + self.calibration * normal @ root.T)
+        return self._mean + np.concatenate(found)
+
+    # -- members ---------------------------------------------------------------------------------
+
+    def _ensemble(
+        self, best: Floats, bounds: list[tuple[float, float]]
+    ) -> tuple[list[_Member], Floats]:
+        """Members around the likeliest lengths, and their shares."""
+        d, steps = len(best), POLICY.step * np.eye(len(best))
+        curvature = np.empty((d, d))
+        for i in range(d):
+            for j in range(i, d):
+                corners = (
+                    self._unlikely(best + a * steps[i] + b * steps[j]) * a * b
+                    for a in (1, -1)
+                    for b in (1, -1)
+                )
+                curvature[i, j] = curvature[j, i] = sum(corners) / (4 * POLICY.step**2)
+        sizes, directions = np.linalg.eigh(curvature)
+        narrow = np.maximum(sizes, 1 / POLICY.spread**2)  # never wider than the prior
+        sobol = qmc.Sobol(d, rng=POLICY.seed).random(POLICY.members)
+        normal = np.asarray(norm.ppf(np.clip(sobol, 1e-3, 1 - 1e-3)), dtype=float)
+        drawn = best + normal @ (directions / np.sqrt(narrow)).T
+        low, high = np.transpose(bounds)
+        members, weights = [], []
+        for logarithms, z in zip(np.clip(drawn, low, high), normal, strict=True):
+            try:
+                members.append(self._member(logarithms))
+            except np.linalg.LinAlgError:
+                continue
+            weights.append(float(z @ z) / 2 - members[-1].unlikely)
+        if not members:
+            return [self._member(best)], np.ones(1)
+        shares = np.exp(np.array(weights) - max(weights))
+        return members, shares / shares.sum()
+
+    def _member(self, logarithms: Floats) -> _Member:
+        lengths = np.exp(logarithms)
         covariance = self._covariance(self._x, self._x, lengths)
-        covariance[np.diag_indices_from(covariance)] *= 1 + NUGGET
+        covariance[np.diag_indices_from(covariance)] *= 1 + POLICY.nugget
         factor = cho_factor(covariance, lower=True)
         weights = cho_solve(factor, self._y)
-        return factor, weights, max(float(self._y @ weights) / len(self._y), 1e-300)
+        count = len(self._y)
+        observed = max(float(self._y @ weights), 1e-300)
+        spread = float(np.log(np.diag(factor[0])).sum())
+        apart = (logarithms - np.log(POLICY.typical)) / POLICY.spread
+        unlikely = count * np.log(observed / count) / 2 + spread + float(apart @ apart) / 2
+        # a variance that is learnt with the mean and the lengths makes predictions Student's t
+        # with as many degrees of freedom fewer; this is the variance of it
+        freedom = max(count - 1 - len(lengths) - 2, 1)
+        return _Member(lengths, factor, weights, observed / freedom, unlikely)
 
     def _unlikely(self, logarithms: Floats) -> float:
-        """Negative logarithm of the likelihood, but for constants, at the best variance."""
         try:
-            factor, _, variance = self._solved(np.exp(logarithms))
+            return self._member(logarithms).unlikely
         except np.linalg.LinAlgError:
             return 1e12
-        spread = 2 * np.log(np.diag(factor[0])).sum()
-        return float(len(self._y) * np.log(variance) + spread)
+
+    def _of(self, member: _Member, inputs: Floats) -> tuple[Floats, Floats]:
+        """Mean, from the observed mean, and variance."""
+        cross = self._covariance(inputs, self._x, member.lengths)[: len(inputs)]
+        explained = np.einsum("ij,ji->i", cross, cho_solve(member.factor, cross.T))
+        return cross @ member.weights, member.variance * np.clip(1 - explained, 0.0, None)
+
+    def _left_out(self, member: _Member) -> Floats:
+        inverse = cho_solve(member.factor, np.eye(len(self._y)))
+        found = []
+        for i in range(len(self._x)):
+            own = np.arange(i, len(self._y), len(self._x))
+            spread = np.linalg.inv(inverse[np.ix_(own, own)])
+            off = float(spread[0] @ member.weights[own])
+            found.append(off / np.sqrt(member.variance * spread[0, 0]))
+        return np.array(found)
 
     def _covariance(self, a: Floats, b: Floats, lengths: Floats) -> Floats:
         """Covariance of values, then slopes, at a and at b, for a variance of 1."""
-        apart = (a[:, None] - b[None]) / lengths**2
-        value = np.exp(-0.5 * np.einsum("ijk,ijk->ij", apart, a[:, None] - b[None]))
+        apart = (a[:, None] - b[None]) / lengths
+        reach = np.sqrt(5 * np.einsum("ijk,ijk->ij", apart, apart))
+        fall = np.exp(-reach)
+        value = (1 + reach + reach**2 / 3) * fall
         if not self._with_slopes:
             return np.asarray(value)
+        # with s = |apart|², first = −2 dk/ds and second = 4 d²k/ds²
+        first, second = 5 / 3 * (1 + reach) * fall, 25 / 3 * fall
+        scaled = apart / lengths
         d = len(lengths)
-        blocks = [[value, *(value * apart[:, :, j] for j in range(d))]]
+        blocks = [[value, *(first * scaled[:, :, j] for j in range(d))]]
         for i in range(d):
-            row = [-value * apart[:, :, i]]
+            row = [-first * scaled[:, :, i]]
             for j in range(d):
-                own = 1 / lengths[i] ** 2 if i == j else 0.0
-                row.append(value * (own - apart[:, :, i] * apart[:, :, j]))
+                own = first / lengths[i] ** 2 if i == j else 0.0
+                row.append(own - second * scaled[:, :, i] * scaled[:, :, j])
             blocks.append(row)
         return np.block(blocks)

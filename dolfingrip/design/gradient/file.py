@@ -1,0 +1,98 @@
+"""The tables of a design file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from dolfingrip.channels import ANGLE, FORCE, PRESSURE
+from dolfingrip.design.gradient.quantity import Experiment, Quantity, quantity
+from dolfingrip.sections.section import Section
+
+Numbers = Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
+At = float | Numbers | None
+PLACES = {"at_pressure_kPa": PRESSURE.name, "at_force_N": FORCE.name, "at_angle_deg": ANGLE.name}
+
+
+class Placed(Section):
+    """A reading at a place of an experiment's path."""
+
+    at_pressure_kPa: At = Field(None, description="a pressure, or several: the mean counts")
+    at_force_N: At = Field(None, description="where the blocked force has this value")
+    at_angle_deg: At = Field(None, description="where the tip's angle has this value")
+    experiment: Experiment | None = Field(None, description="that is run instead of the usual one")
+
+    def quantity(self, option: str, name: str) -> Quantity:
+        """The quantity of this name at this place."""
+        places = {}
+        for key, column in PLACES.items():
+            value = getattr(self, key)
+            if value is not None:
+                places[column] = value if isinstance(value, tuple) else (value,)
+        return quantity(option, name, places, self.experiment)
+
+
+class Objective(Placed):
+    """What is improved."""
+
+    maximise: str | None = Field(None, description="name of a quantity")
+    minimise: str | None = Field(None, description="name of a quantity")
+
+
+class Limit(Placed):
+    """What is held."""
+
+    of: str = Field(description="name of a quantity")
+    at_most: float | Literal["start"] | None = Field(None, description="in the name's unit")
+    at_least: float | Literal["start"] | None = Field(None, description="in the name's unit")
+
+
+class FreeForm(Section):
+    """Offsets of the planes of the finger's faces."""
+
+    along: int = Field(5, ge=3, le=40, description="numbers of a field along the finger")
+    most_mm: float = Field(0.5, gt=0, le=20, description="largest offset")
+
+
+class Scenario(Section):
+    """A condition that a design must stand, too; the worst one counts."""
+
+    config: Path | None = Field(None, strict=False, description="another configuration")
+    set: tuple[str, ...] = Field((), strict=False, description="section.key=value")
+    change: tuple[str, ...] = Field((), strict=False, description="section.key=amount to add")
+
+
+class Method(Section):
+    """How long it is sought."""
+
+    simulations: int = Field(40, ge=1, description="largest number of load paths")
+    radius: float = Field(
+        0.25, gt=0, le=1, description="first step in each variable, as a part of its range"
+    )
+
+
+class Front(Section):
+    """A front instead of one design: the best objective for each limit of a number of the shape."""
+
+    against: Literal["cog_offset_mm", "mass_g"] = Field(description="that is limited")
+    low: float = Field(description="least limit, in the name's unit")
+    high: float = Field(description="largest limit, in the name's unit")
+    unsure: float = Field(
+        0.005, gt=0, lt=1, description="largest deviation on it, as a part of the objective's range"
+    )
+
+
+class File(Section):
+    """A design file."""
+
+    config: Path | None = Field(None, strict=False, description="of the finger; relative to it")
+    set: tuple[str, ...] = Field((), strict=False, description="section.key=value")
+    objective: Objective = Field(description="what is improved")
+    constraints: tuple[Limit, ...] = Field((), strict=False, description="what is held")
+    parameters: dict[str, Any] = Field({}, description="key = [low, high]")
+    free_form: FreeForm | None = None
+    scenarios: tuple[Scenario, ...] = Field((), strict=False, description="that it must stand")
+    method: Method = Method()
+    front: Front | None = None

@@ -1,0 +1,218 @@
+"""From a design file to its problem, with one line about bad input."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from dolfingrip import config as configuration
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.gradient.file import File, FreeForm, Front, Limit, Objective, Scenario
+from dolfingrip.design.gradient.problem import Condition, Held, Problem, Variable
+from dolfingrip.design.gradient.quantity import OF_MANY
+from dolfingrip.parameter import Entry, find
+from dolfingrip.sections import tables
+from dolfingrip.sections.errors import checked
+from dolfingrip.sections.form import Form
+
+
+def read(file: Path, overrides: Sequence[str] = ()) -> Problem:
+    """The problem in a design file.
+
+    Args:
+        file: TOML.
+        overrides: ``section.key=value`` strings for the finger's configuration.
+
+    Raises:
+        ConfigError: one line about bad input.
+    """
+    data = tables.whole(file, "FILE")
+    asked = checked(File, data)
+    base = configuration.load(_beside(file, asked.config), [*asked.set, *overrides])
+    if base.experiment.control != "pressure":
+        raise ConfigError(
+            f'experiment.control = "{base.experiment.control}": allowed: "pressure" for a design'
+        )
+    _without_memory(base)
+    sign, name = _objective(asked.objective)
+    objective = asked.objective.quantity("objective", name)
+    if name in OF_MANY:
+        raise ConfigError(f"objective = {name}: an extreme over the shape; allowed: a constraint")
+    limits = tuple(_limits(asked.constraints))
+    if asked.free_form is not None:
+        base = _with_form(base, asked.free_form)
+    variables = tuple(_variables(base, asked))
+    conditions = [Condition("nominal", base)]
+    for number, scenario in enumerate(asked.scenarios, 1):
+        conditions.append(_condition(file, asked, base, overrides, number, scenario))
+    if asked.front is not None:
+        _check_front(asked.front, limits)
+    return Problem(sign, objective, limits, variables, tuple(conditions), asked.method, asked.front)
+
+
+def _check_front(front: Front, limits: Sequence[Held]) -> None:
+    if not front.low < front.high:
+        raise ConfigError(f"front.low = {front.low:g}: allowed: below high = {front.high:g}")
+    for limit in limits:
+        if limit.quantity.experiment is not None or limit.limit is None:
+            raise ConfigError(f"constraints: {limit}: allowed with a front: numbers of the shape")
+
+
+def _beside(file: Path, other: Path | None) -> Path | None:
+    return None if other is None else file.parent / other
+
+
+def _without_memory(base: Config) -> None:
+    """Refuse what remembers: it has no adjoint.
+
+    Raises:
+        ConfigError: one line that names the effect.
+    """
+    for effect in base.extensions.active():
+        if effect.remembers():
+            raise ConfigError(
+                f"extensions.{effect.name()}: remembers earlier states, and so has no gradient "
+                "here; allowed: effects without memory"
+            )
+
+
+def _objective(asked: Objective) -> tuple[float, str]:
+    names = [each for each in (asked.maximise, asked.minimise) if each is not None]
+    if len(names) != 1:
+        raise ConfigError(
+            f"objective: {len(names)} quantities; allowed: one of maximise = and minimise ="
+        )
+    return (1.0 if asked.minimise else -1.0), names[0]
+
+
+def _limits(asked: Sequence[Limit]) -> list[Held]:
+    found: list[Held] = []
+    for limit in asked:
+        of = limit.quantity("constraints.of", limit.of)
+        if limit.at_most is None and limit.at_least is None:
+            raise ConfigError(f"constraints.of = {limit.of}: allowed: with at_most or at_least")
+        if of.name in ("least_wall_mm", "least_gap_mm") and limit.at_most is not None:
+            raise ConfigError(f"constraints.of = {of.name}: allowed: at_least")
+        if of.name == "overhang_deg" and limit.at_least is not None:
+            raise ConfigError("constraints.of = overhang_deg: allowed: at_most")
+        for sign, value in ((1.0, limit.at_most), (-1.0, limit.at_least)):
+            if value is not None:
+                found.append(Held(of, sign, None if value == "start" else float(value)))
+        both = limit.at_most, limit.at_least
+        if all(isinstance(each, float) for each in both) and limit.at_least > limit.at_most:  # type: ignore[operator]
+            raise ConfigError(
+                f"constraints.of = {limit.of}: at_least = {limit.at_least:g} above at_most = "
+                f"{limit.at_most:g}; allowed: limits that a design can keep"
+            )
+    for one in found:
+        for other in found:
+            contrary = one.quantity == other.quantity and one.sign < 0 < other.sign
+            if contrary and None not in (one.limit, other.limit) and one.limit > other.limit:  # type: ignore[operator]
+                raise ConfigError(
+                    f"constraints: {one} and {other}; allowed: limits that a design can keep"
+                )
+    return found
+
+
+def _with_form(base: Config, asked: FreeForm) -> Config:
+    if base.form is not None:
+        return base
+    if base.mesh.file is not None:
+        raise ConfigError("free_form: allowed: with a finger that is made from dimensions")
+    boxes = base.geometry.boxes()
+    if boxes is None:
+        raise ConfigError("free_form: allowed: with a finger that is made of boxes")
+    count = Form(along=asked.along, offsets_mm=()).count(boxes)
+    return base.changed(form={"along": asked.along, "offsets_mm": (0.0,) * count})
+
+
+def _variables(base: Config, asked: File) -> list[Variable]:
+    found: list[Variable] = []
+    for key, value in _flat(asked.parameters):
+        found += _ranged(base, key, value)
+    if asked.free_form is not None:
+        most = asked.free_form.most_mm
+        for parameter in find(base, ["form.offsets_mm"]):
+            found.append(Variable(parameter, -most, most, parameter.value(base)))
+    if not found:
+        raise ConfigError("parameters: none; allowed: section.key = [low, high], or [free_form]")
+    return found
+
+
+def _flat(data: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
+    """Keys with their dots, and their values; ``{from, to, start}`` is a value."""
+    found: list[tuple[str, Any]] = []
+    for key, value in data.items():
+        name = f"{before}{key}"
+        if isinstance(value, Mapping) and not {"from", "to", "start"} & set(value):
+            found += _flat(value, f"{name}.")
+        else:
+            found.append((name, value))
+    return found
+
+
+def _ranged(base: Config, key: str, value: Any) -> list[Variable]:
+    option = f"parameters.{key}"
+    start: Any = None
+    if isinstance(value, Mapping):
+        if not set(value) <= {"from", "to", "start"}:
+            raise ConfigError(f"{option} = {dict(value)}: allowed: from, to, start")
+        start, value = value.get("start"), [value.get("from"), value.get("to")]
+    numbers = isinstance(value, list) and len(value) == 2
+    if not numbers or not all(_is_number(each) for each in value):
+        raise ConfigError(f"{option} = {value}: allowed: [low, high], or from, to and start")
+    low, high = map(float, value)
+    if not low < high:
+        raise ConfigError(f"{option} = [{low:g}, {high:g}]: allowed: low below high")
+    found = []
+    try:
+        parameters = find(base, [key])
+    except ConfigError as error:
+        raise ConfigError(str(error).replace("--parameters ", "parameters.")) from None
+    for parameter in parameters:
+        if parameter.entry in (Entry.CHOICE, Entry.INSTRUMENT, Entry.SUPPLY) or parameter.integer:
+            raise ConfigError(f"{option}: {parameter.entry}; allowed: a number of the finger")
+        if parameter.field.annotation in (float, float | None):
+            for bound in (low, high):
+                parameter.check(bound, "parameters")
+        begins = parameter.value(base) if start is None else start
+        if not _is_number(begins) or not low <= begins <= high:
+            allowed = f"{low:g} to {high:g} {parameter.unit}".rstrip()
+            raise ConfigError(f"{option}: start = {begins}: allowed: {allowed}")
+        found.append(Variable(parameter, low, high, float(begins)))
+    return found
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _condition(
+    file: Path,
+    asked: File,
+    base: Config,
+    overrides: Sequence[str],
+    number: int,
+    scenario: Scenario,
+) -> Condition:
+    """A further condition.
+
+    Raises:
+        ConfigError: one line, where it has not the finger's free form or parameters.
+    """
+    other = _beside(file, scenario.config or asked.config)
+    found = configuration.load(other, [*asked.set, *overrides, *scenario.set])
+    _without_memory(found)
+    if base.form is not None:
+        found = found.changed(form=base.form.model_dump())
+    change: dict[str, float] = {}
+    for assignment in scenario.change:
+        key, amount = tables.assigned(assignment, "scenarios.change")
+        if not _is_number(amount):
+            raise ConfigError(f"scenarios.change {assignment}: allowed: section.key=number")
+        (parameter,) = find(found, [key])
+        change[parameter.key] = float(amount)
+    said = [*scenario.set, *(f"{key} {amount:+g}" for key, amount in change.items())]
+    name = ", ".join(said) or str(scenario.config or f"scenario {number}")
+    return Condition(name, found, change)

@@ -1,0 +1,67 @@
+"""Readings at places of a path, with derivatives, against differences of whole runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from experiments.small import SHORT
+from mpi4py import MPI
+
+from dolfingrip import config as configuration
+from dolfingrip.experiments.derivatives.answers import Answer as Reading
+from dolfingrip.experiments.derivatives.answers import Ended, Place, answers
+from dolfingrip.parameter import find, put
+from dolfingrip.sections.form import Form
+
+KEYS = ("finger.wall_mm", "morph.xi1", "form.offsets_mm")
+ASKED = {
+    "blocked_force": (
+        [Place("pressure_kPa", 50.0), Place("force_N", 0.8)],
+        ["force_N", "angle_deg", "pressure_kPa", "work_mJ", "peak_stretch"],
+    ),
+    "bending": ([Place("angle_deg", 3.0)], ["pressure_kPa", "tip_x_mm", "cavity_volume_mm3"]),
+    "push": ([Place("pressure_kPa", 50.0)], ["stiffness_y_N_per_mm"]),
+}
+ROUGH = {"peak_stretch": 0.2}
+"""The slope of the largest stretch is that of a smooth mean near it."""
+
+
+@pytest.mark.parametrize("experiment", ASKED)
+def test_questions_against_differences(experiment: str) -> None:
+    """Along one direction of a dimension, ξ1 and all numbers of a free form together."""
+    base = configuration.load(
+        None, [*SHORT, "solver.rtol=1e-12", "finger.gap_mm=0.3", "experiment.step_kPa=25"]
+    )
+    made_for = base.geometry
+    count = Form(along=3, offsets_mm=()).count(made_for.solid())
+    rng = np.random.default_rng(3)
+    base = base.changed(form={"along": 3, "offsets_mm": rng.uniform(-0.03, 0.03, count).tolist()})
+    keys = [each.key for each in find(base, list(KEYS))]
+    values = np.array([each.value(base) for each in find(base, keys)])
+    along = np.array([0.1, 0.1, *rng.uniform(-0.02, 0.02, len(keys) - 2)])
+    places, columns = ASKED[experiment]
+
+    def at(step: float, wanted: Sequence[str] = ()) -> list[Reading]:
+        moved = put(base, dict(zip(keys, (values + step * along).tolist(), strict=True)))
+        return answers(experiment, moved, places, columns, wanted, MPI.COMM_SELF, made_for)
+
+    found, step = at(0.0, keys), 1e-3
+    ahead, back = at(step), at(-step)
+    for i, place in enumerate(places):
+        for column in columns:
+            if column in (place.column, "pressure_kPa") and place.column == "pressure_kPa":
+                continue
+            slope = along @ [found[i].gradients[column][key] for key in keys]
+            expected = (ahead[i].values[column] - back[i].values[column]) / (2 * step)
+            size = abs(expected) if column != place.column else 1.0
+            apart = abs(slope - expected) / size
+            print(experiment, place, column, slope, expected)
+            assert apart < ROUGH.get(column, 1e-4), (place, column)
+
+
+def test_a_place_that_is_not_reached() -> None:
+    config = configuration.load(None, SHORT)
+    with pytest.raises(Ended, match=r"force_N = 99 is not reached up to 50 kPa; it is \d"):
+        answers("blocked_force", config, [Place("force_N", 99.0)], ["angle_deg"], (), MPI.COMM_SELF)
