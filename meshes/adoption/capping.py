@@ -121,8 +121,8 @@ def _passage(
     mine[rows] = True
     # the only edges above the plane that it shares with others are the rim's
     border = (mine[at].sum(axis=1) == 1) & (height[ends] > 0).any(axis=1)
-    same = {tuple(sorted(edge)) for edge in ends[border].tolist()}
-    if same != {tuple(sorted(edge)) for edge in opening.rim.tolist()}:
+    mine_ends = np.unique(np.sort(ends[border], axis=1), axis=0)
+    if not np.array_equal(mine_ends, np.unique(np.sort(opening.rim, axis=1), axis=0)):
         return None
     return rows, height
 
@@ -176,7 +176,7 @@ def _cut_off(surface: Faces, rows: Ints, height: Floats) -> tuple[Floats, Faces,
 
 def _loop(edges: Ints) -> Ints | None:
     """(k,) points of directed edges in their order; None if they are not one closed line."""
-    following = dict(edges.tolist())
+    following = {int(a): int(b) for a, b in edges}
     start = int(edges[0, 0])
     walk, here = [start], following[start]
     while here != start and here in following and len(walk) <= len(edges):

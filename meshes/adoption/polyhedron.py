@@ -77,7 +77,8 @@ def _numbered(surface: Faces) -> Ints:
     """(m,) number of a face for each triangle: connected ones in one plane, single triangles."""
     at, _ = surface.pairs
     plane = surface.plane[surface.face]
-    turn = np.linalg.norm(np.cross(*(surface.normals[at[:, i]] for i in (0, 1))), axis=1)
+    one, other = surface.normals[at[:, 0]], surface.normals[at[:, 1]]
+    turn = np.linalg.norm(np.cross(one, other), axis=1)
     flat = plane[at[:, 0]] | (turn < COPLANAR)
     same = (surface.face[at[:, 0]] == surface.face[at[:, 1]]) & flat
     return parts_of(at[same], len(surface.triangles))
