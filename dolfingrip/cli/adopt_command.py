@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from mpi4py import MPI
 
+from dolfingrip.cli.meshing import Meshing
 from dolfingrip.cli.options import check_writable, console
 from dolfingrip.config import Config, ConfigError
 
@@ -67,6 +68,9 @@ def adopt(
     cap_mm: Annotated[
         float | None, typer.Option(help="Thickness of a cap on an opening away from the clamp.")
     ] = None,
+    limit_s: Annotated[
+        float, typer.Option("--limit-s", help="Time after which meshing is given up (s).")
+    ] = 300.0,
     scale: Annotated[
         float, typer.Option(help="mm for each unit of the file; 25.4 for inches.")
     ] = 1.0,
@@ -89,6 +93,7 @@ def adopt(
     )
     _positive("--size-mm", size_mm, 1000.0)
     _positive("--cap-mm", cap_mm, 1000.0)
+    _positive("--limit-s", limit_s, 1e6)
     _positive("--scale", scale, 1e6)
     if order not in (None, 1, 2):
         raise ConfigError(f"--order {order}: allowed: 1 or 2")
@@ -102,8 +107,8 @@ def adopt(
         from dolfingrip.meshes.adoption.adopt import adopt as make
         from dolfingrip.report import adopted as picture
 
-        with screen.status("meshing"):
-            found = make(part, asked, Wanted(size_mm, order, cap_mm), scale)
+        with Meshing(screen, part, limit_s) as meshing:
+            found = make(part, asked, Wanted(size_mm, order, cap_mm, meshing.tell), scale)
         out.mkdir(parents=True, exist_ok=True)
         files.write(out / f"{NAME}.msh", found.mesh)
         (out / f"{NAME}.toml").write_text(_configuration(found, part), encoding="utf-8")

@@ -71,6 +71,14 @@ def doe(
     objective: Annotated[
         str | None, typer.Option(metavar="MODULE:FUNCTION", help="Another objective function.")
     ] = None,
+    fields: Annotated[
+        bool,
+        typer.Option(
+            "--fields",
+            help="Keep deformed shapes of designs computed now (2 MB for each reading, default "
+            "mesh), for explore.",
+        ),
+    ] = False,
     gradients: Gradients = False,
     parameters: Parameters = None,
     config: ConfigFile = None,
@@ -88,6 +96,8 @@ def doe(
     resolved = configuration.load(config, overrides or (), DEFAULTS)
     varied = [space.parse(text) for text in parameter or space.PAPER]
     keys = _keys(gradients, parameters, objective, resolved)
+    if fields and objective is not None:
+        raise ConfigError("--fields: allowed: without --objective, whose results are its own")
     asked = quantity or list(plan.QUANTITIES)
     wanted = plan.Plan(
         base=resolved,
@@ -96,6 +106,7 @@ def doe(
         quantities=plan.quantities(asked, ours.QUANTITIES if objective is None else asked),
         objective=objective or plan.OBJECTIVE,
         gradients=keys,
+        fields=out / plan.FIELDS if fields else None,
     )
     check_writable(out)
     screen = console()

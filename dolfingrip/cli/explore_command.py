@@ -45,6 +45,7 @@ def explore(
     """
     one_process("without mpirun")
     from dolfingrip.design.campaign.campaign import read
+    from dolfingrip.design.campaign.plan import FIELDS
     from dolfingrip.explore import guard, server, space
     from dolfingrip.explore.library import Library
     from dolfingrip.explore.session import Session
@@ -61,6 +62,9 @@ def explore(
         for each in found:
             if each.kind == "run":
                 library.add(each.folder)
+            elif each.kind == "doe":  # of doe --fields
+                for kept in sorted((each.folder / FIELDS).glob("*/*")):
+                    library.add(kept)
     listening = server.bound(host, port)
 
     def say(address: str) -> None:

@@ -30,9 +30,9 @@ def report(
 ) -> None:
     """Write results as one HTML page: 3D view, curves, front, checks, provenance.
 
-    RUN is a folder that bend, force, cycle, coupon, push, grasp, doe, train, optimise, study or
-    diagnose wrote, or one with several of these in it, such as the demo's. The page needs no
-    network; it opens in any browser.
+    RUN is a folder that bend, force, cycle, coupon, push, grasp, doe, train, optimise, design,
+    study or diagnose wrote, or one with several of these in it, such as the demo's. The page needs
+    no network; it opens in any browser.
     """
     one_process("without mpirun")
     if out.suffix.lower() not in (".html", ".htm"):

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.campaign.plan import FIELDS
 from dolfingrip.design.campaign.space import Varied, parse
 from dolfingrip.design.surrogate import surrogate as surrogates
 from dolfingrip.design.surrogate.surrogate import Surrogate
@@ -92,7 +93,8 @@ def of_results(
     base = None if file is not None else front.base_of(loop) or _of_runs(folders["run"])
     base = configuration.load(file, overrides) if base is None else base.overridden(overrides)
     asked = [text.partition("=")[0].strip() for text in overrides]
-    if "experiment.step_kPa" not in asked and not folders["run"]:
+    shapes = folders["run"] or any((folder / FIELDS).is_dir() for folder in folders["doe"])
+    if "experiment.step_kPa" not in asked and not shapes:  # else their steps are kept
         largest = base.experiment.max_pressure_kPa
         step = min(base.experiment.step_kPa, largest / POLICY.steps)
         base = base.changed(experiment={"step_kPa": step})

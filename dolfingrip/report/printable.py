@@ -87,6 +87,11 @@ def _write_step(config: Config, file: Path) -> float:
     adapted = config.adapted()
     if adapted.mesh.file is not None:
         raise ConfigError(f"{file.suffix}: a mesh file has no boxes; allowed: {', '.join(STL)}")
+    if adapted.form is not None:
+        raise ConfigError(
+            f"{file.suffix}: [form] bends this design's faces, which are no boxes' any more; "
+            f"allowed: {', '.join(STL)}, or a design without [form]"
+        )
     meshed = surface(config).volume_mm3
     with session(f"{file}"):
         tag = add_solid(morphed(adapted), half=False)

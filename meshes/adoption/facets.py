@@ -28,6 +28,10 @@ OPTIONS = {
 }
 """Gmsh's numbers for parts."""
 
+DELAUNAY, HXT = 1.0, 10.0
+"""Gmsh's ways to fill a surface: the first is faster, but does not end between facets so close to
+one another that elements are larger than the walls ask for."""
+
 
 def triangulated(surfaces: list[int]) -> Faces:
     """The triangles of some faces of the current model, each face with its place in the list."""
@@ -60,6 +64,8 @@ def meshed(roles: Roles, found: Measured, wanted: Wanted, *, curved: bool) -> So
         curved: whether faces can be curved.
     """
     gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", SIZES.curved if curved else 0.0)
+    close = found.size_mm > 1.01 * SIZES.by_wall * found.wall.mm
+    gmsh.option.setNumber("Mesh.Algorithm3D", HXT if close and not curved else DELAUNAY)
     _generate(found.size_mm)
     order = wanted.order or (2 if curved and not roles.surface.plane.all() else 1)
     _add_groups(roles)

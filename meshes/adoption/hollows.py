@@ -19,14 +19,14 @@ class Opening:
         face: number of the face that it is in.
         centre_mm: (3,) middle of the rim.
         vector_mm2: (3,) its area vector, out of the solid.
-        rim_mm: (k, 2, 3) ends of the rim's edges.
+        rim: (k, 2) points of the rim's edges, as the face's triangles turn.
         flat: whether the face that it is in is plane.
     """
 
     face: int
     centre_mm: Floats
     vector_mm2: Floats
-    rim_mm: Floats
+    rim: Ints
     flat: bool
 
     @property
@@ -139,11 +139,21 @@ def _is_rim(surface: Faces, line: Outline, longest_mm: float) -> bool:
 
 
 def _extreme(surface: Faces, outer: np.ndarray) -> Ints:
-    """Triangles of the outer shell at the points that reach farthest along random directions."""
-    nodes = np.unique(surface.triangles[outer])
+    """Triangles of the outer shell that reach farthest along random directions.
+
+    Of those at the farthest point it is the one that faces that way most: the point may be on an
+    opening's rim.
+    """
+    rows = np.flatnonzero(outer)
+    corners = surface.triangles[rows]
     ways = np.random.default_rng(0).normal(size=(SHAPES.directions, 3))
+    nodes = np.unique(corners)
     far = nodes[np.argmax(surface.points[nodes] @ ways.T, axis=0)]
-    return np.flatnonzero(outer & np.isin(surface.triangles, far).any(axis=1))
+    found = []
+    for node in np.unique(far):
+        mine = rows[(corners == node).any(axis=1)]
+        found.append(mine[np.argmax(surface.normals[mine] @ ways[far == node].T, axis=0)])
+    return np.unique(np.concatenate(found))
 
 
 def closed_hollow(surface: Faces, rows: Ints) -> Hollow:
@@ -158,9 +168,8 @@ def _hollow(surface: Faces, rows: Ints, rims: list[Outline]) -> Hollow:
     openings = []
     for line in rims:
         vector, centre = line.vector_mm2(surface), line.centre_mm(surface)
-        ends = surface.points[line.ends]
         out = -vector  # as an inner outline turns against its face
-        openings.append(Opening(line.face, centre, out, ends, bool(surface.plane[line.face])))
+        openings.append(Opening(line.face, centre, out, line.ends, bool(surface.plane[line.face])))
         cap = (centre - reference) @ out / 3
         weight, moment = weight + cap, moment + cap * 0.75 * (centre - reference)
     centre = reference + moment / weight if weight else reference

@@ -14,6 +14,7 @@ class Shapes:
         flat_deg: angle between neighbouring triangles, and from a face's mean, up to which a face
             is plane.
         crease_deg: angle between neighbouring triangles from which they are two faces.
+        wider: width of a plane face, by that of what follows it without a crease.
         near: distance, relative to a part's extent, up to which points lie in one plane.
         rim: length of an opening's rim on a curved face, by that of the face's longest edge.
         convex: share of a rim's length that must be a convex edge.
@@ -22,6 +23,7 @@ class Shapes:
 
     flat_deg: float = 0.5
     crease_deg: float = 30.0
+    wider: float = 3.0
     near: float = 1e-3
     rim: float = 0.5
     convex: float = 0.9
@@ -57,6 +59,24 @@ class Roles:
 
 
 @dataclass(frozen=True, slots=True)
+class Caps:
+    """How caps close openings of a surface of triangles.
+
+    Attributes:
+        thickness: thicknesses that are tried, by the one that is asked for.
+        about: depths that are as good as the one that is tried, by that one.
+        miss: distance of the cap's plane from all corners, by its depth, below which cutting there
+            leaves slivers.
+        widens: area of a cap's inner side by the opening's, up to which a passage is even.
+    """
+
+    thickness: tuple[float, ...] = (1.0, 0.7, 0.5, 0.35, 0.25)
+    about: tuple[float, ...] = (1.0, 0.98, 1.02, 0.96, 1.04, 0.94, 1.06, 0.92, 1.08)
+    miss: float = 2e-3
+    widens: float = 1.5
+
+
+@dataclass(frozen=True, slots=True)
 class Sizes:
     """How the size of elements follows from a part's walls.
 
@@ -75,6 +95,7 @@ class Sizes:
         into_wall: how far a cap reaches into the wall around it, by that wall's thickness.
         sliver: quality of tetrahedra (inscribed by circumscribed radius, 1 at best) below which
             another size is tried.
+        poor: least scaled Jacobian below which half a part of triangles is not taken.
         tried: sizes that are tried, by the one that the walls ask for.
     """
 
@@ -90,9 +111,11 @@ class Sizes:
     cap_walls: float = 1.5
     into_wall: float = 0.4
     sliver: float = 0.05
+    poor: float = 0.01
     tried: tuple[float, ...] = (1.0, 0.93, 0.86, 0.8)
 
 
 SHAPES: Final = Shapes()
 ROLES: Final = Roles()
+CAPS: Final = Caps()
 SIZES: Final = Sizes()

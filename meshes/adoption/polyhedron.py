@@ -19,6 +19,10 @@ STRAIGHT = 1e-6
 """Sine of the angle up to which two edges are one line."""
 
 
+COPLANAR = 1e-3
+"""Sine of the angle up to which two triangles of a curved face are one facet."""
+
+
 def insert(surface: Faces) -> None:
     """Add the solid to the current, empty model.
 
@@ -70,10 +74,13 @@ def insert(surface: Faces) -> None:
 
 
 def _numbered(surface: Faces) -> Ints:
-    """(m,) number of a face for each triangle: connected plane ones, single triangles."""
+    """(m,) number of a face for each triangle: connected ones in one plane, single triangles."""
     at, _ = surface.pairs
     plane = surface.plane[surface.face]
-    same = (surface.face[at[:, 0]] == surface.face[at[:, 1]]) & plane[at[:, 0]]
+    one, other = surface.normals[at[:, 0]], surface.normals[at[:, 1]]
+    turn = np.linalg.norm(np.cross(one, other), axis=1)
+    flat = plane[at[:, 0]] | (turn < COPLANAR)
+    same = (surface.face[at[:, 0]] == surface.face[at[:, 1]]) & flat
     return parts_of(at[same], len(surface.triangles))
 
 

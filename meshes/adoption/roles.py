@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from dolfingrip.meshes.adoption.hollows import Hollow, Opening, closed_hollow, hollows
 from dolfingrip.meshes.adoption.nearest import nearest
@@ -383,12 +382,14 @@ def _even(framed: Faces, groups: np.ndarray) -> bool:
     rng = np.random.default_rng(0)
     chosen = rng.choice(used, min(len(used), 3000), replace=False)
     image = framed.points[chosen] * [1.0, -1.0, 1.0]
+    near = ROLES.even * framed.extent
     away = ClosedSurface(framed.points, framed.triangles).distances_mm(image)
-    if np.abs(away).max() > ROLES.even * framed.extent:
+    if np.abs(away).max() > near:
         return False
-    tree = cKDTree(framed.middles)
-    image = framed.middles * [1.0, -1.0, 1.0]
-    names = np.isin(groups, CAVITIES)
-    _, other = tree.query(image[names])
-    same = groups[names] == groups[other]
-    return bool(framed.areas[names][same].sum() > 0.9 * framed.areas[names].sum())
+    for name in np.intersect1d(groups, CAVITIES):
+        mine = groups == name
+        image = framed.middles[mine] * [1.0, -1.0, 1.0]
+        _, off = nearest(framed.points, framed.triangles[mine], image)
+        if framed.areas[mine][off < near].sum() < 0.9 * framed.areas[mine].sum():
+            return False
+    return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,11 +22,13 @@ class Wanted:
         size_mm: size of elements; from the walls where None.
         order: order of the elements; 2 where None and a face is curved, else 1.
         cap_mm: thickness of a cap; from the walls where None.
+        tell: is told of the mesh before it is made.
     """
 
     size_mm: float | None = None
     order: int | None = None
     cap_mm: float | None = None
+    tell: Callable[[str], None] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,5 +82,10 @@ def measured(roles: Roles, wanted: Wanted) -> Measured:
                 f"{number(size):.1e} elements; allowed: up to {SIZES.most:.0e}, "
                 "or --size-mm with as many as you like"
             )
+    if wanted.tell is not None:
+        wanted.tell(
+            f"about {round(number(size), -2):,.0f} tetrahedra of {size:.3g} mm, as the thinnest "
+            f"wall has {wall.mm:.3g} mm, at {at}"
+        )
     cap = SIZES.cap_walls * wall.mm if wanted.cap_mm is None else wanted.cap_mm
     return Measured(wall, gap, size, cap)

@@ -10,12 +10,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from dolfingrip.meshes import groups
+from dolfingrip.meshes.adoption.capping import capped
 from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward, triangulated
 from dolfingrip.meshes.adoption.hollows import Opening
 from dolfingrip.meshes.adoption.policy import SHAPES, SIZES
 from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
 from dolfingrip.meshes.adoption.sizes import Measured, Wanted, measured
 from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight, place
+from dolfingrip.meshes.adoption.stl import meshed_triangles
 from dolfingrip.meshes.adoption.surface import Faces, united
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.quality import check
@@ -60,6 +62,10 @@ def _adopted(
         united_to[drawn.face] = surface.face
         roles = assign(surface, asked, centre=_centre(solids))
         found = measured(roles, wanted)
+        if len(solids) == 1 and not all(opening.flat for opening in roles.caps):
+            closed = capped(roles, found.cap_mm)
+            closed.said["cap"] += "; in a curved face, so plane facets are meshed"
+            return meshed_triangles(closed, found, wanted)
         _place(solids, roles)
         for opening in roles.caps:
             near = [tags[i] for i in np.flatnonzero(united_to == opening.face)]
@@ -176,10 +182,11 @@ def _capped(
     at = place(opening.centre_mm)
     if not opening.flat:
         raise MeshError(
-            f"the opening at {at} is in a curved face; allowed: in a plane face, or at the clamp"
+            f"the opening at {at} is in a curved face; allowed: in a plane face, at the clamp, or "
+            "a part of one solid"
         )
     normal = roles.rotation @ opening.normal
-    rim = (opening.rim_mm - roles.origin_mm) @ roles.rotation.T
+    rim = roles.surface.points[opening.rim]
     every = gmsh.model.getBoundary([(2, face) for face in faces], combined=True, oriented=False)
     curves = [tag for _, tag in every if _away(tag, rim) < SHAPES.near * roles.surface.extent]
     loop = gmsh.model.occ.addCurveLoop(curves)

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from dolfingrip.meshes.adoption.capping import capped
 from dolfingrip.meshes.adoption.facets import OPTIONS, meshed, outward
+from dolfingrip.meshes.adoption.policy import SIZES
 from dolfingrip.meshes.adoption.polyhedron import insert
 from dolfingrip.meshes.adoption.roles import Asked, Roles, assign
 from dolfingrip.meshes.adoption.sizes import Measured, Wanted, measured
-from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight, place
+from dolfingrip.meshes.adoption.sound import check_crossings, check_watertight
 from dolfingrip.meshes.adoption.surface import Faces, segmented
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.quality import check
@@ -32,19 +34,36 @@ def adopt_stl(
         MeshError: one line, without the file's name.
     """
     roles = assign(_read(path, scale), asked)
-    if roles.caps:
-        raise MeshError(
-            f"an opening at {place(roles.caps[0].centre_mm)} is away from the clamp; allowed: "
-            "openings in the clamp's plane (--clamp), or a STEP file, whose openings are capped"
-        )
     found = measured(roles, wanted)
+    return meshed_triangles(capped(roles, found.cap_mm), found, wanted)
+
+
+def meshed_triangles(
+    roles: Roles, found: Measured, wanted: Wanted
+) -> tuple[SolidMesh, Roles, Measured]:
+    """The mesh within a part's triangles, of its half if it has one.
+
+    Raises:
+        MeshError: one line, without the file's name.
+    """
+    poor = None
     if roles.half:
         try:
             cut = replace(roles.surface, **_half(roles.surface))
-            return _meshed(cut, roles, found, wanted), roles, found
+            poor = _meshed(cut, roles, found, wanted)
+            if check(poor).scaled_jacobian_min >= SIZES.poor:
+                return poor, roles, found
         except MeshError:
-            roles = roles.as_whole("its half cannot be meshed; the whole is computed")
-    return _meshed(roles.surface, roles, found, wanted), roles, found
+            poor = None
+    whole = roles.as_whole("its half cannot be meshed well; the whole is computed")
+    if not roles.half:
+        whole = roles
+    try:
+        return _meshed(roles.surface, whole, found, wanted), whole, found
+    except MeshError:
+        if poor is None:
+            raise
+        return poor, roles, found
 
 
 def _meshed(surface: Faces, roles: Roles, found: Measured, wanted: Wanted) -> SolidMesh:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
@@ -203,19 +204,47 @@ def _outer(points: Floats, triangles: Ints, part: Ints) -> np.ndarray:
 
 
 def segmented(points: Floats, triangles: Ints) -> Ints:
-    """(m,) faces of a surface without faces: planes first, then what has no crease between it."""
+    """(m,) faces of a surface without faces: planes first, then what has no crease between it.
+
+    A flat piece is a face of its own if it has creases all around, or is much wider than the flat
+    pieces that follow it without a crease. Else it is a facet of a curved face.
+    """
     plain = Faces(points, triangles, np.zeros(len(triangles), np.int64))
-    at, _ = plain.pairs
+    at, ends = plain.pairs
     cosine = np.einsum("ij,ij->i", plain.normals[at[:, 0]], plain.normals[at[:, 1]])
     flat = parts_of(at[cosine > np.cos(np.radians(SHAPES.flat_deg))], len(triangles))
     found = Faces(points, triangles, flat)
-    count = np.bincount(flat)
-    # a strip of two triangles may be a piece of a curved face
-    large = found.plane & ((count > 2) | (found.face_areas > 0.002 * plain.areas.sum()))
-    is_plane = large[flat]
-    curved = ~is_plane[at].any(axis=1) & (cosine > np.cos(np.radians(SHAPES.crease_deg)))
+    follows = cosine > np.cos(np.radians(SHAPES.crease_deg))
+    smooth = follows & (flat[at[:, 0]] != flat[at[:, 1]])
+    is_plane = (found.plane & ~_facets(found, at[smooth], ends[smooth]))[flat]
+    curved = ~is_plane[at].any(axis=1) & follows
     same = is_plane[at].all(axis=1) & (flat[at[:, 0]] == flat[at[:, 1]])
     return parts_of(at[curved | same], len(triangles))
+
+
+def _facets(found: Faces, at: Ints, ends: Ints) -> np.ndarray:
+    """(f,) whether a flat piece is not much wider than one that follows it without a crease.
+
+    Args:
+        found: with flat pieces as faces.
+        at: (k, 2) triangles, and
+        ends: (k, 2) points of the edges without a crease between two pieces.
+    """
+    order = np.argsort(found.face, kind="stable")
+    starts = np.searchsorted(found.face[order], np.arange(len(found.face_areas) + 1))
+    corners = [found.points[np.unique(found.triangles[order[a:b]])] for a, b in pairwise(starts)]
+    result = np.zeros(len(corners), dtype=bool)
+    way = found.points[ends[:, 1]] - found.points[ends[:, 0]]
+    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-300)[:, None]
+    for rows, along in zip(at, way, strict=True):
+        pieces = found.face[rows]
+        across = np.cross(found.normals[rows], along)
+        wide = [
+            float(np.ptp(corners[piece] @ one)) for piece, one in zip(pieces, across, strict=True)
+        ]
+        for i in (0, 1):
+            result[pieces[i]] |= wide[i] < SHAPES.wider * wide[1 - i]
+    return result
 
 
 def united(surface: Faces) -> Faces:

@@ -74,6 +74,65 @@ def test_a_cap_in_a_hollow_that_turns(tmp_path: Path) -> None:
     assert sides * found.quality.cavity_mm3 == pytest.approx(hollow, rel=1e-2)
 
 
+def triangles(file: Path, deg: float = 15.0) -> Path:
+    """The surface of a STEP file as STL, with a facet for so many degrees."""
+    with session("triangles"):
+        gmsh.model.occ.importShapes(str(file))
+        gmsh.model.occ.synchronize()
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 360 / deg)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 30)
+        gmsh.model.mesh.generate(2)
+        gmsh.write(str(file.with_suffix(".stl")))
+    return file.with_suffix(".stl")
+
+
+def test_triangles_with_an_opening_away_from_the_clamp(tmp_path: Path) -> None:
+    file = triangles(bent_tube(tmp_path / "bent.step"))
+    found = adopt(file, Asked(), Wanted())
+    assert found.roles.caps == []
+    outer, inner = (math.pi * r**2 * 60 * math.pi / 3 for r in (9, 6))
+    everything = found.quality.volume_mm3 + found.quality.cavity_mm3
+    assert everything == pytest.approx(outer, rel=0.03)  # a polygon of 24 sides has 1.1 % less
+    hollow = inner - math.pi * 6**2 * found.measured.cap_mm
+    assert found.quality.cavity_mm3 == pytest.approx(hollow, rel=0.03)
+
+
+@pytest.mark.parametrize("suffix", [".step", ".stl"])
+def test_an_opening_in_a_curved_face(tmp_path: Path, suffix: str) -> None:
+    """A closed hollow with a hole of radius 2 mm through the round side, where the wall is thin."""
+    file, occ = tmp_path / "port.step", gmsh.model.occ
+    with session("port"):
+        body = occ.addCylinder(0, 0, 0, 0, 0, 50, 10)
+        tools = [
+            (3, occ.addCylinder(0, 0, 4, 0, 0, 42, 7)),
+            (3, occ.addCylinder(0, 0, 30, 15, 0, 0, 2)),
+        ]
+        occ.cut([(3, body)], tools)
+        occ.synchronize()
+        gmsh.write(str(file))
+    found = adopt(file if suffix == ".step" else triangles(file), Asked(), Wanted())
+    sides = 2 if found.roles.half else 1
+    assert "closes 1 opening" in found.roles.said["cap"]
+    hollow = math.pi * 7**2 * 42
+    assert sides * found.quality.cavity_mm3 == pytest.approx(hollow, rel=0.03)
+    assert hollow + math.pi * 2**2 * 3 > sides * found.quality.cavity_mm3
+
+
+def test_a_tube_of_thin_walls_is_its_own_mirror_image(tmp_path: Path) -> None:
+    """Its inner triangles are nearer to the outer ones than to their own images' centres."""
+    occ, file = gmsh.model.occ, tmp_path / "thin.step"
+    with session("thin"):
+        tool = occ.addBox(0.3, 0.3, -1, 5.4, 5.4, 9.7)
+        occ.cut([(3, occ.addBox(0, 0, 0, 6, 6, 9))], [(3, tool)])
+        occ.synchronize()
+        gmsh.write(str(file))
+    told: list[str] = []
+    found = adopt(file, Asked(), Wanted(tell=told.append))
+    assert found.roles.half
+    assert len(told) == 1
+    assert "the thinnest wall has 0.3 mm" in told[0]
+
+
 def test_two_cavities_without_slivers(tmp_path: Path) -> None:
     occ = gmsh.model.occ
     with session("two cavities"):

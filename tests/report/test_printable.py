@@ -20,6 +20,8 @@ from dolfingrip.experiments.rigs.undeformed import solid
 from dolfingrip.meshes.gmsh_model import session
 from dolfingrip.meshes.measures import jacobians
 from dolfingrip.report import printable
+from dolfingrip.sections.form import Form
+from dolfingrip.sections.geometry.boxes import BoxSolid
 
 SHORT = ("finger.length_mm=38", "finger.bellows=2", "mesh.size_mm=8", "mesh.edge_size_mm=8")
 DESIGNS = {
@@ -66,6 +68,17 @@ def test_a_mesh_file_has_no_step(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"\.step: a mesh file has no boxes; allowed: \.stl"):
         printable.write(design, tmp_path / "a.step")
     assert printable.write(design, tmp_path / "a.stl") > 0
+
+
+def test_a_free_form_has_no_step(tmp_path: Path) -> None:
+    """Also where its offsets are 0, so that the volume is that of the boxes."""
+    design = config.load(None, SHORT)
+    solid_of = design.geometry.solid()
+    assert isinstance(solid_of, BoxSolid)
+    count = Form(offsets_mm=()).count(solid_of)
+    bent = config.load(None, [*SHORT, f"form.offsets_mm={[0.0] * count}"])
+    with pytest.raises(ConfigError, match=r"\.step: \[form\] bends this design's faces.*\.stl"):
+        printable.write(bent, tmp_path / "a.step")
 
 
 def test_the_command(

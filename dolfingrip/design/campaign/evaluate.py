@@ -46,6 +46,7 @@ def evaluate(
     objective: str,
     ranks: int = 1,
     gradients: Sequence[str] | None = None,
+    fields: str | None = None,
 ) -> Data:
     """Compute a design.
 
@@ -56,6 +57,8 @@ def evaluate(
         ranks: MPI processes that the design runs on.
         gradients: keys of parameters that the quantities are derived by, () for all; None for what
             the objective derives anyway.
+        fields: folder that the objective keeps its results with fields in; None where it keeps
+            none.
 
     Returns:
         The fields of an :class:`Outcome`.
@@ -66,7 +69,8 @@ def evaluate(
     """
     function: Objective = found(objective)
     keys = () if gradients is None else (tuple(gradients),)
-    outcome = function(config, tuple(quantities), ranks, *keys)
+    kept = {} if fields is None else {"fields": fields}
+    outcome = function(config, tuple(quantities), ranks, *keys, **kept)
     missing = [q for q in quantities if not isfinite(outcome.outputs.get(q, float("nan")))]
     if missing:
         raise JobFailure("no number", f"{', '.join(missing)} came out as no number")

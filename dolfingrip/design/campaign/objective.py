@@ -49,6 +49,7 @@ def simulate(
     quantities: tuple[str, ...],
     ranks: int,
     keys: Sequence[str] | None = None,
+    fields: str | None = None,
 ) -> Outcome:
     """Compute a design in this process, or on several ranks under ``mpirun``.
 
@@ -58,16 +59,17 @@ def simulate(
         ranks: MPI processes.
         keys: of parameters that the outputs are derived by, () for all; None for ξ1 and ξ2 where
             the adjoint gives them.
+        fields: folder for a result of each experiment with its fields; None: none is written.
 
     Raises:
         JobFailure: where there is no result.
         ConfigError: where there is no such finger, or no such parameter of it.
     """
     if ranks > 1:
-        return _on_ranks(config, quantities, ranks, keys)
+        return _on_ranks(config, quantities, ranks, keys, fields)
     from mpi4py import MPI
 
-    return compute(config, quantities, MPI.COMM_SELF, keys)
+    return compute(config, quantities, MPI.COMM_SELF, keys, fields)
 
 
 def compute(
@@ -75,6 +77,7 @@ def compute(
     quantities: tuple[str, ...],
     comm: MPI.Comm,
     keys: Sequence[str] | None = None,
+    fields: str | None = None,
 ) -> Outcome:
     """Compute a design on the ranks of ``comm``; for the rest see :func:`simulate`.
 
@@ -106,6 +109,7 @@ def compute(
         result = run(
             name,
             resolved,
+            out=None if fields is None else Path(fields) / name,
             comm=comm,
             visit=gradients.at_highest(found[quantity]),
             gradients=None if asked is None else asked.forward,
@@ -136,7 +140,11 @@ def _curve(result: Result, quantity: str, prefix: str) -> dict[str, list[float]]
 
 
 def _on_ranks(
-    config: dict[str, Any], quantities: tuple[str, ...], ranks: int, keys: Sequence[str] | None
+    config: dict[str, Any],
+    quantities: tuple[str, ...],
+    ranks: int,
+    keys: Sequence[str] | None,
+    fields: str | None,
 ) -> Outcome:
     # the kernel ends mpirun with the worker, however that ends
     guard = ["setpriv", "--pdeathsig", "TERM"] if shutil.which("setpriv") else []
@@ -144,7 +152,7 @@ def _on_ranks(
     kept = {k: v for k, v in os.environ.items() if "_MCA_" in k}
     with tempfile.TemporaryDirectory(prefix="dolfingrip-") as folder:
         request, answer = Path(folder) / "request.json", Path(folder) / "answer.json"
-        request.write_text(json.dumps([config, quantities, keys]), encoding="utf-8")
+        request.write_text(json.dumps([config, quantities, keys, fields]), encoding="utf-8")
         program = [
             sys.executable,
             "-P",
@@ -176,10 +184,11 @@ def main(request: Path, answer: Path) -> None:
     _end_with_parent()
     from mpi4py import MPI
 
-    config, quantities, keys = json.loads(request.read_text(encoding="utf-8"))
+    config, quantities, keys, fields = json.loads(request.read_text(encoding="utf-8"))
     content: tuple[str, Any]
     try:  # what is caught here is raised on all ranks
-        content = ("outcome", asdict(compute(config, tuple(quantities), MPI.COMM_WORLD, keys)))
+        found = compute(config, tuple(quantities), MPI.COMM_WORLD, keys, fields)
+        content = ("outcome", asdict(found))
     except configuration.ConfigError as error:
         content = ("refused", str(error))
     except JobFailure as failure:

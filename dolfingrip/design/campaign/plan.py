@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from dolfingrip.channels import FORCE
@@ -12,6 +13,9 @@ from dolfingrip.design.campaign.evaluate import FUNCTION
 from dolfingrip.design.campaign.space import Inputs
 from dolfingrip.experiments.decisive import EFFORT, decisive, digest_of
 from dolfingrip.jobs.job import Job, content_key
+
+FIELDS = "fields"
+"""Folder in a campaign's with the deformed shapes of its designs."""
 
 SCHEMA = 1
 """Version of what a key means; results of other versions are not reused."""
@@ -50,6 +54,8 @@ class Plan:
         objective: import path ``module:function`` of what computes them.
         gradients: keys of parameters that the quantities are derived by, () for all of each
             design; None for what the objective derives anyway.
+        fields: folder in which each design that is computed keeps its deformed shapes, under its
+            key; None where only numbers are kept. It is no part of a design's key.
     """
 
     base: Config
@@ -58,6 +64,7 @@ class Plan:
     quantities: tuple[str, ...] = QUANTITIES
     objective: str = OBJECTIVE
     gradients: tuple[str, ...] | None = None
+    fields: Path | None = None
 
     def designs(self) -> list[Design]:
         """The designs in order, each once."""
@@ -96,8 +103,18 @@ class Plan:
             "ranks": ranks,
             "gradients": self.gradients,
         }
+
+        def kept(design: Design) -> dict[str, str]:
+            folder = self.fields
+            return {} if folder is None else {"fields": str(folder.resolve() / design.key)}
+
         return [
-            Job(design.key, FUNCTION, {"config": design.config, **shared}, design.inputs)
+            Job(
+                design.key,
+                FUNCTION,
+                {"config": design.config, **shared, **kept(design)},
+                design.inputs,
+            )
             for design in self.designs()
         ]
 

@@ -20,6 +20,7 @@ from dolfingrip.report.page import (
     diagnosis,
     finger,
     front,
+    gradient,
     key_numbers,
     runs,
     trust,
@@ -92,7 +93,14 @@ def build(
             page.diagnoses.append(diagnosis.read(each.folder))
             page.sources.append(diagnosis.source(each.folder))
     page.checks = trust.checks(work.runs, work.fields, finest, measured)
+    designed = [gradient.read(each.folder) for each in found if each.kind == "design"]
+    for charts, table, checks, _, source in designed:
+        page.charts += charts
+        page.tables.append(table)
+        page.checks += checks
+        page.sources.append(source)
     page.numbers = key_numbers.numbers_of(work.runs, work.fields, page.checks, page.front)
+    page.numbers += [n for each in designed for n in each[3]][: 5 - len(page.numbers)]
     page.numbers += [n for part in found if part.kind == "diagnose"
                      for n in diagnosis.numbers(part.folder)][: 5 - len(page.numbers)]  # fmt: skip
     return page
@@ -101,7 +109,8 @@ def build(
 def _title(found: Sequence[Found], read: Sequence[runs.Run]) -> str:
     """The kinds of results, each once."""
     names = {"optimise": "chosen design", "train": "surrogate", "study": "study of the optimiser",
-             "doe": "designs", "diagnose": "diagnosis"}  # fmt: skip
+             "doe": "designs", "design": "design by gradients",
+             "diagnose": "diagnosis"}  # fmt: skip
     titles = [run.experiment.title.lower() for run in read]
     titles += [names[each.kind] for each in found if each.kind in names]
     once = list(dict.fromkeys(titles))

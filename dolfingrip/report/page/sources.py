@@ -15,6 +15,7 @@ MARKS: Final = {
     "optimise": "optimum.json",
     "train": "surrogate.json",
     "diagnose": "diagnosis.json",
+    "design": "design.json",
     "study": "combinations.csv",
     "doe": "campaign.sqlite",
 }

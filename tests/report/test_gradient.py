@@ -1,0 +1,35 @@
+"""A design by gradients on a page: its steps, what was not kept, and its gain."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from dolfingrip.report.page import build, sources
+
+CONTENT = {
+    "of": "maximise force_N at pressure_kPa = 250", "objective": 3.0, "start": 2.5, "gain": 0.2,
+    "constraints": [
+        {"of": "cog_offset_mm", "sense": "at most", "limit": 3.0, "value": 2.9, "kept": True},
+        {"of": "mass_g", "sense": "at most", "limit": 20.0, "value": 20.6, "kept": False},
+    ],
+    "simulations": 3, "ending": "no step promises more", "refined": {"gain": 0.19},
+    "parameters": {"morph.xi1": {"start": 0.0, "value": 0.51, "low": -0.2, "high": 1.0}},
+}  # fmt: skip
+STEPS = "simulations,accepted,objective\n1,True,2.5\n2,False,2.4\n3,True,3.0\n"
+
+
+def test_what_the_page_has(tmp_path: Path) -> None:
+    (tmp_path / "design.json").write_text(json.dumps(CONTENT), encoding="utf-8")
+    (tmp_path / "steps.csv").write_text(STEPS, encoding="utf-8")
+    page = build.build(sources.find([tmp_path]), designs={}, pictures=False)
+    accepted, every = page.charts[0].series
+    assert list(accepted.y) == [2.5, 3.0]
+    assert list(every.y) == [2.5, 2.4, 3.0]
+    assert page.charts[0].y.label == "Force (N)"
+    assert page.tables[0].rows == [["morph.xi1", "0", "0.51", "-0.2 to 1"]]
+    assert [(check.name, check.verdict) for check in page.checks] == [
+        ("Design: cog_offset_mm", "pass"), ("Design: mass_g", "fail"),
+    ]  # fmt: skip
+    gained = "+20.0 % by 3 simulations; +19.0 % on a finer mesh"
+    assert ("3 N", gained) in [(number.value, number.said) for number in page.numbers]
