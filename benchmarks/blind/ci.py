@@ -40,9 +40,6 @@ CASES: Final[Sequence[tuple[str, str, int]]] = (
     ("loops", "with_outsider", 0),
     ("loops", "none", 0),
     ("short", "none", 0),
-    ("short", "one", 0),
-    ("short", "outsider", 0),
-    ("short", "with_outsider", 0),
 )
 """Protocol, kind and number of cases of the development set."""
 
