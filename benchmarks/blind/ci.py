@@ -40,6 +40,8 @@ CASES: Final[Sequence[tuple[str, str, int]]] = (
     ("loops", "with_outsider", 0),
     ("loops", "none", 0),
     ("short", "none", 0),
+    ("short", "one", 0),
+    ("loops", "outsider", 0),
 )
 """Protocol, kind and number of cases of the development set."""
 
