@@ -41,8 +41,7 @@ CASES: Final[Sequence[tuple[str, str, int]]] = (
     ("loops", "none", 0),
     ("short", "none", 0),
     ("short", "one", 0),
-    ("short", "outsider", 0),
-    ("short", "with_outsider", 0),
+    ("loops", "outsider", 0),
 )
 """Protocol, kind and number of cases of the development set."""
 
