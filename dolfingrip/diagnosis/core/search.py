@@ -61,18 +61,10 @@ def levels() -> dict[float, float]:
     return {0.0: POLICY.discrepancy_off, **dict.fromkeys(POLICY.discrepancy_levels, share)}
 
 
-def search(
-    case: Case, rng: np.random.Generator, *, sample: bool = True, quick: bool = False
-) -> Posterior:
+def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Posterior:
     """The posterior over all hypotheses of a case.
 
     A pair of causes is left out where even its largest likelihood is far below the best evidence.
-
-    Args:
-        case: the readings.
-        rng: of samples.
-        sample: take these of likely hypotheses; Laplace's method alone where not.
-        quick: try one cause at a time, each from one start.
     """
     every = {level: Level(case, level) for level in levels()}
     names = tuple(case.emulators)
@@ -88,15 +80,14 @@ def search(
         warm: list[np.ndarray] = []
         for level, columns in every.items():
             first = [np.r_[none[level].zeta, z] for z in _starts(case, name)]
-            more = first[: 1 - len(warm)] if quick else first if not warm else first[:1]
-            fit = columns.of((name,)).fit([*warm, *more])
+            fit = columns.of((name,)).fit([*warm, *(first if not warm else first[:1])])
             warm = [fit.zeta]
             fits.append(fit)
             if level == 0.0:
                 singles[name] = fit.zeta
     best = max(fit.log_evidence for fit in fits)
     own = case.own
-    for pair in () if quick else _pairs(every, names):
+    for pair in _pairs(every, names):
         warm = []
         hopeful = [
             level for level, columns in every.items()

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis.additions.covariance import Covariance
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.additions.worth import (
     ENOUGH,
@@ -21,6 +20,7 @@ from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
+from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.policy import POLICY
 
 STEP = 0.05

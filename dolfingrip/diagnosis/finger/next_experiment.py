@@ -8,7 +8,6 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.additions.covariance import Covariance
 from dolfingrip.diagnosis.additions.memory import shows
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import (
@@ -23,6 +22,7 @@ from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.coupon.next_experiment import Tied, tied
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
+from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.extensions.index import effect

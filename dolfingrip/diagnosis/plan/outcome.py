@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dolfingrip import __version__
 from dolfingrip.diagnosis.plan import plan as planning
+from dolfingrip.diagnosis.plan.naming import CLAIM
 
 SCHEMA: Final = 1
 
@@ -24,10 +25,11 @@ class Effect(_Part):
     effect: str
     ordinary: str = Field(description="its parameters at the ordinary strength")
     strength_sigma: float = Field(
-        description="length of its change at its ordinary strength, nuisances fitted"
+        description="length of its change at the root mean square of its prior, nuisances fitted"
     )
     named_from: float | None = Field(
-        description="least strength, by the ordinary one, that is named; null: none that occurs"
+        description=f"least strength, by the ordinary one, that is named with P >= {CLAIM}; "
+        "null: none that occurs"
     )
     named_from_sigma: float | None = Field(description="the same in standard deviations")
     class_from: float | None = Field(description="the same for its class")
@@ -45,7 +47,7 @@ class Addition(_Part):
     share: float = Field(description="part of the effects that is named with it")
     gain_per_minute: float = Field(description="by how much that rises, by the minute")
     lifts: tuple[str, ...] = Field(
-        description="effects that are named at their ordinary strength, thanks to it"
+        description="effects that are named at the root mean square of their prior, thanks to it"
     )
 
 
@@ -98,7 +100,7 @@ def text(result: Plan) -> str:
         f"{100 * result.class_share:.0f} % up to effects that change these readings alike",
         "",
         f"{result.readings} readings in {result.minutes:.1f} minutes of pressure. Strengths from "
-        "their priors; named: a diagnosis of these readings would answer with this effect alone.",
+        f"their priors; named: probability at least {CLAIM}.",
         "",
         "| effect | ordinary strength | σ | from × ordinary | named | its class | not told from |",
         "|---|---|---|---|---|---|---|",

@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
 
-Matrix = np.ndarray
-Vector = np.ndarray
+from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,1 @@
+"""Which effect a residual speaks for: closed forms on arrays, without simulations or files."""
