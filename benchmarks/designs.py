@@ -4,8 +4,7 @@
 and writes ``design_steps.csv``; ``starts`` begins at random places on a short, coarse finger and
 writes ``design_starts.csv``; ``front`` compares what is learnt from gradients with what is learnt
 from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
-``design_front.png``; ``robust`` improves a finger under the extended model of a diagnosis and
-writes ``design_robust.csv``. All go on where they were stopped.
+``design_front.png``. All go on where they were stopped.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.fronts import front
-from benchmarks.robust_designs import robust
 from dolfingrip.config import ConfigError
 from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
@@ -159,7 +157,7 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
     return found
 
 
-PARTS = {"steps": steps, "starts": starts, "front": front, "robust": robust}
+PARTS = {"steps": steps, "starts": starts, "front": front}
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -7,13 +7,14 @@ The reference finger, bending and blocked force, three cycles at the ordinary se
 derivatives by the nuisances, and with each effect of the catalogue; and the additions that
 ``dolfingrip plan-experiment`` judges for the paper's protocol, but for the tip up and down. About
 half an hour of processor. Can be stopped and started: a call goes on where the one before it was,
-as long as the code is the same. With ``--only`` it computes these parts, and writes no file.
+as long as the code is the same. With ``--only`` it computes these parts, and writes no file but
+with ``--keep``.
 
 To be run again where the code of an effect changes (that one is computed alone then), or where the
 mechanics change; until then a diagnosis checks the file by one simulation
 (:mod:`dolfingrip.diagnosis.simulation.shipped`). Where the change is known not to touch fingers, as
-one of coupons alone, ``--keep`` takes over what the file has after that check, and computes what it
-lacks: some minutes.
+one of coupons alone, ``--keep`` takes over what the file has after that check, computes what it
+lacks, and adds that to the file.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -30,6 +32,7 @@ from dolfingrip.cli.options import console
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
+from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.case import finger_case
 from dolfingrip.diagnosis.plan.plan import read_alike
@@ -46,12 +49,19 @@ PROTOCOL: Final = "protocol"
 APART: Final = ("orientation",)
 """Additions that are left out: the tip up and down is another 80 simulations."""
 
-PARTS: Final = (PROTOCOL, *(kind for kind in rig.KINDS if kind not in APART))
+CAUSES: Final = "causes"
+"""The part that emulators of all causes are made from."""
+
+PARTS: Final = (PROTOCOL, CAUSES, *(kind for kind in rig.KINDS if kind not in APART))
+
+NOISE: Final = {"pressure_kPa": 0.5, "angle_deg": 0.3, "force_N": 0.02}
+"""Of the readings that causes are simulated for; simulations do not depend on it."""
 
 
 def measurements() -> Iterator[tuple[str, Measurement]]:
     """What is simulated, with the part that it belongs to."""
     yield PROTOCOL, reference_measurement()
+    yield CAUSES, reference_measurement()
     paper, _ = rig.read(None, Config())
     for proposal in proposals(paper, Config()):
         yield proposal.kind, read_alike(proposal, paper)
@@ -70,7 +80,8 @@ def read_alike_simulated(measurement: Measurement, base: BaseSimulation) -> Meas
         measurement.listed()[["row", "column"]].itertuples(index=False), base.readings, strict=True
     ):
         rows.loc[rows.index[row], column] = value
-    return Measurement(rows, measurement.tests)
+    tests = [replace(test, setup=LabSetup(noise=NOISE)) for test in measurement.tests]
+    return Measurement(rows, tests)
 
 
 def main() -> None:
@@ -95,14 +106,15 @@ def main() -> None:
         for part, measurement in measurements():
             if part in parts:
                 print(part, flush=True)
-                base = simulate_base(measurement, Config(), workers, effects=tried(None))
-                if part == PROTOCOL:  # what emulators of all causes are made from
+                effects = () if part == CAUSES else tried(None)
+                base = simulate_base(measurement, Config(), workers, effects=effects)
+                if part == CAUSES:
                     finger_case(read_alike_simulated(measurement, base), Config(), workers)
     jobs, results = workers.kept()
     seconds = sum(result.wall_s or 0.0 for result in results)
     print(f"{len(jobs)} simulations of {seconds:.0f} s")
-    if set(parts) == set(PARTS):
-        shipped.write(shipped.FILE, jobs, results)
+    if options.keep or set(parts) == set(PARTS):
+        shipped.write(shipped.FILE, jobs, results, keep=options.keep)
         print(f"{shipped.FILE}: {shipped.FILE.stat().st_size / 1000:.0f} kB")
 
 

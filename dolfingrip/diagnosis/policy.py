@@ -54,6 +54,7 @@ class Policy:
         draws: samples of a hypothesis that is near the leading one, at a time.
         effective: so many of the draws have to count as if they were alike in weight.
         adaptations: how often more are drawn until these do.
+        steady: change of ln of the integral by one more time of drawing, at most.
         sampled: posterior probability from which on a hypothesis is sampled.
         noise_factors: noise by what is guessed, where neither laboratory nor repeats tell.
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
@@ -117,6 +118,7 @@ class Policy:
     draws: int = 400
     effective: float = 100.0
     adaptations: int = 12
+    steady: float = 0.05
     sampled: float = 0.01
     noise_factors: tuple[float, ...] = (1.0, 1.6, 2.5)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)

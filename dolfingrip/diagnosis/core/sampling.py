@@ -22,6 +22,9 @@ from dolfingrip.diagnosis.policy import POLICY
 DEGREES: Final = 5
 """Of freedom of the multivariate t: its tails are wider than those of most densities."""
 
+WIDER: Final = (1.0, 9.0)
+"""Factors of the covariance that draws share: the wider ones find the ends of a ridge."""
+
 
 @dataclass(frozen=True, eq=False)
 class Draws:
@@ -49,7 +52,7 @@ def drawn(
     covariance: np.ndarray,
     rng: np.random.Generator,
 ) -> Draws | None:
-    """Draws until enough of them count; None where too few ever do.
+    """Draws until enough of them count and the integral stays; None where too few ever do.
 
     Args:
         log_density: of places, shape (draws, d); −∞ where the density is 0.
@@ -59,11 +62,14 @@ def drawn(
     """
     middle, spread = mode, covariance
     proposals, places = [], np.empty((0, len(mode)))
-    told = np.empty(0)
+    told, before = np.empty(0), np.inf
     for _ in range(POLICY.adaptations):
-        proposals.append(scipy.stats.multivariate_t(middle, _regular(spread), DEGREES))
-        new = np.atleast_2d(proposals[-1].rvs(POLICY.draws, random_state=rng))
-        new = new.reshape(POLICY.draws, len(mode))
+        fresh = [
+            scipy.stats.multivariate_t(middle, wider * _regular(spread), DEGREES) for wider in WIDER
+        ]
+        proposals += fresh
+        each = POLICY.draws // len(fresh)
+        new = np.vstack([own.rvs(each, random_state=rng).reshape(each, len(mode)) for own in fresh])
         places, told = np.vstack([places, new]), np.r_[told, log_density(new)]
         mixture = logsumexp([each.logpdf(places) for each in proposals], axis=0)
         log = told - (mixture - np.log(len(proposals)))
@@ -71,8 +77,10 @@ def drawn(
             return None
         total = float(logsumexp(log))
         found = Draws(places, np.exp(log - total), total - float(np.log(len(log))))
-        if found.effective >= POLICY.effective:
+        steady = abs(found.log_integral - before) < POLICY.steady
+        if found.effective >= POLICY.effective and (steady or found.effective > len(log) / 2):
             return found
+        before = found.log_integral
         tempered = _tempered(log, 2 * len(mode) + 2)
         middle = tempered @ places
         spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)

@@ -119,6 +119,10 @@ class Shipped:
             return []
         return [(job, known.answer(job)) for job, known in found]
 
+    def has(self, job: Job) -> bool:
+        """Whether the file holds what a job asks for."""
+        return self._of(job) is not None
+
     def _of(self, job: Job) -> Known | None:
         candidates = self.known.get(job.key_without_protocol, ())
         return next((known for known in candidates if known.serves(job)), None)
@@ -152,11 +156,27 @@ def protocol_of(job: Job) -> Protocol:
     return {name: values for name, values in told.items() if values}
 
 
-def write(file: Path, jobs: Iterable[Job], results: Iterable[JobResult]) -> None:
-    """Write results of jobs."""
+def write(
+    file: Path, jobs: Iterable[Job], results: Iterable[JobResult], *, keep: bool = False
+) -> None:
+    """Write results of jobs.
+
+    Args:
+        file: that is written.
+        jobs: whose results these are.
+        results: of each.
+        keep: what the file has beside them, too.
+    """
     facts: list[dict[str, Any]] = []
     numbers: list[float] = []
+    known = opened(file) if keep else None
+    if known is not None:
+        with np.load(file) as data:
+            facts += json.loads(data["head"].tobytes().decode())["results"]
+            numbers += data["numbers"].tolist()
     for job, result in zip(jobs, results, strict=True):
+        if known is not None and known.has(job):
+            continue
         curve = {**result.columns, **{json.dumps(list(k)): v for k, v in result.slopes.items()}}
         facts.append(
             {

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
+from dolfingrip.diagnosis.core import sampling
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.discrepancy import Along, kernel
 from dolfingrip.diagnosis.core.emulator import linear, places, trained
@@ -108,6 +109,32 @@ def test_what_a_cause_explains_by_half_is_not_given_to_it() -> None:
     decision = decide(search(case(value, BENT), np.random.default_rng(SEED)))
     assert decision.answer == "unknown"
     assert decision.unexplained > 0.15
+
+
+def test_a_cause_is_no_surer_than_the_share_that_it_explains() -> None:
+    """A strong cause beside a small jump is named, and what stays is told."""
+    value = drawn(3 * BENT["bent"], np.where(X > 0.7, 0.35, 0.0))
+    decision = decide(search(case(value, BENT), np.random.default_rng(SEED)))
+    assert decision.answer == "cause"
+    assert decision.first == ("bent",)
+    assert 0.01 < decision.unexplained < 0.5
+    assert 0.5 < decision.probability <= 1 - decision.unexplained
+
+
+def test_draws_follow_a_curved_ridge() -> None:
+    """y ~ N(x², 0.4²) over x ~ N(0, 1): the integral is 1, and E y = E x² = 1."""
+
+    def log_density(at: np.ndarray) -> np.ndarray:
+        off = (at[:, 1] - at[:, 0] ** 2) / 0.4
+        return np.asarray(-0.5 * (at[:, 0] ** 2 + off**2) - np.log(2 * np.pi * 0.4))
+
+    print("seed", SEED)
+    about_mode = np.diag([1.0, 0.16])
+    found = sampling.drawn(log_density, np.zeros(2), about_mode, np.random.default_rng(SEED))
+    assert found is not None
+    assert found.effective > 100
+    assert found.log_integral == pytest.approx(0.0, abs=0.15)
+    assert found.weights @ found.places[:, 1] == pytest.approx(1.0, abs=0.25)
 
 
 def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
