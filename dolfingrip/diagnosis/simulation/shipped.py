@@ -167,33 +167,39 @@ def write(
         results: of each.
         keep: what the file has beside them, too.
     """
-    facts: list[dict[str, Any]] = []
-    numbers: list[float] = []
-    known = opened(file) if keep else None
-    if known is not None:
-        with np.load(file) as data:
-            facts += json.loads(data["head"].tobytes().decode())["results"]
-            numbers += data["numbers"].tolist()
-    for job, result in zip(jobs, results, strict=True):
-        if known is not None and known.has(job):
-            continue
-        curve = {**result.columns, **{json.dumps(list(k)): v for k, v in result.slopes.items()}}
-        facts.append(
-            {
-                "job": job.key_without_protocol, "effects": _effects(job),
-                "protocol": protocol_of(job), "gradients": job.gradients,
-                "columns": {name: len(values) for name, values in curve.items()},
-                "failure_class": result.failure_class, "failure": result.failure,
-                "wall_s": result.wall_s,
-            }
-        )  # fmt: skip
-        numbers += [float(f"{x:.{DIGITS}g}") for values in curve.values() for x in values]
+    known = read(file) if keep else None
+    every = [] if known is None else [each for own in known.known.values() for each in own]
+    every += [
+        _known(job, result)
+        for job, result in zip(jobs, results, strict=True)
+        if known is None or not known.has(job)
+    ]
+    facts = [
+        {
+            "job": each.job, "effects": each.effects, "protocol": each.protocol,
+            "gradients": each.gradients,
+            "columns": {name: len(values) for name, values in each.curve.items()},
+            "failure_class": each.failure_class, "failure": each.failure, "wall_s": each.wall_s,
+        }
+        for each in every
+    ]  # fmt: skip
+    numbers = [
+        float(f"{x:.{DIGITS}g}") for each in every for values in each.curve.values() for x in values
+    ]
     names = sorted({name for fact in facts for name in fact["effects"]})
     head = {
         "format": FORMAT, "core": sources.core_digest(), "results": facts,
         "effects": {name: sources.effect_digest(name) for name in names},
     }  # fmt: skip
     _replace(file, head, np.array(numbers, dtype=np.float32))
+
+
+def _known(job: Job, result: JobResult) -> Known:
+    slopes = {json.dumps(list(k)): values for k, values in result.slopes.items()}
+    return Known(
+        job.key_without_protocol, tuple(_effects(job)), protocol_of(job), tuple(job.gradients),
+        {**result.columns, **slopes}, result.failure_class, result.failure, result.wall_s,
+    )  # fmt: skip
 
 
 def restamp(file: Path) -> None:
