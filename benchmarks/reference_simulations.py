@@ -110,7 +110,7 @@ def main() -> None:
                 base = simulate_base(measurement, Config(), workers, effects=effects)
                 if part == CAUSES:
                     finger_case(read_alike_simulated(measurement, base), Config(), workers)
-    jobs, results = workers.kept()
+    jobs, results = workers.remembered()
     seconds = sum(result.wall_s or 0.0 for result in results)
     print(f"{len(jobs)} simulations of {seconds:.0f} s")
     if options.keep or set(parts) == set(PARTS):

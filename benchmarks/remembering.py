@@ -26,7 +26,7 @@ class Remembering(StayingWorkers):
             self.asked[job.key] = (job, result)
         return found
 
-    def kept(self) -> tuple[list[Job], list[JobResult]]:
+    def remembered(self) -> tuple[list[Job], list[JobResult]]:
         """Jobs and their results, in the order in which they were asked for."""
         pairs = list(self.asked.values())
         return [job for job, _ in pairs], [result for _, result in pairs]

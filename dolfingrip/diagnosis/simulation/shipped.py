@@ -174,7 +174,7 @@ def write(
         for job, result in zip(jobs, results, strict=True)
         if known is None or not known.has(job)
     ]
-    facts = [
+    facts: list[dict[str, Any]] = [
         {
             "job": each.job, "effects": each.effects, "protocol": each.protocol,
             "gradients": each.gradients,
