@@ -21,8 +21,9 @@ class Policy:
         wait_weight, wait_s: a wait of t counts as a path of ``wait_weight`` ln(1 + t/``wait_s``).
         visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
         credible: part of the probability that a set of causes has to hold.
-        claimed: probability from which on an answer is given.
-        both: probability of two causes from which on a second set is named.
+        claimed: probability from which on a cause is named: odds of three to one.
+        likelier: probability from which on a second cause is named beside a first, or a number of
+            the model itself that is far out.
         tail: how fast a modulus far from the configured one loses probability: ln c =
             s sinh(tail ζ)/tail for a standard deviation s.
         far: width of the prior of a number of the rig, or of all moduli, that is far from what was
@@ -90,8 +91,8 @@ class Policy:
     wait_s: float = 5.0
     visible_sigma: float = 2.0
     credible: float = 0.99
-    claimed: float = 0.5
-    both: float = 0.5
+    claimed: float = 0.75
+    likelier: float = 0.5
     tail: float = 0.9
     far: float = 4.0
     far_sigma: float = 3.0

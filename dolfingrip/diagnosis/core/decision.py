@@ -57,7 +57,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
 
     Something that the catalogue lacks may look like one of its causes. What stays beside them tells
     how alike the two are: causes are no more probable than the share that they explain, and the
-    answer is unknown where that is less than half.
+    answer is unknown where they explain too little to be named.
 
     Args:
         posterior: probabilities of all hypotheses.
@@ -84,11 +84,11 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     }
     first, second = _sets(by_effects, inclusion, _strengths(seen), single=single)
     claim = _mass(mass, first, second)
-    if second and claim <= POLICY.both:  # one set is surer than two
+    if second and claim <= POLICY.likelier:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()
         claim = _mass(mass, first, second)
     rig = max(case.rig & set(posterior.names) - {*first}, key=inclusion.__getitem__, default=None)
-    if not second and not single and rig and _mass(mass, first, (rig,)) > POLICY.both:
+    if not second and not single and rig and _mass(mass, first, (rig,)) > POLICY.likelier:
         second, claim = (rig,), _mass(mass, first, (rig,))
     unexplained, discrepancy = _unexplained(posterior, seen)
     unknown = mass[NONE] - none
@@ -107,7 +107,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     if answer != "cause":
         first, second = (), ()
     far, who = _far(posterior)
-    if answer == "none" and (scaled := none * far) >= POLICY.claimed:
+    if answer == "none" and (scaled := none * far) >= POLICY.likelier:
         answer, first, probability, none = "cause", who, scaled, none - scaled
     best = _leading(seen, first, second, posterior)
     return Decision(
@@ -159,7 +159,7 @@ def _sets(
     either set.
     """
     pairs = {subset: p for subset, p in mass.items() if len(subset) > 1}
-    if single or sum(pairs.values()) <= POLICY.both:
+    if single or sum(pairs.values()) <= POLICY.likelier:
         return _smallest(mass, inclusion), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
     held, total = 0.0, sum(pairs.values())

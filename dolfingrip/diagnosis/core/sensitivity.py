@@ -49,7 +49,7 @@ def sensitivity(posterior: Posterior) -> tuple[Decision, Sensitivity]:
     }
     answers = {name: decide(each) for name, each in variants.items()}
     decision = answers[OWN]
-    if decision.second and min(_of(each, decision) for each in answers.values()) <= POLICY.both:
+    if decision.second and min(_of(each, decision) for each in answers.values()) <= POLICY.likelier:
         decision = decide(posterior, single=True)
     return decision, Sensitivity(
         answers, {name: _of(each, decision) for name, each in answers.items()}

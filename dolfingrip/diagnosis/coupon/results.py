@@ -165,6 +165,8 @@ def _sentence(found: CouponDiagnosis) -> str:
     decision = found.decision
     sure = chance(decision.probability)
     if decision.answer == "none":
+        if decision.probability < 0.5:
+            return f"no cause can be claimed (probability that nothing else is off: {sure})"
         return f"nothing beyond noise and nuisances is to be seen (probability {sure})"
     if decision.answer == "unknown":
         return f"something is off that the catalogue does not explain (probability {sure})"

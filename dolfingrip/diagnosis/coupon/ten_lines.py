@@ -81,6 +81,11 @@ def _result(found: CouponDiagnosis) -> str:
     decision = found.decision
     sure = chance(decision.probability)
     if decision.answer == "none":
+        if decision.probability < 0.5:
+            return (
+                "No cause can be claimed: the readings hardly tell whether anything else is off. "
+                f"That nothing is has probability {sure}."
+            )
         return f"Nothing else is to be seen: probability {sure}."
     if decision.answer == "unknown":
         told = f"Something is off that no effect of the catalogue explains: probability {sure}."
