@@ -23,6 +23,7 @@ from dolfingrip.diagnosis.coupon.ten_lines import (
     ten_lines,
     unit_of,
 )
+from dolfingrip.diagnosis.policy import POLICY
 
 
 def extended_toml(found: CouponDiagnosis) -> str:
@@ -164,9 +165,10 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
 def _sentence(found: CouponDiagnosis) -> str:
     decision = found.decision
     sure = chance(decision.probability)
+    if decision.answer != "cause" and decision.probability < POLICY.likelier:
+        nothing = chance(decision.none)
+        return f"no cause can be claimed (probability that nothing else is off: {nothing})"
     if decision.answer == "none":
-        if decision.probability < 0.5:
-            return f"no cause can be claimed (probability that nothing else is off: {sure})"
         return f"nothing beyond noise and nuisances is to be seen (probability {sure})"
     if decision.answer == "unknown":
         return f"something is off that the catalogue does not explain (probability {sure})"

@@ -21,6 +21,7 @@ from dolfingrip.diagnosis.coupon.found import (
 )
 from dolfingrip.diagnosis.coupon.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.data.columns import CONTROL
+from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import named
 
@@ -80,12 +81,12 @@ def _of_the_rig(each: OfTheRig) -> str:
 def _result(found: CouponDiagnosis) -> str:
     decision = found.decision
     sure = chance(decision.probability)
+    if decision.answer != "cause" and decision.probability < POLICY.likelier:
+        return (
+            "No cause can be claimed: the readings hardly tell whether anything else is off. "
+            f"That nothing is has probability {chance(decision.none)}."
+        )
     if decision.answer == "none":
-        if decision.probability < 0.5:
-            return (
-                "No cause can be claimed: the readings hardly tell whether anything else is off. "
-                f"That nothing is has probability {sure}."
-            )
         return f"Nothing else is to be seen: probability {sure}."
     if decision.answer == "unknown":
         told = f"Something is off that no effect of the catalogue explains: probability {sure}."
