@@ -22,7 +22,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -32,7 +31,6 @@ from dolfingrip.cli.options import console
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
-from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.case import finger_case
 from dolfingrip.diagnosis.plan.plan import read_alike
@@ -53,9 +51,6 @@ CAUSES: Final = "causes"
 """The part that emulators of all causes are made from."""
 
 PARTS: Final = (PROTOCOL, CAUSES, *(kind for kind in rig.KINDS if kind not in APART))
-
-NOISE: Final = {"pressure_kPa": 0.5, "angle_deg": 0.3, "force_N": 0.02}
-"""Of the readings that causes are simulated for; simulations do not depend on it."""
 
 
 def measurements() -> Iterator[tuple[str, Measurement]]:
@@ -80,8 +75,7 @@ def read_alike_simulated(measurement: Measurement, base: BaseSimulation) -> Meas
         measurement.listed()[["row", "column"]].itertuples(index=False), base.readings, strict=True
     ):
         rows.loc[rows.index[row], column] = value
-    tests = [replace(test, setup=LabSetup(noise=NOISE)) for test in measurement.tests]
-    return Measurement(rows, tests)
+    return Measurement(rows, measurement.tests)
 
 
 def main() -> None:

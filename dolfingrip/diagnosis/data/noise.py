@@ -85,10 +85,10 @@ def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tup
     """A standard deviation, and a sentence about its source."""
     rows = measurement.rows(test.number)
     dense = np.concatenate([np.empty(0), *_differences(rows, test.control, column)])
-    if len(dense) >= _REPEATS:
+    if len(dense) >= _REPEATS and dense.any():  # rounded readings may not differ at all
         return float(np.sqrt(np.mean(dense**2))), "estimated from its scatter along a branch"
     repeated = np.concatenate([np.empty(0), *_repeats(rows, test.control, column)])
-    if len(repeated) >= _REPEATS:
+    if len(repeated) >= _REPEATS and repeated.any():
         return float(np.sqrt(np.mean(repeated**2))), "estimated from repeated cycles"
     usual = CHANNELS[column].noise
     return usual, "an engineering guess, as the readings are too few to estimate it"
