@@ -57,3 +57,17 @@ def test_guessed_where_readings_are_few(tmp_path: Path) -> None:
     found = noise(measured(tmp_path, 6, 1, UNTOLD))
     assert set(found.independent) == {0.3}
     assert "engineering guess" in found.sentences[0]
+
+
+def test_readings_that_repeat_exactly_tell_no_noise(tmp_path: Path) -> None:
+    """Cycles of readings in whole degrees may not differ at all; that is no noise of 0."""
+    lines = ["cycle,branch,time_s,pressure_kPa,angle_deg"]
+    for cycle in range(1, 5):
+        for i, (branch, value) in enumerate((*_UP, *_DOWN)):
+            lines.append(f"{cycle},{branch},{10 * cycle + i},{value},{value // 3}")
+    found = noise(read([written(tmp_path, "\n".join(lines) + "\n", UNTOLD)]))
+    assert set(found.independent) == {0.3}
+
+
+_UP = [("loading", value) for value in (10, 20, 30, 40)]
+_DOWN = [("unloading", value) for value in (30, 20, 10)]
