@@ -57,7 +57,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
 
     Something that the catalogue lacks may look like one of its causes. What stays beside them tells
     how alike the two are: causes are no more probable than the share that they explain, and the
-    answer is unknown where they explain too little to be named.
+    answer is unknown where they explain less than half.
 
     Args:
         posterior: probabilities of all hypotheses.
@@ -101,7 +101,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     nearest: tuple[str, ...] = ()
     if answer == "cause":
         probability = min(claim, 1 - unexplained)
-        if probability < POLICY.claimed:
+        if 1 - unexplained < POLICY.likelier:
             answer, probability, nearest = "unknown", discrepancy, first
             unknown = max(unknown, discrepancy)
     if answer != "cause":
