@@ -14,7 +14,7 @@ To be run again where the code of an effect changes (that one is computed alone 
 mechanics change; until then a diagnosis checks the file by one simulation
 (:mod:`dolfingrip.diagnosis.simulation.shipped`). Where the change is known not to touch fingers, as
 one of coupons alone, ``--keep`` takes over what the file has after that check, computes what it
-lacks, and adds that to the file.
+lacks, and adds that to the file; so does a call that is stopped by Ctrl-C.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.jobs.cluster import Where
-from dolfingrip.jobs.pool import Pool
+from dolfingrip.jobs.pool import Pool, SchedulerGone
 
 PROTOCOL: Final = "protocol"
 """The part that every diagnosis of the reference finger begins with; the others are additions."""
@@ -97,13 +97,18 @@ def main() -> None:
     where = Where(workers=options.workers)
     with progress.jobs(console(), "simulations") as show, Pool(where) as pool:
         workers = Remembering(options.store / code(), where, show, kept=pool, known=known)
-        for part, measurement in measurements():
-            if part in parts:
-                print(part, flush=True)
-                effects = () if part == CAUSES else tried(None)
-                base = simulate_base(measurement, Config(), workers, effects=effects)
-                if part == CAUSES:
-                    finger_case(read_alike_simulated(measurement, base), Config(), workers)
+        try:
+            for part, measurement in measurements():
+                if part in parts:
+                    print(part, flush=True)
+                    effects = () if part == CAUSES else tried(None)
+                    base = simulate_base(measurement, Config(), workers, effects=effects)
+                    if part == CAUSES:
+                        finger_case(read_alike_simulated(measurement, base), Config(), workers)
+        except (KeyboardInterrupt, SchedulerGone):
+            if not options.keep:
+                raise
+            print("stopped; what has ended is added")
     jobs, results = workers.remembered()
     seconds = sum(result.wall_s or 0.0 for result in results)
     print(f"{len(jobs)} simulations of {seconds:.0f} s")

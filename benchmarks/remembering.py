@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from dolfingrip.diagnosis.simulation.job import Job, JobResult
+from dolfingrip.diagnosis.simulation.job import Job, JobResult, result_of
 from dolfingrip.diagnosis.workers import StayingWorkers
+from dolfingrip.jobs.store import Store
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,19 +15,19 @@ class Remembering(StayingWorkers):
     """Workers that keep what they were asked for.
 
     Attributes:
-        asked: jobs and their results, by key.
+        asked: jobs by key, in the order in which they were asked for.
     """
 
-    asked: dict[str, tuple[Job, JobResult]] = field(default_factory=dict)
+    asked: dict[str, Job] = field(default_factory=dict)
 
     def results(self, jobs: Sequence[Job]) -> list[JobResult]:
         """Results of jobs, which are remembered."""
-        found = StayingWorkers.results(self, jobs)
-        for job, result in zip(jobs, found, strict=True):
-            self.asked[job.key] = (job, result)
-        return found
+        self.asked.update({job.key: job for job in jobs})
+        return StayingWorkers.results(self, jobs)
 
     def remembered(self) -> tuple[list[Job], list[JobResult]]:
-        """Jobs and their results, in the order in which they were asked for."""
-        pairs = list(self.asked.values())
-        return [job for job, _ in pairs], [result for _, result in pairs]
+        """Those jobs that have ended, and their results."""
+        with Store(self.store) as store:
+            rows = {row["key"]: row for row in store.rows() if row["status"] != "pending"}
+        ended = [job for key, job in self.asked.items() if key in rows]
+        return ended, [result_of(rows[job.key]) for job in ended]
