@@ -84,11 +84,11 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     }
     first, second = _sets(by_effects, inclusion, _strengths(seen), single=single)
     claim = _mass(mass, first, second)
-    if second and claim <= POLICY.likelier:  # one set is surer than two
+    if second and claim < POLICY.claimed:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()
         claim = _mass(mass, first, second)
     rig = max(case.rig & set(posterior.names) - {*first}, key=inclusion.__getitem__, default=None)
-    if not second and not single and rig and _mass(mass, first, (rig,)) > POLICY.likelier:
+    if not second and not single and rig and _mass(mass, first, (rig,)) >= POLICY.claimed:
         second, claim = (rig,), _mass(mass, first, (rig,))
     unexplained, discrepancy = _unexplained(posterior, seen)
     unknown = mass[NONE] - none
