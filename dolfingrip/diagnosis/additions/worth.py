@@ -22,6 +22,7 @@ from typing import Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
 from dolfingrip.diagnosis.inference.classes import TIED
 from dolfingrip.diagnosis.inference.covariance import Covariance
@@ -128,3 +129,74 @@ def chance_alone(
     apart = (then.misfit > TIED) | (odds > REFUTES)
     apart = (apart & ~unseen) | np.eye(len(log), dtype=bool)
     return float(probability[apart.all(axis=1)].sum() / probability.sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Tied:
+    """A hypothesis that others are tied with.
+
+    Attributes:
+        zeta: its numbers as standard normal ones.
+        readings, slopes: of a measurement, shapes (n,) and (n, d).
+    """
+
+    zeta: Vector
+    readings: Vector
+    slopes: Matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Tied hypotheses by the readings so far.
+
+    Attributes:
+        probability: of each.
+        here: each at the readings so far.
+        now: what these are expected to tell.
+    """
+
+    probability: Vector
+    here: Sequence[Tied]
+    now: Expected
+
+    @classmethod
+    def of(
+        cls, probability: Sequence[float], here: Sequence[Tied], covariance: Matrix
+    ) -> Comparison:
+        """By the covariance of the readings so far, shape (n, n)."""
+        found = [(each.readings, each.slopes) for each in here]
+        now = Expected.of(here, Covariance.of(covariance), found)
+        return cls(np.array(probability), here, now)
+
+    def worth(
+        self,
+        proposal: Proposal,
+        after: Sequence[Tied],
+        joint: Matrix,
+        unseen: npt.NDArray[np.bool_] | None = None,
+    ) -> AdditionWorth:
+        """What an addition is worth.
+
+        Args:
+            proposal: the addition.
+            after: each hypothesis at the addition's readings.
+            joint: covariance of the readings so far and of the addition's.
+            unseen: pairs that differ in what the readings do not show; none by default.
+        """
+        together = [
+            (np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
+            for a, b in zip(self.here, after, strict=True)
+        ]
+        then = Expected.of(self.here, Covariance.of(joint), together)
+        weights = np.outer(self.probability, self.probability)
+        np.fill_diagonal(weights, 0.0)
+        weights /= max(weights.sum(), 1e-300)
+        useful = np.minimum(then.misfit, ENOUGH) - np.minimum(self.now.misfit, ENOUGH)
+        if unseen is None:
+            unseen = np.zeros_like(weights, dtype=bool)
+        return AdditionWorth(
+            proposal.name, proposal.minutes,
+            float((weights * (then.misfit - self.now.misfit)).sum()),
+            float((weights * useful).sum() / proposal.minutes),
+            chance_alone(self.probability, self.now, then, unseen),
+        )  # fmt: skip

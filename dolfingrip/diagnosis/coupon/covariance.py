@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -17,6 +17,7 @@ from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.groups import SimulationGroup
 from dolfingrip.parameter import named
 
 SLACK: Final = "coupon_slack_mm"
@@ -156,21 +157,33 @@ def smooth(
 
 def _along(simulation: CouponSimulation) -> Along:
     measurement = simulation.measurement
-    listed, rows = measurement.listed(), measurement.readings
+    rows = measurement.readings
     gauges = np.array(
         [test.setup.applied(simulation.config).coupon.gauge_length_mm for test in measurement.tests]
     )
     number = rows["test"].to_numpy()
     load = rows[DISPLACEMENT.name].to_numpy() / gauges[number]
     largest = float(np.nanmax(np.abs(load))) or 1.0
-    load = load / largest
+    return lying(measurement, simulation.groups, load / largest)
+
+
+def lying(measurement: Measurement, groups: Sequence[SimulationGroup], load: np.ndarray) -> Along:
+    """Where a measurement's readings lie.
+
+    Args:
+        measurement: of any specimens.
+        groups: tests that are simulated together, whose channels share a discrepancy.
+        load: of each row by the largest, shape (rows,).
+    """
+    listed, rows = measurement.listed(), measurement.readings
+    number = rows["test"].to_numpy()
     path = np.zeros(len(rows))
     for test in measurement.tests:
         mine = np.flatnonzero(number == test.number)
         path[mine] = discrepancy.path_of(load[mine], rows["time_s"].to_numpy()[mine])
     row, column = listed["row"].to_numpy(), listed["column"].to_numpy()
     group = np.zeros(len(listed), dtype=int)
-    for place, each in enumerate(simulation.groups):
+    for place, each in enumerate(groups):
         group[np.isin(listed["test"].to_numpy(), each.tests)] = place
     names = {name: i for i, name in enumerate(sorted(set(column)))}
     block = group * len(names) + np.array([names[name] for name in column])

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
+import pandas as pd
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.additions.worth import (
-    ENOUGH,
-    AdditionWorth,
-    Expected,
-    chance_alone,
-)
+from dolfingrip.diagnosis.additions.worth import AdditionWorth, Comparison, Tied
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
-from dolfingrip.diagnosis.inference.covariance import Covariance
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 
 STEP = 0.05
@@ -28,21 +23,6 @@ STEP = 0.05
 
 MODEL_ERROR = 0.005
 """Relative error of any law at conditions that nothing was measured at."""
-
-
-@dataclass(frozen=True, eq=False)
-class Tied:
-    """A hypothesis that others are tied with.
-
-    Attributes:
-        zeta: its numbers.
-        readings, slopes: of the measurement, shapes (n,) and (n, d).
-    """
-
-    fit: Fit
-    zeta: np.ndarray
-    readings: np.ndarray
-    slopes: np.ndarray
 
 
 def next_experiments(
@@ -56,43 +36,23 @@ def next_experiments(
     if len(fits) < 2:
         return []
     simulation = coupons.simulation
-    probability = np.array([p for p, _ in fits])
-    weights = np.outer(probability, probability)
-    np.fill_diagonal(weights, 0.0)
-    weights /= max(weights.sum(), 1e-300)
-    here = [_at(coupons, simulation, fit) for _, fit in fits]
-    now = Expected.of(
-        here, Covariance.of(coupons.case.covariance), [(t.readings, t.slopes) for t in here]
-    )
+    comparison = Comparison.of(
+        [p for p, _ in fits], [_at(coupons, simulation, fit) for _, fit in fits],
+        coupons.case.covariance,
+    )  # fmt: skip
     found = []
     for proposal in proposals(simulation.measurement, simulation.config):
         told(proposal.name)
         other = CouponSimulation(proposal.measurement, simulation.config)
         after = [_at(coupons, other, fit) for _, fit in fits]
         new = after[0].readings
-        columns = proposal.measurement.listed()["column"]
-        noise = np.array([_noise(coupons, str(name)) for name in columns])
+        noise = usual_noise(simulation.measurement, coupons.errors.noise, proposal.measurement)
         std = np.hypot(noise, MODEL_ERROR * np.abs(new))
         n = len(coupons.case.value)
         joint = np.zeros((n + len(new), n + len(new)))
         joint[:n, :n] = coupons.case.covariance
         joint[n:, n:] = np.diag(std**2) + _specimen(coupons, new)
-        then = Expected.of(
-            here, Covariance.of(joint),
-            [
-                (np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
-                for a, b in zip(here, after, strict=True)
-            ],
-        )  # fmt: skip
-        useful = np.minimum(then.misfit, ENOUGH) - np.minimum(now.misfit, ENOUGH)
-        found.append(
-            AdditionWorth(
-                proposal.name, proposal.minutes,
-                float((weights * (then.misfit - now.misfit)).sum()),
-                float((weights * useful).sum() / proposal.minutes),
-                chance_alone(probability, now, then, np.zeros_like(weights, dtype=bool)),
-            )
-        )  # fmt: skip
+        found.append(comparison.worth(proposal, after, joint))
     return sorted(found, key=lambda worth: worth.rank)
 
 
@@ -143,18 +103,23 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
                 own = (all_changes[1 + i] - all_changes[0]) / step
             slopes.append(factor * own)
     first = np.where(scaled, dc, 0.0) * (base + change)
-    return Tied(fit, fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
+    return Tied(fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
 
 
-def _noise(coupons: CouponCase, column: str) -> float:
-    same = (coupons.simulation.measurement.listed()["column"] == column).to_numpy()
-    return float(np.median(coupons.errors.noise[same])) if same.any() else CHANNELS[column].noise
+def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) -> np.ndarray:
+    """Noise of another measurement's readings: the median of their channel's so far.
+
+    Args:
+        measured: so far.
+        noise: of its readings, shape (n,).
+        other: whose readings are to be made.
+    """
+    by_column = pd.Series(noise).groupby(measured.listed()["column"].to_numpy()).median()
+    columns = other.listed()["column"]
+    return np.array([by_column.get(name, CHANNELS[name].noise) for name in columns])
 
 
 def _specimen(coupons: CouponCase, readings: np.ndarray) -> np.ndarray:
     """A new coupon is another specimen."""
     std = max(coupons.errors.scatter.scale, coupons.errors.scatter.told_scale)
     return np.asarray(std**2 * np.outer(readings, readings))
-
-
-__all__: Sequence[str] = ("next_experiments",)

@@ -13,6 +13,7 @@ from dolfingrip.diagnosis.coupon.covariance import (
     Shared,
     between,
     drifting,
+    lying,
 )
 from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
@@ -107,23 +108,10 @@ def _steeper(base: np.ndarray, signal: np.ndarray) -> np.ndarray:
 
 
 def _along(simulation: FingerSimulation) -> Along:
-    measurement = simulation.measurement
-    listed, rows = measurement.listed(), measurement.readings
-    number = rows["test"].to_numpy()
-    load, path = np.zeros(len(rows)), np.zeros(len(rows))
-    for test in measurement.tests:
+    rows = simulation.measurement.readings
+    number, load = rows["test"].to_numpy(), np.zeros(len(rows))
+    for test in simulation.measurement.tests:
         mine = np.flatnonzero(number == test.number)
         own = rows[test.control].to_numpy()[mine]
         load[mine] = own / (float(np.nanmax(np.abs(own))) or 1.0)
-        path[mine] = discrepancy.path_of(load[mine], rows["time_s"].to_numpy()[mine])
-    row, column = listed["row"].to_numpy(), listed["column"].to_numpy()
-    group = np.zeros(len(listed), dtype=int)
-    for place, each in enumerate(simulation.groups):
-        group[np.isin(listed["test"].to_numpy(), each.tests)] = place
-    names = {name: i for i, name in enumerate(sorted(set(column)))}
-    block = group * len(names) + np.array([names[name] for name in column])
-    value = listed["value"].to_numpy()
-    size = np.zeros(len(listed))
-    for each in set(block):
-        size[block == each] = np.sqrt(np.mean(value[block == each] ** 2))
-    return Along(load[row], path[row], block, size)
+    return lying(simulation.measurement, simulation.groups, load)

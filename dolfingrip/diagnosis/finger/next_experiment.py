@@ -6,23 +6,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.additions.memory import shows
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.additions.worth import (
-    ENOUGH,
     MODEL_ERROR,
     AdditionWorth,
-    Expected,
-    chance_alone,
+    Comparison,
+    Tied,
 )
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.search import Posterior
-from dolfingrip.diagnosis.coupon.next_experiment import Tied, tied
+from dolfingrip.diagnosis.coupon.next_experiment import tied, usual_noise
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
-from dolfingrip.diagnosis.inference.covariance import Covariance
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.extensions.index import effect
@@ -41,14 +38,8 @@ def next_experiments(
     fits = tied(posterior, decision)
     if len(fits) < 2:
         return [], []
-    probability = np.array([p for p, _ in fits])
-    weights = np.outer(probability, probability)
-    np.fill_diagonal(weights, 0.0)
-    weights /= max(weights.sum(), 1e-300)
-    here = [Tied(fit, fit.zeta, *emulated(finger, fit)) for _, fit in fits]
-    now = Expected.of(
-        here, Covariance.of(finger.case.covariance), [(t.readings, t.slopes) for t in here]
-    )
+    here = [Tied(fit.zeta, *emulated(finger, fit)) for _, fit in fits]
+    comparison = Comparison.of([p for p, _ in fits], here, finger.case.covariance)
     remembers = np.array(
         [any(effect(n).kind == "dissipative" for n in fit.subset) for _, fit in fits]
     )
@@ -60,32 +51,17 @@ def next_experiments(
             mesh = () if proposal.known_mesh else simulation.flat
             # the rig's own errors are others then
             after = [
-                Tied(fit, fit.zeta, *simulated(finger, fit, proposal.measurement, mesh, rig=False))
+                Tied(fit.zeta, *simulated(finger, fit, proposal.measurement, mesh, rig=False))
                 for _, fit in fits
             ]
             joint = _joint(finger, proposal, after[0].readings)
         except ConfigError as error:
             failed.append(f"{proposal.name} could not be judged: {error}")
             continue
-        then = Expected.of(
-            here, Covariance.of(joint),
-            [
-                (np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
-                for a, b in zip(here, after, strict=True)
-            ],
-        )  # fmt: skip
         # along one loading a law with memory follows any elastic one, fitted anew
         seen = shows(simulation.measurement, proposal.measurement)
         unseen = (remembers[:, None] != remembers) & (not seen)
-        useful = np.minimum(then.misfit, ENOUGH) - np.minimum(now.misfit, ENOUGH)
-        found.append(
-            AdditionWorth(
-                proposal.name, proposal.minutes,
-                float((weights * (then.misfit - now.misfit)).sum()),
-                float((weights * useful).sum() / proposal.minutes),
-                chance_alone(probability, now, then, unseen),
-            )
-        )  # fmt: skip
+        found.append(comparison.worth(proposal, after, joint, unseen))
     return sorted(found, key=lambda worth: worth.rank), failed
 
 
@@ -106,7 +82,7 @@ def _joint(finger: FingerCase, proposal: Proposal, readings: np.ndarray) -> np.n
     found = np.zeros((n + m, n + m))
     found[:n, :n] = finger.case.covariance
     listed = measurement.listed()
-    noise = np.array([_noise(finger, str(name)) for name in listed["column"]])
+    noise = usual_noise(simulation.measurement, finger.errors.noise, measurement)
     error = np.array([
         0.5 * MODEL_ERROR if name == "coupon" else MODEL_ERROR for name in listed["experiment"]
     ])  # fmt: skip
@@ -117,9 +93,3 @@ def _joint(finger: FingerCase, proposal: Proposal, readings: np.ndarray) -> np.n
             found[:n, n:] += np.outer(old[name], change)
             found[n:, :n] += np.outer(change, old[name])
     return found
-
-
-def _noise(finger: FingerCase, column: str) -> float:
-    listed = finger.simulation.measurement.listed()
-    same = (listed["column"] == column).to_numpy()
-    return float(np.median(finger.errors.noise[same])) if same.any() else CHANNELS[column].noise
