@@ -42,8 +42,11 @@ class Policy:
             many times √(2/n).
         stiffest: largest factor of a finger's moduli, and 1 by the smallest.
         nodes: moduli at which a simulation that scales is read.
-        recentred: fitted factor of the moduli, or 1 by it, from which on all effects are
-            simulated at other moduli; and by powers of which these are told.
+        recentred: steps of the moduli that all is simulated at, as a factor; the first coarse
+            simulations serve so far to either side.
+        near_enough: ratio of the fitted moduli and those that all is simulated at, at most.
+        passes: simulations of the model at other moduli, at most, until these follow the readings.
+        coarse: part of a channel that the mesh of the causes may be off by.
         component_error: error of a reading that columns may leave, by its noise.
         error_columns: columns of an emulator's error.
         pairs: pairs of effects that are fitted; the others are bounded from above.
@@ -67,7 +70,6 @@ class Policy:
         single_shape: the first of these where there is one specimen.
         surer: error of an emulator by that before, where a simulation has corrected it.
         mended_length: of what an exact simulation tells of an emulator's error, in ζ.
-        walls: standard deviations of the walls up to which their parabola is believed.
         walls_reach: standard deviations that walls may be off by.
         rounds: leading fits of a finger that are simulated, at most.
         interval: probability that intervals hold.
@@ -109,6 +111,9 @@ class Policy:
     stiffest: float = 4.0
     nodes: int = 33
     recentred: float = 1.6
+    near_enough: float = 1.3
+    passes: int = 5
+    coarse: float = 0.25
     component_error: float = 0.03
     error_columns: int = 3
     pairs: int = 40
@@ -130,7 +135,6 @@ class Policy:
     single_shape: float = 0.003
     surer: float = 0.2
     mended_length: float = 1.0
-    walls: float = 2.5
     walls_reach: float = 5.0
     rounds: int = 6
     interval: float = 0.9

@@ -14,7 +14,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.coupon.found import fitted
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
-from dolfingrip.diagnosis.simulation import meshes, modulus
+from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
@@ -153,18 +153,16 @@ def test_else_a_derivative_serves(names: str, more: str, tmp_path: Path, store: 
     assert WALL in [each.name for each in own.nuisance_list]
 
 
-def test_the_mesh_is_off_as_with_the_walls_that_are_found(tmp_path: Path, store: Path) -> None:
-    """Against what grading changes with thinner walls."""
-    config = small.short("mesh.edge_size_mm=4", "solver.rtol=1e-9")
-    measured = read([written(tmp_path, _table(None, "both"), TOLD)], config)
-    base = simulate_base(measured, config, Here(store), effects=())
-    curves = simulate_walls(measured, base, Here(store))
-    assert curves is not None
-    thin = f"finger.wall_mm={config.finger.wall_mm * (1 - PART)!r}"
-    cases = [Case((thin,)), Case((*meshes.ungraded(config), thin))]
-    graded, plain = (each.readings for each in simulate(measured, config, cases, Here(store)))
-    expected = meshes.SHARE * (graded - plain)
-    found = base.mesh[:, 0] + curves.mesh(1 - PART)
-    np.testing.assert_allclose(found, expected, atol=1e-6)
-    assert np.abs(curves.mesh(1 - PART)).max() > 0.02 * np.abs(base.mesh).max()
-    assert not curves.mesh(1.0).any()
+def test_walls_far_from_those_configured_are_simulated(
+    base: BaseSimulation, store: Path, tmp_path: Path
+) -> None:
+    """Readings of walls four standard deviations too thick: these are the cause, and fitted."""
+    true = with_walls(base.measurement, store, 1.2, 0.9)
+    measured = written_with(tmp_path, true)
+    found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
+    assert found.coupons.simulation.walls.known.keys() >= {0.9, 1.0, 1.1, 1.2}
+    assert (found.decision.answer, found.decision.first) == ("cause", ("wall_offset",))
+    numbers = {each.key: each for each in found.numbers(found.decision.best)}
+    print(numbers)
+    assert numbers["finger.wall_mm"].low < 1.2 * finger().finger.wall_mm
+    assert 1.2 * finger().finger.wall_mm < numbers["finger.wall_mm"].high

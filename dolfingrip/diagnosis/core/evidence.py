@@ -129,8 +129,10 @@ class Case:
     def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """c and dc/dζ; far from 1 it loses less probability than a normal logarithm would."""
         t = POLICY.tail
-        log = self.modulus_std * np.sinh(t * np.asarray(zeta)) / t
-        slope = self.modulus_std * np.cosh(t * np.asarray(zeta))
+        # draws go where no fit does
+        inside = np.clip(zeta, *self.ground_box[0])
+        log = self.modulus_std * np.sinh(t * inside) / t
+        slope = self.modulus_std * np.cosh(t * inside)
         return np.exp(log), np.exp(log) * slope
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:

@@ -125,6 +125,10 @@ class CouponDiagnosis:
         """The rig's numbers at a fit."""
         return of_the_rig(self.coupons, fit)
 
+    def as_configured(self) -> np.ndarray:
+        """(n,) readings of the model as configured; NaN where it does not come so far."""
+        return self.coupons.case.base
+
     def with_best_modulus(self) -> np.ndarray:
         """(n,) readings of the model without causes, what is its own fitted."""
         return with_best_modulus(self.coupons)

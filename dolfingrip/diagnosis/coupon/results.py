@@ -134,14 +134,14 @@ def _downstream(found: CouponDiagnosis) -> outcome.Downstream | None:
 
 def pictures(found: CouponDiagnosis) -> dict[str, Any]:
     """Plain data for the report."""
-    case, listed = found.coupons.case, found.coupons.simulation.measurement.listed()
+    listed = found.coupons.simulation.measurement.listed()
     rows = found.coupons.simulation.measurement.readings
     decision = found.decision
     after = fitted(found.coupons, decision.best)
     readings = listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
-        run=listed["test"], noise=found.coupons.errors.noise, configured=case.base,
+        run=listed["test"], noise=found.coupons.errors.noise, configured=found.as_configured(),
         before=found.with_best_modulus(), after=after,
     )  # fmt: skip
     return {

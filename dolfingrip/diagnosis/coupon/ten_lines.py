@@ -57,11 +57,14 @@ def ten_lines(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) 
 
 def _configured(found: CouponDiagnosis) -> str:
     """What is off as configured, and what was fitted for it."""
-    case = found.coupons.case
-    off = case.value - case.base
-    share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(case.value**2)))
+    value, simulated = found.coupons.case.value, found.as_configured()
+    come = np.isfinite(simulated)
+    off = (value - simulated)[come]
+    share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(value[come] ** 2))) if come.any() else 0.0
+    lost = int((~come).sum())
+    so_far = f" and does not come to {lost} of {len(value)} readings" if lost else ""
     told = [
-        f"As configured the model is {_percent(share)} off (root mean square). "
+        f"As configured the model is {_percent(share)} off (root mean square){so_far}. "
         f"{found.fitted(found.decision.best)}"
     ]
     told += [f"{_of_the_rig(each)}." for each in found.rig(found.decision.best) if each.far]
@@ -134,7 +137,7 @@ def _size(found: CouponDiagnosis) -> str:
 
 def _fit(found: CouponDiagnosis) -> str:
     case = found.coupons.case
-    before, plain = case.base, found.with_best_modulus()
+    before, plain = found.as_configured(), found.with_best_modulus()
     after = fitted(found.coupons, found.decision.best)
     named = bool(found.decision.best.subset)
     noise = by_channel(found, found.coupons.errors.noise)

@@ -9,29 +9,25 @@ import numpy as np
 import scipy.linalg
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core import discrepancy
-from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.emulator import Mended
-from dolfingrip.diagnosis.core.evidence import Case, Fit, Level
+from dolfingrip.diagnosis.core.evidence import Case, Fit
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.core.search import NONE, levels
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.errors import errors
-from dolfingrip.diagnosis.finger.simulation import (
-    FingerSimulation,
-    finger_simulation,
-    same_material,
+from dolfingrip.diagnosis.finger.first_pass import first_pass, on_a_good_mesh
+from dolfingrip.diagnosis.finger.model import (
+    far,
+    fitted_moduli,
+    fitted_walls,
+    model_case,
+    wall_std,
 )
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation, rough_simulation
 from dolfingrip.diagnosis.finger.training import overrides_at, trained_causes
-from dolfingrip.diagnosis.finger.unknowns import FAR, WALLS, box_of, unknowns
+from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.walls import PART
-
-BY_WALLS: tuple[float, ...] = (-1.0, 0.0, 1.0)
-"""Walls that the base emulator is read at, by the change that was simulated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,18 +145,11 @@ def finger_case(
     Raises:
         ConfigError: one line, where nothing can be simulated.
     """
-    say("simulating the measurement as configured")
-    simulation = finger_simulation(measurement, config, workers)
-    off = errors(simulation)
-    plain = _base(simulation, off)
-    centre = _centre(plain)
-    if centre != 1.0:
-        say(f"the moduli are about {centre:.2g} times those configured; simulating there")
-        simulation = finger_simulation(measurement, config, workers, centre)
-        off = errors(simulation)
-        plain = _base(simulation, off)
-    walls = simulation.walls is not None
-    causes = unknowns(simulation.measurement, _lab(simulation), names, walls=walls)
+    simulation, off, plain = _model(measurement, config, workers, say)
+    centre = simulation.centre
+    causes = unknowns(
+        simulation.measurement, _lab(simulation), names, walls=simulation.walls is not None
+    )
     say(f"simulating what {len(causes)} causes change")
     box = plain.ground_box[0]
     grid = np.linspace(float(box[0]), float(box[1]), 401)
@@ -174,80 +163,44 @@ def finger_case(
         boxes={name: box_of(each) for name, each in felt.items()},
         rig=frozenset(FAR) & frozenset(felt),
     )  # fmt: skip
-    std = _wall_std(simulation)
+    std = wall_std(simulation)
     return FingerCase(case, felt, off, simulation, trained.unseen, trained.failed, std)
 
 
-def far(zeta: float | np.ndarray) -> np.ndarray:
-    """Standard deviations that the walls are off by; far out they lose less than a normal one."""
-    return np.asarray(np.sinh(POLICY.tail * np.asarray(zeta)) / POLICY.tail)
+def _model(
+    measurement: Measurement, config: Config, workers: Workers, say: Callable[[str], None]
+) -> tuple[FingerSimulation, CouponErrors, Case]:
+    """The model without causes, simulated where its moduli and walls follow the readings."""
+    rough, configured = first_pass(measurement, config, workers, say)
+    for _ in range(POLICY.passes):
+        say("simulating the measurement on a graded mesh")
+        simulation = on_a_good_mesh(rough, configured)
+        off = errors(simulation)
+        plain = model_case(simulation, off)
+        while (walls := _beyond(simulation, plain)) is not None:
+            say(f"the walls are about {walls:.2g} times as thick as configured; simulating there")
+            simulation = simulation.with_walls(walls)
+            plain = model_case(simulation, off)
+        centre = fitted_moduli(plain, simulation.centre, POLICY.near_enough)
+        if centre == simulation.centre:
+            break
+        say(f"the moduli are about {centre:.2g} times those configured; simulating there")
+        rough = rough_simulation(measurement, config, workers, simulation.flat, centre)
+    return simulation, off, plain
 
 
-def near(off: np.ndarray) -> np.ndarray:
-    """ζ of so many standard deviations."""
-    return np.asarray(np.arcsinh(POLICY.tail * off) / POLICY.tail)
+def _beyond(simulation: FingerSimulation, plain: Case) -> float | None:
+    """Walls that the readings ask for beyond those that were simulated; None where they do not."""
+    if simulation.walls is None:
+        return None
+    walls = fitted_walls(plain, wall_std(simulation))
+    known = simulation.walls.known
+    tried = simulation.tried_walls
+    if min(known) <= walls <= max(known) or walls in tried or walls <= 0:
+        return None
+    return walls
 
 
 def _lab(simulation: FingerSimulation) -> Config:
     applied = [t.setup.applied(simulation.config) for t in simulation.measurement.tests]
     return max(applied, key=lambda each: each.gravity.acceleration_m_s2)
-
-
-def _centre(plain: Case) -> float:
-    """The fitted factor of all moduli, under whichever discrepancy the model without causes needs.
-
-    In few steps, so that another measurement of the finger finds its simulations.
-    """
-    rest = np.zeros(plain.own - 1)
-    starts = [np.r_[start, rest] for start in POLICY.starts]
-    fits = [Level(plain, level).of(NONE).fit(starts) for level in levels()]
-    best = max(fits, key=lambda fit: fit.log_evidence)
-    factor = float(plain.factor(best.zeta[0])[0])
-    step = np.log(POLICY.recentred)
-    return float(np.exp(step * np.round(np.log(factor) / step)))
-
-
-def _wall_std(simulation: FingerSimulation) -> float:
-    if simulation.walls is None:
-        return 0.0
-    return min(t.setup.nuisances[WALL] for t in simulation.measurement.tests)
-
-
-def _base(simulation: FingerSimulation, off: CouponErrors) -> Case:
-    """The case without causes: its ground is the model at any moduli and walls."""
-    measurement = simulation.measurement
-    listed = measurement.listed()
-    n = len(listed)
-    std = max(t.setup.nuisances["modulus"] for t in measurement.tests)
-    free = same_material(measurement, simulation.config) and std > 0
-    std = std if free else 1e-6
-    at = np.arcsinh(POLICY.tail * np.log(POLICY.stiffest) / std) / POLICY.tail
-    box = np.array([[-at, at]]) if free else np.array([[-1.0, 1.0]])
-    case = Case(
-        listed["value"].to_numpy(), simulation.base.readings, np.zeros(n, bool), std, {},
-        off.covariance, discrepancy.kernel(off.along), {}, ground_box=box,
-    )  # fmt: skip
-    nodes = np.linspace(float(box[0, 0]), float(box[0, 1]), POLICY.nodes)
-    factors = case.factor(nodes)[0]
-    wall_std = _wall_std(simulation)
-    walls = np.array(BY_WALLS) * PART if wall_std else np.zeros(1)
-    values = []
-    for c in factors:
-        here = simulation.base_at(float(c))
-        told = [here if not w or simulation.walls is None
-                else here + simulation.walls.change(1 + w, float(c))[0] for w in walls]  # fmt: skip
-        values.append([np.nan_to_num(each - simulation.base.readings) for each in told])
-    told_values = np.array(values)
-    zeta = near(walls / wall_std)[:, None] if wall_std else np.zeros((1, 0))
-    slopes = np.zeros((len(nodes), len(zeta), zeta.shape[1], n))
-    if wall_std:
-        slopes[:] = np.nan
-    own = [Coordinate(far, amplitude=False)] if wall_std else []
-    every = Simulations(zeta, told_values, slopes, nodes)
-    takes = tuple(range(1 + len(own)))
-    ground = trained_on(every, own, off.noise, takes, exact=True)
-    if wall_std:
-        end = float(near(np.array(POLICY.walls_reach)))
-        box = np.vstack([box, [[-end, end]]])
-    names = (("modulus",), (WALLS,))[: len(box)]
-    return replace(case, ground=ground, ground_box=box, ground_names=names)

@@ -9,12 +9,12 @@ import numpy as np
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.cautions import MESH_UNKNOWN, not_reached
 from dolfingrip.diagnosis.core.evidence import Fit, Subset
-from dolfingrip.diagnosis.core.search import NONE, Posterior, search
+from dolfingrip.diagnosis.core.search import Posterior, search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.coupon.gain import held_out
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import suspicions
-from dolfingrip.diagnosis.finger.case import FingerCase, far, finger_case
+from dolfingrip.diagnosis.finger.case import FingerCase, finger_case
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.finger.found import FingerDiagnosis
 from dolfingrip.diagnosis.finger.next_experiment import next_experiments
@@ -55,7 +55,9 @@ def diagnose_fingers(
     found = FingerDiagnosis(config, finger, posterior, decision, under, left)
     base = finger.simulation.base
     kept = finger.simulation.measurement
-    found.suspicions = [each.sentence() for each in suspicions(kept, base.readings)]
+    told = finger.simulation.configured
+    shown = np.where(np.isfinite(told), told, base.readings)
+    found.suspicions = [each.sentence() for each in suspicions(kept, shown)]
     found.not_reached = not_reached(measurement, base, finger.simulation.failures or None)
     found.warnings = [*measurement.warnings, *_cautions(found)]
     if quick or decision.answer != "cause":
@@ -106,14 +108,8 @@ def verified(
 
 
 def _leading(posterior: Posterior, known: set[Subset]) -> Fit:
-    """The fit that is to be simulated: of a pair first its stronger cause alone.
-
-    And before all others the model itself, where its walls are beyond those that were simulated.
-    """
+    """The fit that is to be simulated: of a pair first its stronger cause alone."""
     best = sensitivity(posterior)[0].best
-    none = posterior.best(NONE, level=0.0)
-    if NONE not in known and np.abs(far(none.zeta[1:])).max(initial=0.0) > POLICY.walls:
-        return none
     if len(best.subset) < 2:
         return best
     alone = (max(zip(best.strengths, best.subset, strict=True))[1],)

@@ -18,7 +18,9 @@ from dolfingrip.diagnosis.coupon.found import (
     times,
 )
 from dolfingrip.diagnosis.coupon.found import fitted as fitted_readings
-from dolfingrip.diagnosis.finger.case import FingerCase, far
+from dolfingrip.diagnosis.finger.case import FingerCase
+from dolfingrip.diagnosis.finger.model import far
+from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.parameter import find, moduli
 from dolfingrip.sections.geometry.index import TABLES
@@ -46,7 +48,11 @@ class FingerDiagnosis(CouponDiagnosis):
         return found
 
     def fitted(self, fit: Fit) -> str:
+        sigma = abs(self.nuisances(fit)["modulus"])
         told = f"A modulus {times(self.coupons.factor(fit))} the configured one"
+        if sigma > POLICY.far_sigma:
+            std = 100 * self.coupons.case.modulus_std
+            told += f" (±{std:.2g} % was told: {sigma:.1f} standard deviations)"
         if not self.coupons.wall_std:
             return f"{told} is fitted."
         walls = 100 * (float(self.coupons.walls(fit.zeta[1])) - 1)
@@ -71,6 +77,9 @@ class FingerDiagnosis(CouponDiagnosis):
             value = size * each.std * fitted[each.name]
             found.append(OfTheRig(each.name, unit, size * each.std, value))
         return found
+
+    def as_configured(self) -> np.ndarray:
+        return self.coupons.simulation.configured
 
     def with_best_modulus(self) -> np.ndarray:
         return fitted_readings(self.coupons, self.none)  # type: ignore[arg-type]

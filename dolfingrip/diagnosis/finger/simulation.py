@@ -38,6 +38,9 @@ from dolfingrip.diagnosis.simulation.simulated import (
 from dolfingrip.diagnosis.simulation.walls import WallCurves, simulate_walls
 from dolfingrip.parameter import moduli
 
+Overrides = tuple[str, ...]
+"""``section.key=value``, as with ``--set``."""
+
 WEIGHING: Final = (0.75, 1.0, 1.4)
 """Factors of all moduli at which a model is simulated that does not scale."""
 
@@ -50,25 +53,31 @@ class FingerSimulation:
         measurement: whose readings the base simulation reaches.
         config: as configured.
         workers: where simulations are computed and kept.
-        centre: factor of all moduli that causes are simulated at.
+        flat: overrides of the mesh that causes are simulated on.
+        centre: factor of all moduli that all is simulated at.
         base: graded mesh, nuisances and what the mesh gets wrong.
         plain: on the mesh that causes are simulated on, with headroom.
         others: base simulations at other moduli, by factor, where the model does not scale.
         rough: the same on the mesh of the causes.
         walls: base simulation with other walls; None where they are a linear nuisance.
+        configured: readings with the moduli as configured, (n,); NaN where these are not reached.
         failures: why the base simulation ended before readings that are left out.
+        tried_walls: thicknesses by that configured that were simulated beside the usual ones.
     """
 
     measurement: Measurement
     config: Config
     workers: Workers
+    flat: Overrides
     centre: float
     base: BaseSimulation
     plain: Simulated
     others: dict[float, Simulated]
     rough: dict[float, Simulated]
     walls: WallCurves | None
+    configured: np.ndarray
     failures: Sequence[SimulationFailure] = ()
+    tried_walls: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         self._weights: dict[tuple[int, int, float], np.ndarray] = {}
@@ -93,10 +102,15 @@ class FingerSimulation:
         """Overrides that make all moduli ``factor`` times as large as configured."""
         return () if factor == 1.0 else modulus.overrides(self.applied, factor)
 
-    @property
-    def flat(self) -> tuple[str, ...]:
-        """Overrides of the mesh that causes are simulated on."""
-        return meshes.ungraded(self.config)
+    def with_walls(self, walls: float) -> FingerSimulation:
+        """With the base simulation at other walls, too.
+
+        Args:
+            walls: thickness by that configured.
+        """
+        tried = (*self.tried_walls, walls)
+        curves = simulate_walls(self.measurement, self.base, self.workers, tried)
+        return replace(self, walls=curves, tried_walls=tried)
 
     # -- reading a simulation ---------------------------------------------------------------------
 
@@ -160,7 +174,7 @@ class FingerSimulation:
     def base_rows(self, factor: float) -> list[dict[str, np.ndarray]]:
         """Rows of the base model with all moduli ``factor`` times as configured."""
         if self.scales:
-            return self.rows(self.base.simulated, factor)
+            return self.rows(self.base.simulated, factor / self.centre)
         return self._between(self.others, factor)
 
     def _between(self, known: dict[float, Simulated], factor: float) -> list[dict[str, np.ndarray]]:
@@ -191,7 +205,7 @@ class FingerSimulation:
         """Readings, (n,), and derivatives, (n, d), as the graded mesh would have them."""
         if self.base.plain is None:
             return readings, slopes
-        return self._map.to_graded(readings, slopes, factor)
+        return self._map.to_graded(readings, slopes, factor / self.centre)
 
 
 def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
@@ -208,54 +222,101 @@ def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
     return np.asarray(weights(inside) + slope * (x - inside))
 
 
-def finger_simulation(
-    measurement: Measurement, config: Config, workers: Workers, centre: float = 1.0
+def rough_simulation(
+    measurement: Measurement, config: Config, workers: Workers, flat: Overrides, centre: float
 ) -> FingerSimulation:
-    """Simulate a measurement as configured, with other walls and on the mesh of the causes.
+    """Simulate the model without causes on a coarse mesh: no nuisances, no other walls.
+
+    Readings beyond the pressure at which the simulation ends go on along a straight line.
 
     Args:
         measurement: whose protocols and set-ups are followed.
         config: the model that is diagnosed.
         workers: where simulations are computed and kept.
-        centre: factor of all moduli that causes are to be simulated at.
+        flat: overrides of the mesh.
+        centre: factor of all moduli.
+
+    Raises:
+        ConfigError: one line: a set-up that cannot be built, no workers, or a store in use.
+    """
+    moved = _moved(measurement, config, centre)
+    (plain,) = simulate(measurement, config, [Case((*flat, *moved), headroom=True)], workers)
+    base = BaseSimulation(
+        measurement, config, plain, [], np.zeros((len(plain.readings), 0)), [], None
+    )
+    nodes = _nodes(measurement, config, workers, flat, centre) if not base.scales else {}
+    rough = FingerSimulation(
+        measurement, config, workers, flat, centre, base, plain, nodes, nodes, None, plain.readings
+    )
+    every = replace(plain, readings=rough.base_at(centre))
+    return replace(rough, base=replace(base, simulated=every))
+
+
+def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> FingerSimulation:
+    """Simulate a measurement on the graded mesh, with nuisances and with other walls.
+
+    Args:
+        rough: on the mesh that causes are simulated on.
+        configured: on that mesh or a coarser one, with the moduli as configured.
 
     Raises:
         ConfigError: one line: a set-up that cannot be built, a test of which no reading is
             reached, no workers, or a store in use.
     """
+    measurement, config, workers = rough.measurement, rough.config, rough.workers
+    flat, centre = rough.flat, rough.centre
+    moved = _moved(measurement, config, centre)
     stages = neutral_stages(config)
-    flat = meshes.ungraded(config)
-    applied = measurement.tests[0].setup.applied(config)
-    moved = () if centre == 1.0 else modulus.overrides(applied, centre)
-    gradients = keys(measurement, config)
-    wanted = [
-        Case(stages, gradients, headroom=True),
-        Case((*flat, *moved), headroom=True),
-        *([Case(flat, headroom=True)] if flat and moved else []),
-    ]
-    graded, plain, *rest = simulate(measurement, config, wanted, workers)
-    beside = rest[0] if rest else plain if flat else graded
-    measurement = _reached(measurement, graded)
-    if measurement.listed().shape[0] != len(graded.readings):
-        found_again = finger_simulation(measurement, config, workers, centre)
-        return replace(found_again, failures=graded.failures)
-    error = meshes.SHARE * (graded.readings - beside.readings)[:, None]
+    graded, plain = simulate(
+        measurement, config,
+        [
+            Case((*stages, *moved), keys(measurement, config), headroom=True),
+            Case((*flat, *moved), headroom=True),
+        ],
+        workers,
+    )  # fmt: skip
+    kept = _reached(measurement, graded)
+    if kept.listed().shape[0] != len(graded.readings):
+        again = replace(rough, measurement=kept)
+        told = replace(configured, measurement=kept)
+        return replace(finger_simulation(again, told), failures=graded.failures)
+    error = meshes.SHARE * (graded.readings - plain.readings)[:, None]
     base = BaseSimulation(
         measurement, config, graded, nuisances(measurement, graded),
         np.nan_to_num(error) if flat else np.zeros((len(graded.readings), 0)), [],
-        beside if flat else None,
+        plain if flat else None,
     )  # fmt: skip
     others: dict[float, Simulated] = {}
-    rough: dict[float, Simulated] = {}
+    coarse: dict[float, Simulated] = {}
     if not base.scales:
-        nodes = [centre * c for c in WEIGHING]
-        meshed = [(*way, *modulus.overrides(applied, c)) for way in (stages, flat) for c in nodes]
-        cases = [Case(overrides, headroom=True) for overrides in meshed]
-        found = simulate(measurement, config, cases, workers)
-        others = dict(zip(nodes, found[: len(nodes)], strict=True))
-        rough = dict(zip(nodes, found[len(nodes) :], strict=True))
+        others = _nodes(measurement, config, workers, stages, centre)
+        coarse = _nodes(measurement, config, workers, flat, centre)
     walls = simulate_walls(measurement, base, workers)
-    return FingerSimulation(measurement, config, workers, centre, base, plain, others, rough, walls)
+    found = FingerSimulation(
+        measurement, config, workers, flat, centre, base, plain, others, coarse, walls,
+        graded.readings,
+    )  # fmt: skip
+    if centre == 1.0:
+        return found
+    case = Case(configured.flat, headroom=True)
+    (first,) = simulate(measurement, config, [case], workers)
+    readings, _ = found.graded(first.readings, np.zeros((len(first.readings), 0)), 1.0)
+    return replace(found, configured=readings)
+
+
+def _moved(measurement: Measurement, config: Config, centre: float) -> Overrides:
+    """Overrides that make all moduli ``centre`` times as large as configured."""
+    applied = measurement.tests[0].setup.applied(config)
+    return () if centre == 1.0 else modulus.overrides(applied, centre)
+
+
+def _nodes(
+    measurement: Measurement, config: Config, workers: Workers, mesh: Overrides, centre: float
+) -> dict[float, Simulated]:
+    """Simulations about some moduli, by the factor of all moduli."""
+    nodes = [centre * c for c in WEIGHING]
+    cases = [Case((*mesh, *_moved(measurement, config, c)), headroom=True) for c in nodes]
+    return dict(zip(nodes, simulate(measurement, config, cases, workers), strict=True))
 
 
 def _reached(measurement: Measurement, graded: Simulated) -> Measurement:

@@ -318,7 +318,9 @@ def _nearly(
         viscous: Any = getattr(config.extensions, cause.name)
         c = float(factor(z[0]))
         changes.append(
-            relaxation.change(simulation.measurement, simulation.base.simulated, viscous, c)
+            relaxation.change(
+                simulation.measurement, simulation.base.simulated, viscous, c / simulation.centre
+            )
         )
     return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale, box), takes=(0,))
 
@@ -370,7 +372,7 @@ def _changed(
             displayed = on.reading({**own, "time_s": since.to_numpy()})
             shown.append({name: displayed.get(name, told) - told for name, told in own.items()})
         return simulation.listed(shown)
-    base = simulation.base.simulated
+    base, by = simulation.base.simulated, c / simulation.centre
     load: elastic_curve.Load
     if cause.name == "temperature_drift":
 
@@ -386,7 +388,7 @@ def _changed(
             value = np.array(way.value)
             return value / soft(way) if way.control == PRESSURE.name else value
 
-        return elastic_curve.change(simulation.measurement, base, divided, c, shown_by)
+        return elastic_curve.change(simulation.measurement, base, divided, by, shown_by)
     if cause.name == "line_lag":
         load = partial(behind, on)
     elif cause.name == "pressure_gain":
@@ -399,4 +401,4 @@ def _changed(
         def load(way: Route) -> np.ndarray:
             return on.offset_kPa + np.array(way.value)
 
-    return elastic_curve.change(simulation.measurement, base, load, c)
+    return elastic_curve.change(simulation.measurement, base, load, by)

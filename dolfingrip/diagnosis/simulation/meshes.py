@@ -20,6 +20,10 @@ COARSER: Final = 2.0
 cast block, one element of 4 mm wide, do not bear 5 kPa."""
 
 
+EDGES: Final = (4.0, 2.0)
+"""Elements at edges of meshes in between, by the graded mesh's."""
+
+
 def ungraded(config: Config) -> tuple[str, ...]:
     """Overrides that take the grading off; none where there is none to take off."""
     if config.mesh.file is not None or not config.hexahedra:
@@ -27,3 +31,16 @@ def ungraded(config: Config) -> tuple[str, ...]:
     size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
     plain_mm = size_mm if config.geometry.thin else min(size_mm, COARSER * edge_mm)
     return (f"mesh.edge_size_mm={plain_mm!r}",) if edge_mm < plain_mm else ()
+
+
+def coarser(config: Config) -> list[tuple[str, ...]]:
+    """Overrides of the meshes that causes may be simulated on, the coarsest first.
+
+    The last of them is the mesh as configured.
+    """
+    if config.mesh.file is not None or not config.hexahedra:
+        return [()]
+    size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
+    sizes_mm = [size_mm, *(by * edge_mm for by in EDGES)]
+    return [*((f"mesh.edge_size_mm={each!r}",) for each in sizes_mm
+              if edge_mm < each <= size_mm), ()]  # fmt: skip

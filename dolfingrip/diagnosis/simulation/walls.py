@@ -3,23 +3,22 @@
 Where bellows touch one another, the derivative of the blocked force by the walls' thickness jumps,
 and other walls move that jump. Taken as linear, walls that are 10 % too thin leave 3 standard
 deviations of the reference finger's readings unexplained. So the base model is simulated with walls
-to either side, and a parabola leads through the three at each reading:
-
-    y(w) = y(1) + (y₊ − y₋)/2 x + (y₊ + y₋ − 2 y(1))/2 x²,    x = (w − 1)/δ
-
-and on along its tangent where |x| > 1. Moduli scale each of the three exactly
-(:mod:`dolfingrip.diagnosis.simulation.modulus`).
+to either side, and with others that readings may ask for. At each reading a spline leads through
+all (a parabola where there are three), and its tangent goes on beyond the outermost. Moduli scale
+each of the simulations exactly (:mod:`dolfingrip.diagnosis.simulation.modulus`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import meshes, modulus
+from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL, WALLS
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -39,16 +38,12 @@ class WallCurves:
 
     Attributes:
         measurement: of all arrays.
-        thinner, usual, thicker: the base simulation with each walls, with headroom.
-        ungraded: readings of the three on the ungraded mesh, shape (3, n); None where there is no
-            second mesh.
+        known: the base simulation with each walls, by their thickness by that configured, with
+            headroom.
     """
 
     measurement: Measurement
-    thinner: Simulated
-    usual: Simulated
-    thicker: Simulated
-    ungraded: np.ndarray | None = None
+    known: Mapping[float, Simulated]
 
     def change(self, walls: float, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """(n,) change of the readings by the walls, and its derivative by them.
@@ -57,37 +52,19 @@ class WallCurves:
             walls: thickness by that configured.
             factor: of all moduli.
         """
-        three = [
-            modulus.scaled(self.measurement, each, factor)
-            for each in (self.thinner, self.usual, self.thicker)
-        ]
-        return _between(np.array(three), walls)
-
-    def mesh(self, walls: float) -> np.ndarray:
-        """(n,) by how much more the mesh is off than with the walls as configured.
-
-        As for these, :data:`~dolfingrip.diagnosis.simulation.meshes.SHARE` of what grading changes:
-        thinner walls bend further, and a mesh is off by more then.
-        """
-        if self.ungraded is None:
-            return np.zeros(len(self.usual.readings))
-        graded = np.array([s.readings for s in (self.thinner, self.usual, self.thicker)])
-        return meshes.SHARE * _between(graded - self.ungraded, walls)[0]
-
-
-def _between(three: np.ndarray, walls: float) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) change from the second row by the parabola through all three, and its derivative."""
-    below, here, above = three
-    slope, curvature = (above - below) / 2, above + below - 2 * here
-    x = (walls - 1) / PART
-    inside = min(max(x, -1.0), 1.0)
-    tangent = slope + curvature * inside
-    found = slope * inside + 0.5 * curvature * inside**2 + tangent * (x - inside)
-    return np.nan_to_num(found), np.nan_to_num(tangent / PART)
+        nodes = np.array(sorted(self.known))
+        read = {w: modulus.scaled(self.measurement, self.known[w], factor) for w in nodes}
+        spline = CubicSpline(nodes, np.nan_to_num([read[w] - read[1.0] for w in nodes]))
+        inside = float(np.clip(walls, nodes[0], nodes[-1]))
+        slope = spline(inside, 1)
+        return spline(inside) + slope * (walls - inside), slope
 
 
 def simulate_walls(
-    measurement: Measurement, base: BaseSimulation, workers: Workers
+    measurement: Measurement,
+    base: BaseSimulation,
+    workers: Workers,
+    further: Collection[float] = (),
 ) -> WallCurves | None:
     """Simulate a finger that is blocked with other walls.
 
@@ -95,6 +72,8 @@ def simulate_walls(
         measurement: that ``base`` was simulated for.
         base: of it.
         workers: where simulations are computed and kept.
+        further: thicknesses by that configured that are to be simulated, too; left out where not
+            all readings are reached.
 
     Returns:
         None where a linear nuisance serves, as nothing is blocked or the walls are known; or where
@@ -114,22 +93,19 @@ def simulate_walls(
         return None
     ((key, wall_mm),) = found
     stages = base.simulated.case.overrides
-    flat = () if base.plain is None else base.plain.case.overrides
     fingers = frozenset(run.group.experiment for run in bodies)
-
-    def case(way: int, others: tuple[str, ...], *, headroom: bool) -> Case:
-        moved = (*others, f"{key}={wall_mm * (1 + way * PART)!r}")
-        return Case(moved, headroom=headroom, only_in=fingers, elsewhere=others)
-
-    cases = [case(way, stages, headroom=True) for way in (-1, 1)]
-    if flat:
-        cases += [case(way, flat, headroom=False) for way in (-1, 1)]
-    thinner, thicker, *plain = simulate(measurement, base.config, cases, workers)
+    usual = (1 - PART, 1 + PART)
+    cases = [
+        Case((*stages, f"{key}={wall_mm * by!r}"), headroom=True, only_in=fingers, elsewhere=stages)
+        for by in (*usual, *further)
+    ]
+    simulated = simulate(measurement, base.config, cases, workers)
     kept = np.isfinite(base.readings)
-    for each in (thinner, thicker):
-        if not np.isfinite(each.readings[kept]).all():
-            return None
-    rough = None
-    if base.plain is not None and plain:
-        rough = np.array([plain[0].readings, base.plain.readings, plain[1].readings])
-    return WallCurves(measurement, thinner, base.simulated, thicker, rough)
+    known = {
+        by: each
+        for by, each in zip((*usual, *further), simulated, strict=True)
+        if np.isfinite(each.readings[kept]).all()
+    }
+    if not set(usual) <= set(known):
+        return None
+    return WallCurves(measurement, {**known, 1.0: base.simulated})

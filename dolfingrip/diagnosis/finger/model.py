@@ -1,0 +1,114 @@
+"""The model of fingers without causes, as a case: any moduli, and any walls that are fitted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from dolfingrip.diagnosis.core import discrepancy
+from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
+from dolfingrip.diagnosis.core.evidence import Case, Level
+from dolfingrip.diagnosis.core.search import NONE, levels
+from dolfingrip.diagnosis.coupon.covariance import CouponErrors
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
+from dolfingrip.diagnosis.finger.unknowns import WALLS
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import WALL
+from dolfingrip.diagnosis.simulation.walls import PART
+
+
+def far(zeta: float | np.ndarray) -> np.ndarray:
+    """Standard deviations that the walls are off by; far out they lose less than a normal one."""
+    return np.asarray(np.sinh(POLICY.tail * np.asarray(zeta)) / POLICY.tail)
+
+
+def near(off: np.ndarray) -> np.ndarray:
+    """ζ of so many standard deviations."""
+    return np.asarray(np.arcsinh(POLICY.tail * off) / POLICY.tail)
+
+
+def wall_std(simulation: FingerSimulation) -> float:
+    """Relative standard deviation of the walls; 0 where they are a linear nuisance."""
+    if simulation.walls is None:
+        return 0.0
+    return min(t.setup.nuisances[WALL] for t in simulation.measurement.tests)
+
+
+def model_case(simulation: FingerSimulation, off: CouponErrors) -> Case:
+    """The case without causes, whose ground is the model at any moduli and walls."""
+    measurement = simulation.measurement
+    listed = measurement.listed()
+    n = len(listed)
+    std = max(t.setup.nuisances["modulus"] for t in measurement.tests)
+    free = same_material(measurement, simulation.config) and std > 0
+    std = std if free else 1e-6
+    ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
+    box = near(ends / std)[None] if free else np.array([[-1.0, 1.0]])
+    case = Case(
+        listed["value"].to_numpy(), simulation.base.readings, np.zeros(n, bool), std, {},
+        off.covariance, discrepancy.kernel(off.along), {}, ground_box=box,
+    )  # fmt: skip
+    nodes = np.linspace(float(box[0, 0]), float(box[0, 1]), POLICY.nodes)
+    factors = case.factor(nodes)[0]
+    spread = wall_std(simulation)
+    curves = simulation.walls
+    walls = np.zeros(1) if curves is None else np.array(sorted(curves.known)) - 1
+    values = []
+    for c in factors:
+        here = simulation.base_at(float(c))
+        by = float(c) / simulation.centre
+        told = [here if not w or curves is None else here + curves.change(1 + w, by)[0]
+                for w in walls]  # fmt: skip
+        values.append([np.nan_to_num(each - simulation.base.readings) for each in told])
+    told_values = np.array(values)
+    zeta = near(walls / spread)[:, None] if spread else np.zeros((1, 0))
+    slopes = np.zeros((len(nodes), len(zeta), zeta.shape[1], n))
+    if spread:
+        slopes[:] = np.nan
+    own = [Coordinate(far, amplitude=False)] if spread else []
+    every = Simulations(zeta, told_values, slopes, nodes)
+    takes = tuple(range(1 + len(own)))
+    ground = trained_on(every, own, off.noise, takes, exact=True)
+    if spread:
+        end = float(near(np.array(POLICY.walls_reach)))
+        box = np.vstack([box, [[-end, end]]])
+    names = (("modulus",), (WALLS,))[: len(box)]
+    return replace(case, ground=ground, ground_box=box, ground_names=names)
+
+
+def fitted_moduli(plain: Case, known: float, slack: float) -> float:
+    """The fitted factor of all moduli; a known one where that is near.
+
+    In few steps, so that another measurement of the finger finds its simulations.
+
+    Args:
+        plain: the model without causes.
+        known: factor of all moduli that it was simulated at.
+        slack: ratio of both up to which they are near.
+    """
+    factor = float(plain.factor(_fitted(plain)[0])[0])
+    if abs(np.log(factor / known)) <= np.log(slack):
+        return known
+    step = np.log(POLICY.recentred)
+    return float(np.exp(step * np.round(np.log(factor) / step)))
+
+
+def fitted_walls(plain: Case, spread: float) -> float:
+    """The fitted thickness of the walls by that configured, in few steps.
+
+    Args:
+        plain: the model without causes.
+        spread: relative standard deviation of the walls.
+    """
+    walls = 1 + spread * float(far(_fitted(plain)[1]))
+    step = PART / 2
+    return float(np.round(step * np.round(walls / step), 9))
+
+
+def _fitted(plain: Case) -> np.ndarray:
+    """ζ under whichever discrepancy the model without causes needs."""
+    rest = np.zeros(plain.own - 1)
+    starts = [np.r_[start, rest] for start in POLICY.starts]
+    fits = [Level(plain, level).of(NONE).fit(starts) for level in levels()]
+    return max(fits, key=lambda fit: fit.log_evidence).zeta
