@@ -41,6 +41,6 @@ def coarser(config: Config) -> list[tuple[str, ...]]:
     if config.mesh.file is not None or not config.hexahedra:
         return [()]
     size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
-    sizes_mm = [size_mm, *(by * edge_mm for by in EDGES)]
-    return [*((f"mesh.edge_size_mm={each!r}",) for each in sizes_mm
-              if edge_mm < each <= size_mm), ()]  # fmt: skip
+    between = [by * edge_mm for by in EDGES if by * edge_mm < size_mm]
+    sizes_mm = [size_mm, *between] if edge_mm < size_mm else []
+    return [*((f"mesh.edge_size_mm={each!r}",) for each in sizes_mm), ()]
