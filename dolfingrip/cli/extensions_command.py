@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -26,15 +27,19 @@ def extensions(
         out.print(tabulate())
         out.print(
             "All about one: dolfingrip extensions prony. Switch on: --set extensions.prony.g=[0.2]",
-            markup=False,
             soft_wrap=True,
         )
         return
     by_name = {effect.name(): effect for effect in EFFECTS}
     if name not in by_name:
         raise ConfigError(f"{name}: no effect; allowed: {', '.join(by_name)}")
-    out.print(inspect.getdoc(by_name[name]), soft_wrap=True, markup=False)
+    out.print(_plain(inspect.getdoc(by_name[name]) or ""), soft_wrap=True)
     out.print(tabulate([by_name[name]], source=True))
+
+
+def _plain(text: str) -> str:
+    """A docstring without its markup, as ``:mod:`forms```."""
+    return re.sub(r":\w+:`~?([^`]+)`", r"\1", text).replace("``", "")
 
 
 def tabulate(effects: Sequence[type[Effect]] = EFFECTS, *, source: bool = False) -> Table:
