@@ -4,7 +4,8 @@
     scripts/run python -m benchmarks.reference_simulations --only protocol,coupon
 
 The reference finger, bending and blocked force, three cycles at the ordinary settings, with
-derivatives by the nuisances, and with each effect of the catalogue; and the additions that
+derivatives by the nuisances, and with each cause of the catalogue at the places where emulators are
+made from; and the additions that
 ``dolfingrip plan-experiment`` judges for the paper's protocol, but for the tip up and down. About
 half an hour of processor. Can be stopped and started: a call goes on where the one before it was,
 as long as the code is the same. With ``--only`` it computes these parts, and writes no file but
@@ -32,10 +33,9 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.finger.case import finger_case
+from dolfingrip.diagnosis.plan.case import joined, planned_case
 from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation import shipped, sources
-from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.jobs.cluster import Where
@@ -55,27 +55,18 @@ PARTS: Final = (PROTOCOL, CAUSES, *(kind for kind in rig.KINDS if kind not in AP
 
 def measurements() -> Iterator[tuple[str, Measurement]]:
     """What is simulated, with the part that it belongs to."""
-    yield PROTOCOL, reference_measurement()
-    yield CAUSES, reference_measurement()
     paper, _ = rig.read(None, Config())
+    # its protocol is the beginning of the three cycles, whose simulations serve it
+    yield PROTOCOL, reference_measurement()
+    yield PROTOCOL, paper
     for proposal in proposals(paper, Config()):
-        yield proposal.kind, read_alike(proposal, paper)
+        yield proposal.kind, joined(paper, read_alike(proposal, paper))
 
 
 def code() -> str:
     """Short digest of all code that results depend on: what other code computed is left alone."""
     every = [sources.core_digest(), *(sources.effect_digest(name) for name in tried(None))]
     return hashlib.sha256("".join(every).encode()).hexdigest()[:12]
-
-
-def read_alike_simulated(measurement: Measurement, base: BaseSimulation) -> Measurement:
-    """The measurement with the model's own readings, so that its moduli are as configured."""
-    rows = measurement.readings.copy()
-    for (row, column), value in zip(
-        measurement.listed()[["row", "column"]].itertuples(index=False), base.readings, strict=True
-    ):
-        rows.loc[rows.index[row], column] = value
-    return Measurement(rows, measurement.tests)
 
 
 def main() -> None:
@@ -101,10 +92,7 @@ def main() -> None:
             for part, measurement in measurements():
                 if part in parts:
                     print(part, flush=True)
-                    effects = () if part == CAUSES else tried(None)
-                    base = simulate_base(measurement, Config(), workers, effects=effects)
-                    if part == CAUSES:
-                        finger_case(read_alike_simulated(measurement, base), Config(), workers)
+                    planned_case(measurement, Config(), workers, None)
         except (KeyboardInterrupt, SchedulerGone):
             if not options.keep:
                 raise

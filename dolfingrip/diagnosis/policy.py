@@ -53,6 +53,7 @@ class Policy:
         hopeless: ln of how much less than the best evidence the likelihood of a pair may be.
         starts: ζ of the amplitudes from which a fit starts.
         settled: ln of probability that the last step of a fit gains at most.
+        nearly_settled: the same where readings are drawn many times.
         kept: probability of causes by all readings from which on they are tried again where some
             readings are left out.
         draws: samples of a hypothesis that is near the leading one, at a time.
@@ -120,6 +121,7 @@ class Policy:
     hopeless: float = 15.0
     starts: tuple[float, ...] = (0.0, -1.5, 1.5)
     settled: float = 1e-4
+    nearly_settled: float = 0.02
     kept: float = 1e-6
     draws: int = 400
     effective: float = 100.0

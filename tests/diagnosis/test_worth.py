@@ -9,13 +9,14 @@ from typing import cast
 
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
 from dolfingrip.diagnosis.additions import memory, worth
+from dolfingrip.diagnosis.additions.covariance import Covariance
 from dolfingrip.diagnosis.additions.worth import Expected, Fitted, chance_alone
 from dolfingrip.diagnosis.data import planned
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-from dolfingrip.diagnosis.inference.covariance import Covariance
 
 SEED = 4
 STD = 0.02
@@ -112,3 +113,18 @@ def test_memory_shows_where_a_loading_at_one_rate_is_not_all() -> None:
     assert memory.shows(known, pulled([*once, ("unloading", 1)], 0.5))
     assert memory.shows(known, pulled([*once, ("hold", 1)], 0.5))
     assert memory.shows(pulled(planned.cycles(2), 0.5), known)
+
+
+def test_density_and_whitening_are_those_of_the_normal_law() -> None:
+    # reference: scipy's multivariate normal density
+    rng = np.random.default_rng(8)
+    root = rng.normal(size=(6, 6))
+    matrix = root @ root.T + np.eye(6)
+    covariance, r = Covariance.of(matrix), rng.normal(size=6)
+    assert covariance.log_density(r) == pytest.approx(
+        multivariate_normal(np.zeros(6), matrix).logpdf(r)
+    )
+    column = rng.normal(size=6)
+    assert covariance.widened(column).matrix == pytest.approx(matrix + np.outer(column, column))
+    with pytest.raises(ValueError, match="not positive definite"):
+        Covariance.of(np.zeros((3, 3)))

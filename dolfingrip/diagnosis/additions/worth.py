@@ -22,10 +22,11 @@ from typing import Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from dolfingrip.diagnosis.additions.covariance import Covariance, Matrix, Vector
 from dolfingrip.diagnosis.additions.protocols import Proposal
-from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
-from dolfingrip.diagnosis.inference.classes import TIED
-from dolfingrip.diagnosis.inference.covariance import Covariance
+
+TIED: Final = float(np.log(20.0))
+"""Expected log Bayes factor below which two effects are not told apart."""
 
 REFUTES: Final = float(np.log(1000.0))
 """Log odds from which on an effect is refuted."""

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.core.emulator import Emulator, monomials_with_slopes
 from dolfingrip.diagnosis.policy import POLICY
 
 Warp = Callable[[np.ndarray], np.ndarray]
@@ -94,27 +94,27 @@ class CurvedEmulator(Emulator):
         own = zeta[1:] if first else zeta
         weights = self.weights
         slopes = []
-        basis = self._basis(own[None])[0]
+        u, rates = self._coordinates_at(own)
+        basis, derived_by = monomials_with_slopes(u, self.exponents)
         if self.table is not None:
             inside = float(np.clip(zeta[0], self.table.x[0], self.table.x[-1]))
             weights = self.table(inside)
             slopes.append(basis @ self.table(inside, 1))
-        slopes += [row @ weights for row in self._derived(own)]
-        found = np.column_stack(slopes) if slopes else np.zeros((weights.shape[1], 0))
-        return basis @ weights, found
+        by_own = np.zeros((len(own), weights.shape[1]))
+        for each, rate, column in zip(self.coordinates, rates, derived_by.T, strict=True):
+            by_own[each.of] += rate * column @ weights
+        return basis @ weights, np.array([*slopes, *by_own]).reshape(-1, weights.shape[1]).T
 
     def _basis(self, zeta: np.ndarray) -> np.ndarray:
         """(places, m)."""
         return monomials(_values(self.coordinates, zeta), self.exponents)
 
-    def _derived(self, zeta: np.ndarray) -> np.ndarray:
-        """(d, m)."""
-        u = _values(self.coordinates, zeta[None])
-        rates = _rates(self.coordinates, zeta[None])
-        found = np.zeros((len(zeta), len(self.exponents)))
-        for i, each in enumerate(self.coordinates):
-            found[each.of] += derived(u, self.exponents, i)[0] * rates[0, i]
-        return found
+    def _coordinates_at(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and their rates at one place, each (coordinates,)."""
+        about = np.array([-STEP, 0.0, STEP])
+        told = np.array([each.value(zeta[each.of] + about) for each in self.coordinates])
+        told = told.reshape(-1, 3)
+        return told[:, 1], (told[:, 2] - told[:, 0]) / (2 * STEP)
 
 
 def _values(coordinates: Sequence[Coordinate], zeta: np.ndarray) -> np.ndarray:

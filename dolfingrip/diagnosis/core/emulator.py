@@ -58,20 +58,8 @@ class Emulator:
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """g, shape (k,), and its derivatives, shape (k, d), at one place, shape (d,)."""
-        scaled = (zeta - self.middle) / self.half
-        d = len(zeta)
-        orders = np.arange(self.exponents.max() + 1)
-        powers = scaled[:, None] ** orders
-        down = np.zeros_like(powers)
-        down[:, 1:] = powers[:, :-1] * orders[1:] / self.half[:, None]
-        rows = np.arange(d)
-        each, changed = powers[rows, self.exponents], down[rows, self.exponents]
-        before, after = np.ones_like(each), np.ones_like(each)
-        for i in range(1, d):
-            before[:, i] = before[:, i - 1] * each[:, i - 1]
-            after[:, d - 1 - i] = after[:, d - i] * each[:, d - i]
-        value = (before[:, -1] * each[:, -1]) @ self.weights
-        return value, self.weights.T @ (before * changed * after)
+        value, slopes = monomials_with_slopes((zeta - self.middle) / self.half, self.exponents)
+        return value @ self.weights, self.weights.T @ (slopes / self.half)
 
     def rows(self, kept: np.ndarray) -> Emulator:
         """Of some of the readings."""
@@ -260,3 +248,21 @@ def _monomials(scaled: np.ndarray, exponents: np.ndarray) -> np.ndarray:
     for i in range(scaled.shape[1]):
         found *= powers[:, i][:, exponents[:, i]]
     return found
+
+
+def monomials_with_slopes(u: np.ndarray, exponents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Monomials, shape (m,), and their derivatives, shape (m, d), at one place u, shape (d,)."""
+    d = len(u)
+    if not d:
+        return np.ones(len(exponents)), np.zeros((len(exponents), 0))
+    orders = np.arange(exponents.max() + 1)
+    powers = u[:, None] ** orders
+    down = np.zeros_like(powers)
+    down[:, 1:] = powers[:, :-1] * orders[1:]
+    rows = np.arange(d)
+    each, changed = powers[rows, exponents], down[rows, exponents]
+    before, after = np.ones_like(each), np.ones_like(each)
+    for i in range(1, d):
+        before[:, i] = before[:, i - 1] * each[:, i - 1]
+        after[:, d - 1 - i] = after[:, d - i] * each[:, d - i]
+    return before[:, -1] * each[:, -1], before * changed * after

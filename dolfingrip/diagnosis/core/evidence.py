@@ -17,6 +17,7 @@ Columns of an emulator's error are integrated out like a nuisance.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -185,6 +186,8 @@ class Level:
     noise_scale: float = 1.0
     gram: np.ndarray = field(init=False)
     log_det: float = field(init=False)
+    _lower: np.ndarray = field(init=False)
+    _white: np.ndarray = field(init=False)
     _place: dict[str, slice] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -208,10 +211,28 @@ class Level:
         for name, each in {**grounds, **case.emulators, **pairs}.items():
             add(name, np.hstack([each.columns * on, each.columns * off]))
             add(f"{name} error", each.errors)
-        white = scipy.linalg.solve_triangular(lower, np.hstack(blocks), lower=True)
-        self.gram = white.T @ white
+        self._lower = lower
+        self._white = self.whitened(np.hstack(blocks))
+        self.gram = self._white.T @ self._white
         n = len(case.value)
         self.log_det = 2 * float(np.log(np.diag(lower)).sum()) + n * np.log(2 * np.pi)
+
+    def whitened(self, columns: np.ndarray) -> np.ndarray:
+        """L⁻¹ columns for C = L Lᵀ, shape (n,) or (n, k)."""
+        return np.asarray(scipy.linalg.solve_triangular(self._lower, columns, lower=True))
+
+    def coloured(self, white: np.ndarray) -> np.ndarray:
+        """L white: readings' errors of covariance C from independent ones, shape (n,)."""
+        return np.asarray(self._lower @ white)
+
+    def read(self, value: np.ndarray) -> Level:
+        """The same columns with other readings y, shape (n,)."""
+        found = copy(self)
+        found.case = replace(self.case, value=value)
+        found._white = np.column_stack([self.whitened(value), self._white[:, 1:]])
+        found.gram = self.gram.copy()
+        found.gram[0] = found.gram[:, 0] = found._white[:, 0] @ found._white
+        return found
 
     def largest(self, subset: Subset) -> float:
         """ln of the largest likelihood of any change within the columns of causes."""
@@ -274,9 +295,14 @@ class Hypothesis:
             row += 2 * k
         return value, columns
 
-    def fit(self, starts: Sequence[np.ndarray]) -> Fit:
-        """The most probable ζ from several starts, whose separate modes add."""
-        found = [self._descend(start) for start in starts]
+    def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> Fit:
+        """The most probable ζ from several starts, whose separate modes add.
+
+        Args:
+            starts: values of ζ.
+            settled: ln of probability that the last step gains at most.
+        """
+        found = [self._descend(start, settled) for start in starts]
         modes: list[tuple[float, np.ndarray, np.ndarray, float]] = []
         for value, zeta, hessian, misfit in sorted(found, key=lambda each: each[0]):
             apart = (
@@ -291,7 +317,9 @@ class Hypothesis:
         log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det
         return Fit(self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta))
 
-    def _descend(self, start: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, float]:
+    def _descend(
+        self, start: np.ndarray, settled: float
+    ) -> tuple[float, np.ndarray, np.ndarray, float]:
         low, high = self._box.T
         zeta = np.clip(start, low, high)
         b, slopes = self._factors(zeta)
@@ -309,6 +337,8 @@ class Hypothesis:
                 matrix[held, held] = 1.0
                 step = -np.linalg.solve(matrix, np.where(held, 0.0, gradient))
                 step = np.clip(step, -1.5, 1.5)
+                if -float(gradient @ step) < settled:  # more than it can gain
+                    break
                 new = np.clip(zeta + step, low, high)
                 told, told_slopes = self._factors(new)
                 told_pull = self.gram @ told
@@ -322,7 +352,7 @@ class Hypothesis:
             gain = value - there
             zeta, b, slopes, pull, value = new, told, told_slopes, told_pull, there
             damping = max(damping / 10, 1e-9)
-            if gain < POLICY.settled:
+            if gain < settled:
                 break
         hessian = slopes.T @ self.gram @ slopes + np.eye(len(zeta))
         return value, zeta, hessian, float(b @ pull)

@@ -126,20 +126,21 @@ def _sides(own: Coordinate) -> list[Coordinate]:
 def _coordinate(cause: Cause, number: UnknownNumber) -> Coordinate:
     if not number.amplitude:
         return Coordinate(lambda zeta: 0.5 * zeta, amplitude=False)
-    neutral = _neutral(cause, number)
+    start = neutral(cause, number)
     prior = number.prior
-    middle = prior.mean - neutral
+    middle = prior.mean - start
     step = middle if abs(middle) > 1e-9 * prior.spread else prior.spread
     reach = POLICY.finger_reach
 
     def value(zeta: np.ndarray) -> np.ndarray:
-        return (number.at(zeta) - neutral) / step
+        return (number.at(zeta) - start) / step
 
     ends = np.asarray(value(np.array([-reach, reach])))
     return Coordinate(value, amplitude=True, signed=bool(ends.min() < -1e-9))
 
 
-def _neutral(cause: Cause, number: UnknownNumber) -> float:
+def neutral(cause: Cause, number: UnknownNumber) -> float:
+    """Value of an amplitude at which the effect does nothing."""
     name = number.key.rpartition(".")[2]
     told = effect(cause.name).neutral.get(name, 0.0)
     return float(told[0] if isinstance(told, Sequence) else told)

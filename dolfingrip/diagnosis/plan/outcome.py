@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from dolfingrip import __version__
 from dolfingrip.diagnosis.plan import plan as planning
-from dolfingrip.diagnosis.plan.naming import CLAIM
+from dolfingrip.diagnosis.policy import POLICY
 
 SCHEMA: Final = 1
 
@@ -25,16 +25,16 @@ class Effect(_Part):
     effect: str
     ordinary: str = Field(description="its parameters at the ordinary strength")
     strength_sigma: float = Field(
-        description="length of its change at the root mean square of its prior, nuisances fitted"
+        description="length of its change at its ordinary strength, nuisances fitted"
     )
     named_from: float | None = Field(
-        description=f"least strength, by the ordinary one, that is named with P >= {CLAIM}; "
+        description="strength, by the ordinary one, from which on it is rather named than not; "
         "null: none that occurs"
     )
     named_from_sigma: float | None = Field(description="the same in standard deviations")
-    class_from: float | None = Field(description="the same for its class")
+    class_from: float | None = Field(description="the same for a set of effects that has it")
     share: float = Field(description="probability that a strength from its prior is named")
-    class_share: float = Field(description="that its class is")
+    class_share: float = Field(description="that a set that has it is")
     confused_with: tuple[str, ...] = Field(description="effects that cannot be told from it")
 
 
@@ -47,7 +47,7 @@ class Addition(_Part):
     share: float = Field(description="part of the effects that is named with it")
     gain_per_minute: float = Field(description="by how much that rises, by the minute")
     lifts: tuple[str, ...] = Field(
-        description="effects that are named at the root mean square of their prior, thanks to it"
+        description="effects that are named at their ordinary strength, thanks to it"
     )
 
 
@@ -86,7 +86,10 @@ def outcome_of(found: planning.Plan) -> Plan:
         minutes=found.minutes,
         share=found.share,
         class_share=found.class_share,
-        effects=tuple(Effect(**vars(each)) for each in found.effects),
+        effects=tuple(
+            Effect(**{name: getattr(each, name) for name in Effect.model_fields})
+            for each in found.effects
+        ),
         additions=tuple(Addition(**vars(each)) for each in found.additions),
         warnings=tuple(found.warnings),
     )
@@ -99,8 +102,11 @@ def text(result: Plan) -> str:
         f"# {rig}: {100 * result.share:.0f} % of the effects of the catalogue would be named, "
         f"{100 * result.class_share:.0f} % up to effects that change these readings alike",
         "",
-        f"{result.readings} readings in {result.minutes:.1f} minutes of pressure. Strengths from "
-        f"their priors; named: probability at least {CLAIM}.",
+        f"{result.readings} readings in {result.minutes:.1f} minutes of pressure. Named: a "
+        "diagnosis of these readings would answer with this effect alone. Assumed: one effect "
+        "acts, at a strength from its prior, under the noise of these instruments; in "
+        f"{100 * (1 - POLICY.discrepancy_off):.0f} % of cases something acts beside it that no "
+        "effect is.",
         "",
         "| effect | ordinary strength | σ | from × ordinary | named | its class | not told from |",
         "|---|---|---|---|---|---|---|",

@@ -5,17 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Final
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.plan.case import joined, planned_case
 from dolfingrip.diagnosis.plan.naming import Naming, namings, share, share_of_classes
-from dolfingrip.diagnosis.plan.readings import joined, simulated
-from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import NotAtHand, staying
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.jobs.run import Progress, silent
+
+ALONE: Final = (
+    "these effects alone were compared: one that is named among them may still be like another "
+    "of the catalogue"
+)
+"""Said where effects were chosen."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +53,7 @@ class AdditionPlan:
         name, kind, minutes: of it.
         share: part of the effects that is named with it.
         gain_per_minute: by how much that rises, by the minute.
-        lifts: effects that are named at the root mean square of their strength with it, and not
-            without.
+        lifts: effects that are named at their ordinary strength with it, and not without.
     """
 
     name: str
@@ -104,23 +109,27 @@ def plan(
         SchedulerGone: the workers are gone; what was computed is kept.
     """
     measurement, can_vary = rig.read(file, config, changes, noise)
-    names = tried(settings.effects)
+    names = settings.effects
     with staying(settings.store, settings.workers, settings.progress) as workers:
         settings.say("simulating the rig's protocol, and with each effect")
-        own = simulated(measurement, config, workers, names)
+        own = planned_case(measurement, config, workers, names)
         found = namings(own)
         before = share(found)
-        additions, failed = [], []
+        additions: list[AdditionPlan] = []
+        failed = [f"{name} could not be tried: {why}" for name, why in own.failed.items()]
+        if names is not None:
+            failed.append(ALONE)
         possible = [each for each in proposals(measurement, config) if each.kind in can_vary]
         for proposal in possible:
             settings.say(f"addition: {proposal.name}")
             hands = workers.at_hand() if settings.quick else workers
             try:
-                more = simulated(read_alike(proposal, measurement), config, hands, names)
+                whole = joined(measurement, read_alike(proposal, measurement))
+                more = namings(planned_case(whole, config, hands, names), found)
             except (NotAtHand, ConfigError) as failure:
                 failed.append(f"{proposal.name} could not be judged: {failure}")
                 continue
-            additions.append(_judged(proposal, found, before, namings(joined(own, more))))
+            additions.append(_judged(proposal, found, before, more))
     lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
     return Plan(
         tuple(test.experiment for test in measurement.tests), len(measurement.listed()),
@@ -146,14 +155,10 @@ def read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
 def _judged(
     proposal: Proposal, before: Sequence[Naming], share_before: float, after: Sequence[Naming]
 ) -> AdditionPlan:
-    named = {each.effect for each in before if _at_ordinary(each)}
-    lifts = [each.effect for each in after if _at_ordinary(each) and each.effect not in named]
+    named = {each.effect for each in before if each.at_ordinary}
+    lifts = [each.effect for each in after if each.at_ordinary and each.effect not in named]
     whole = share(after)
     return AdditionPlan(
         proposal.name, proposal.kind, proposal.minutes, whole,
         (whole - share_before) / proposal.minutes, tuple(lifts),
     )  # fmt: skip
-
-
-def _at_ordinary(each: Naming) -> bool:
-    return each.named_from_sigma is not None and each.named_from_sigma <= each.strength_sigma

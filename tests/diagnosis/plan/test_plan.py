@@ -40,31 +40,39 @@ def test_command(
     (tmp_path / "rig.toml").write_text(RIG, encoding="utf-8")
     out = tmp_path / "out"
     options = [str(tmp_path / "rig.toml"), "--workers", "1", "--out", str(out),
-               "--effects", "mooney_rivlin,prony"]  # fmt: skip
+               "--effects", "mooney_rivlin,ogden_terms,prony"]  # fmt: skip
     assert called(monkeypatch, *options) == 0
     said = capfd.readouterr().out
     found = Plan.read(out / "plan.json")
     effects = {each.effect: each for each in found.effects}
     assert effects["mooney_rivlin"].strength_sigma > 2 * effects["prony"].strength_sigma
-    assert "mooney_rivlin" in effects["prony"].confused_with
+    assert effects["mooney_rivlin"].named_from is not None
+    assert effects["mooney_rivlin"].ordinary.startswith("C01_MPa = ")
+    assert "ogden_terms" in effects["prony"].confused_with
+    assert effects["prony"].named_from is None
     additions = {each.name: each for each in found.additions}
     assert additions["a coupon, loading and unloading"].share > found.share + 0.1
+    assert "prony" in additions["a coupon, loading and unloading"].lifts
     assert found.additions[0].gain_per_minute == max(a.gain_per_minute for a in found.additions)
     assert "prony" in said
+    assert "these effects alone were compared" in found.warnings[-1]
     assert {"plan.json", "plan.md", "plan.png"} <= {each.name for each in out.iterdir()}
-    # all is at hand now: the same without a simulation
-    assert called(monkeypatch, *options, "--quick") == 0
-    assert Plan.read(out / "plan.json") == found
+    # nothing is simulated: the same where nothing may be
+    few = ["--with", "can_vary=[]"]
+    assert called(monkeypatch, *options, *few, "--quick") == 0
+    again = Plan.read(out / "plan.json")
+    assert again.effects == found.effects
+    assert again.additions == ()
 
 
 def test_nothing_at_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "rig.toml").write_text(RIG.replace("33.0", "31.0"), encoding="utf-8")
-    options = [str(tmp_path / "rig.toml"), "--workers", "1", "--out", str(tmp_path / "out"),
-               "--effects", "force_gain", "--quick", "--with", "coupon_readings=5"]  # fmt: skip
+    """The reference finger's simulations come with the package, but for another orientation."""
+    options = ["--workers", "1", "--out", str(tmp_path / "out"), "--effects", "force_gain",
+               "--quick", "--with", 'can_vary=["orientation", "tip"]']  # fmt: skip
     assert called(monkeypatch, *options) == 0
     found = Plan.read(tmp_path / "out" / "plan.json")
-    assert found.additions == ()
-    assert "not at hand" in found.warnings[0]
+    assert [each.kind for each in found.additions] == ["tip"]
+    assert any("not at hand" in each and "tip up" in each for each in found.warnings)
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.plan.readings import as_candidate
-from dolfingrip.diagnosis.simulation.secants import Candidate
 from dolfingrip.diagnosis.simulation.strengths import TriedEffect, ordinary
 from dolfingrip.extensions.index import NAMES
 
@@ -71,22 +68,6 @@ def test_the_other_sign_of_what_differs_by_it_is_tried() -> None:
         (f"extensions.plate_tilt.offset_deg={tilt_deg}",) for tilt_deg in (2.0, -2.0, 4.0, -4.0)
     ]
     assert [shape.part for shape in found.shapes] == [1.0, -1.0, 2.0, -2.0]
-
-
-def test_each_side_of_an_effect_has_its_own_change() -> None:
-    """As it is simulated at ±2° and ±4°, by 2° of tilt, each with strengths above 0."""
-    tried = TRIED["plate_tilt"]
-    simulated = np.array([[0.0, 0.01, 0.02], [0.0, 0.5, 0.4], [0.0, 0.03, 0.02], [0.0, 0.8, 0.9]])
-    found = Candidate(
-        "plate_tilt", tried.kind, simulated / [[shape.part] for shape in tried.shapes],
-        tuple(shape.label for shape in tried.shapes),
-        tuple(shape.overrides for shape in tried.shapes),
-        tuple(shape.part for shape in tried.shapes), tried.spread, tried.one_sided, "ungraded",
-    )  # fmt: skip
-    taken = as_candidate(found)
-    assert taken.one_sided
-    sizes = np.array([1.0, 1.0, 2.0, 2.0])
-    np.testing.assert_allclose([shape.change for shape in taken.shapes], simulated / sizes[:, None])
 
 
 def of(name: str, *overrides: str) -> TriedEffect:

@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
 
-from dolfingrip.diagnosis.inference.arrays import Matrix, Vector
+Matrix = np.ndarray
+Vector = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
