@@ -11,13 +11,16 @@ import typer
 from rich.console import Console
 from typer.testing import CliRunner
 
-from dolfingrip.cli import plan_command
+from dolfingrip import config
+from dolfingrip.cli import commands, plan_command, progress
 from dolfingrip.cli.app import app
+from dolfingrip.cli.options import console
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.data import table
 from dolfingrip.diagnosis.plan.outcome import Addition, Effect, Plan
 from dolfingrip.experiments.index import EXPERIMENTS, find
 from dolfingrip.experiments.material_fit import coupons
+from dolfingrip.report.table import of_columns
 from dolfingrip.sections import protocol_file
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -91,3 +94,42 @@ def test_commands_run_as_copied(page: Path) -> None:
     blocks = re.findall(r"^```sh\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)
     lines = [line for block in blocks for line in block.splitlines()]
     assert [line for line in lines if line.startswith("dolfingrip")] == []
+
+
+def test_brackets_of_a_warning_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """``[film.NAME]`` is a table of a configuration, but markup to rich."""
+    bending, settings = EXPERIMENTS["bending"], config.load(None, ["finger.kind=pneunet"])
+    commands.warn(bending, settings, console())
+    told = capsys.readouterr().out
+    (note,) = bending.notes(settings)
+    assert "[material.paper]" in note
+    assert "[film." in note
+    assert told == f"warning: {note}\n"
+
+
+def test_what_looks_like_markup_is_printed_as_it_stands(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    text = "[red]a[/red] [film.NAME] [/] :x: \\[b]"
+    screen = console()
+    screen.print(text, style="red", soft_wrap=True)
+    screen.print(of_columns({text: [text]}, title=text))
+    terminal = Console(file=io.StringIO(), force_terminal=True, width=120, highlight=False)
+    with progress.shown(terminal, text, total=1) as show:
+        show(1, 1, text)
+    assert isinstance(terminal.file, io.StringIO)
+    assert capsys.readouterr().out.count(text) == 4  # line, title, heading, cell
+    assert text in terminal.file.getvalue()
+
+
+def test_results_are_printed_on_one_kind_of_console() -> None:
+    """Elsewhere it would read markup."""
+    made = [
+        file.relative_to(ROOT).as_posix()
+        for file in (ROOT / "dolfingrip").rglob("*.py")
+        if re.search(
+            r"(?<!\w)Console\(|import print\b|\[/(red|yellow|green|bold|dim)\]", file.read_text()
+        )
+    ]
+    assert made == ["dolfingrip/cli/options.py"]

@@ -58,7 +58,7 @@ def run_experiment(
     wanted = _pressures(renders, config)
     quantity = _quantity(colour_by)
     check_writable(out)
-    _warn(experiment, config, console)
+    warn(experiment, config, console)
     if gradients is not None:
         # a bad key raises before anything is computed
         chosen(experiment.settings(config), gradients)
@@ -118,7 +118,7 @@ def synthetic_measurement(
         )
     synthetic.write(found, out)
     for failure in found.failures:
-        console.print(f"[red]{failure.sentence()}[/red]", soft_wrap=True)
+        console.print(failure.sentence(), style="red", soft_wrap=True)
     console.print(
         f"{len(found.rows)} readings: {out / 'measured.csv'} and .toml; "
         f"what is behind them: {out / 'truth.toml'}",
@@ -130,7 +130,7 @@ def run_demo(config: Config, out: Path, console: Console) -> list[Result]:
     """Run both experiments, draw the pictures of each as soon as it ends, print one table."""
     check_writable(out)
     shown = [find(name) for name in DEMO]
-    _warn(shown[0], config, console)
+    warn(shown[0], config, console)
     wanted = [p for p in DEMO_RENDERS_KPA if p in pressures_kPa(config)]
     results = []
     for each in shown:
@@ -178,9 +178,10 @@ def _pressures(text: str | None, config: Config) -> list[float]:
     return wanted
 
 
-def _warn(experiment: Experiment, config: Config, console: Console) -> None:
+def warn(experiment: Experiment, config: Config, console: Console) -> None:
+    """Print what is doubtful about a configuration."""
     for note in experiment.notes(config):
-        console.print(f"[yellow]warning: {note}[/yellow]", soft_wrap=True, highlight=False)
+        console.print(f"warning: {note}", style="yellow", soft_wrap=True)
 
 
 def _run(
@@ -278,8 +279,11 @@ def _print_remarks(experiment: Experiment, result: Result, console: Console) -> 
     for key, ending in result.second_runs.items():
         if ending is not None:
             console.print(
-                f"[red]{experiment.title}, the second run for {key} {ending.sentence()}[/red]",
+                f"{experiment.title}, the second run for {key} {ending.sentence()}",
+                style="red",
                 soft_wrap=True,
             )
     if result.failure is not None:
-        console.print(f"[red]{experiment.title} {result.failure.sentence()}[/red]", soft_wrap=True)
+        console.print(
+            f"{experiment.title} {result.failure.sentence()}", style="red", soft_wrap=True
+        )

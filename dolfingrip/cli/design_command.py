@@ -125,7 +125,7 @@ class _Said:
             said += "".join(f"; {limit.quantity.name} {value:.4g}" for (limit, _), value in kept)
         self._screen.print(f"{trial.simulations} of {most} simulations: {said}", soft_wrap=True)
         if trial.accepted:
-            self._screen.print(section_text(trial.shape.mesh), end="\n", markup=False)
+            self._screen.print(section_text(trial.shape.mesh), end="\n")
 
 
 def _draw(problem: Problem, found: Descent, out: Path) -> None:
@@ -175,7 +175,7 @@ def _print(told: dict[str, Any], found: Descent, screen: Console) -> None:
         )
     refined = told.get("refined")
     if refined and refined["failure"]:
-        screen.print(f"[red]finer mesh: {refined['failure']}[/red]", soft_wrap=True)
+        screen.print(f"finer mesh: {refined['failure']}", style="red", soft_wrap=True)
     elif refined and refined["gain"] is not None:
         screen.print(
             f"finer mesh: {refined['start']:.4g} to {refined['objective']:.4g}, "

@@ -60,5 +60,5 @@ def diagnose(
 
     pictures.draw(result.pictures, out)
     for line in result.text.splitlines()[:3]:
-        screen.print(line.removeprefix("# "), soft_wrap=True, markup=False)
+        screen.print(line.removeprefix("# "), soft_wrap=True)
     screen.print(f"diagnosis: {out}", soft_wrap=True)

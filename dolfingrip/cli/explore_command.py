@@ -72,8 +72,9 @@ def explore(
         screen.print(f"solutions: {folder}; Ctrl-C ends it", soft_wrap=True)
         if host not in guard.LOOPBACK:
             screen.print(
-                f"[yellow]warning: {host} can be reached by others; whoever has the address can "
-                "compute here, and nothing is encrypted[/yellow]",
+                f"warning: {host} can be reached by others; whoever has the address can "
+                "compute here, and nothing is encrypted",
+                style="yellow",
                 soft_wrap=True,
             )
         if browser:

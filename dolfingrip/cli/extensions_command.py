@@ -26,14 +26,13 @@ def extensions(
         out.print(tabulate())
         out.print(
             "All about one: dolfingrip extensions prony. Switch on: --set extensions.prony.g=[0.2]",
-            markup=False,
             soft_wrap=True,
         )
         return
     by_name = {effect.name(): effect for effect in EFFECTS}
     if name not in by_name:
         raise ConfigError(f"{name}: no effect; allowed: {', '.join(by_name)}")
-    out.print(inspect.getdoc(by_name[name]), soft_wrap=True, markup=False)
+    out.print(inspect.getdoc(by_name[name]), soft_wrap=True)
     out.print(tabulate([by_name[name]], source=True))
 
 

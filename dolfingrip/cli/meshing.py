@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 
 from rich.console import Console
+from rich.text import Text
 
 from dolfingrip.cli.progress import EVERY_S
 
@@ -35,7 +36,7 @@ class Meshing:
     def tell(self, said: str) -> None:
         """Say what is meshed."""
         self._said = said
-        self._status.update(f"meshing: {said}")
+        self._status.update(Text(f"meshing: {said}"))  # names in it are no markup
 
     def __enter__(self) -> Meshing:
         """Start."""

@@ -157,7 +157,9 @@ def _print(facts: dict[str, Any], screen: Console) -> None:
         screen.print(_table(facts["designs"]))
     for one in facts["designs"]:
         if "failure" in one:
-            screen.print(f"[red]{one['role']} design failed: {one['failure']}[/red]")
+            screen.print(
+                f"{one['role']} design failed: {one['failure']}", style="red", soft_wrap=True
+            )
     for name, error in facts["surrogate_error_on_front"].items():
         screen.print(
             f"surrogate on {error['designs']} points along the front, {name}: RMS error "

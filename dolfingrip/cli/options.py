@@ -58,9 +58,19 @@ Out = Annotated[Path, typer.Option("--out", "-o", help="Folder for results.")]
 
 
 def console() -> Console:
-    """The console on which results are printed; it is silent on ranks other than 0."""
+    """The console on which results are printed; it is silent on ranks other than 0.
+
+    It prints text as it stands. Names of tables in files, as ``[film.NAME]``, look like rich's
+    markup, and ``:x:`` in a path like an emoji. A colour is told by ``style=``.
+    """
     bare = False if _redirected() else None  # None: rich finds out
-    return Console(quiet=MPI.COMM_WORLD.rank != 0, highlight=False, force_terminal=bare)
+    return Console(
+        quiet=MPI.COMM_WORLD.rank != 0,
+        highlight=False,
+        markup=False,
+        emoji=False,
+        force_terminal=bare,
+    )
 
 
 def one_process(allowed: str) -> None:

@@ -108,10 +108,10 @@ def plan_experiment(
     from dolfingrip.report import plan as pictures
 
     pictures.draw(found.model_dump(), out / "plan.png")
-    screen.print(text.partition("\n|")[0].lstrip("# "), soft_wrap=True, markup=False)
+    screen.print(text.partition("\n|")[0].lstrip("# "), soft_wrap=True)
     for table in tables(found):
         screen.print(table)
         screen.print()
     for warning in found.warnings:
-        screen.print(f"- {warning}", soft_wrap=True, markup=False)
+        screen.print(f"- {warning}", soft_wrap=True)
     screen.print(f"plan: {out}", soft_wrap=True)

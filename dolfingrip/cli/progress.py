@@ -143,10 +143,10 @@ def shown(
         yield say
         return
     columns = (
-        TextColumn(what),
+        TextColumn(what, markup=False),
         BarColumn(bar_width=None, table_column=Column(ratio=1)),  # what the others leave
         MofNCompleteColumn(),
-        TextColumn("{task.fields[note]}"),
+        TextColumn("{task.fields[note]}", markup=False),
         TimeElapsedColumn(),
     )
     with Progress(*columns, console=console, expand=True) as bar:

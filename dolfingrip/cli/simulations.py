@@ -41,7 +41,7 @@ def resumable(screen: Console, folder: Path) -> Iterator[None]:
     try:
         yield
     except Unfinished as ending:
-        screen.print(f"[red]{ending}[/red]", soft_wrap=True)
+        screen.print(str(ending), style="red", soft_wrap=True)
         raise typer.Exit(1) from None
     except KeyboardInterrupt:
         raise Interrupted(
