@@ -206,7 +206,7 @@ NOMINAL_STRAIN = Channel(
     name="nominal_strain",
     unit="",
     title="Nominal strain",
-    about="travel by the gauge length",
+    about="travel divided by the gauge length",
     form=".3f",
     of=("bar",),
 )
@@ -214,7 +214,7 @@ NOMINAL_STRESS = Channel(
     name="nominal_stress_MPa",
     unit="MPa",
     title="Nominal stress",
-    about="force by the cross-section at rest",
+    about="force divided by the cross-section at rest",
     form=".3f",
     of=("bar",),
 )
@@ -222,7 +222,7 @@ TRANSVERSE_STRAIN = Channel(
     name="transverse_strain",
     unit="",
     title="Transverse strain",
-    about="change of the width by the width at rest",
+    about="change of the width divided by the width at rest",
     form=".4f",
     of=("bar",),
     plausible=(-1.0, 1.0),
@@ -259,8 +259,8 @@ GRIPPER: Final = (
     *(_gripper(f"lift_{letter}_N", "N", f"Lift of {who}", f"vertical part of all forces of {who} "
                "on the food, friction included") for letter, who in FINGERS.items()),
     _gripper("table_N", "N", "Table force", "normal force of the table on the food"),
-    _gripper("slip_mm", "mm", "Slip", "way that the finger with the largest one has slid over the "
-             "food so far: mean over its points, weighted by their normal forces", ".2f"),
+    _gripper("slip_mm", "mm", "Slip", "how far a finger has slid over the food so far: mean over the "
+             "finger's points, weighted by their normal forces; of the finger that has slid farthest", ".2f"),
     _gripper("contact_pressure_kPa", "kPa", "Contact pressure", "largest pressure of a finger on "
              "the food", ".1f"),
     _gripper("force_closure", "", "Force closure", "largest load, in the worst direction, that "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import Annotated
 
 import typer
@@ -16,8 +17,9 @@ WIDTH = 46
 
 INTRODUCTION = """# Columns of results
 
-`scripts/run dolfingrip columns --markdown > docs/columns.md` writes this page. The unit of a
-column stands at the end of its name. A column that is not listed here stays empty.
+The unit of a column stands at the end of its name. A column that is not listed for an experiment stays empty.
+`scripts/run dolfingrip columns grasp` prints the columns of one experiment;
+`scripts/run dolfingrip columns --markdown > docs/columns.md` writes this page.
 """
 
 
@@ -43,15 +45,25 @@ def columns(
         screen.print(of_columns(cells, heading(each), left=tuple(cells)))
 
 
-def page(experiments: list[Experiment]) -> str:
-    """The columns of these experiments as Markdown."""
+def page(experiments: Sequence[Experiment]) -> str:
+    """The columns of these experiments as Markdown: each once, in a table with those that share it."""
     from dolfingrip.experiments.recorder import described
 
-    lines = [INTRODUCTION]
+    about: dict[str, str] = {}
+    commands: dict[str, list[str]] = {}
     for each in experiments:
-        lines += [f"## {heading(each)}", "", "| column | meaning |", "|---|---|"]
+        for name, meaning in described(each):
+            about[name] = meaning
+            commands.setdefault(name, []).append(f"`{each.command}`")
+    tables: dict[tuple[str, ...], list[str]] = {}
+    for name, found in commands.items():
+        tables.setdefault(tuple(found), []).append(name)
+    lines = [INTRODUCTION]
+    for found, names in tables.items():
+        title = "every experiment" if len(found) == len(experiments) > 1 else ", ".join(found)
+        lines += [f"## Columns of {title}", "", "| column | meaning |", "|---|---|"]
         # a bar would end the cell
-        lines += [f"| `{name}` | {about.replace('|', '∣')} |" for name, about in described(each)]
+        lines += [f"| `{name}` | {about[name].replace('|', '∣')} |" for name in names]
         lines.append("")
     return "\n".join(lines)
 
