@@ -259,8 +259,8 @@ GRIPPER: Final = (
     *(_gripper(f"lift_{letter}_N", "N", f"Lift of {who}", f"vertical part of all forces of {who} "
                "on the food, friction included") for letter, who in FINGERS.items()),
     _gripper("table_N", "N", "Table force", "normal force of the table on the food"),
-    _gripper("slip_mm", "mm", "Slip", "how far a finger has slid over the food so far: mean over the "
-             "finger's points, weighted by their normal forces; of the finger that has slid farthest", ".2f"),
+    _gripper("slip_mm", "mm", "Slip", "how far the food has slid so far along the finger on which "
+             "it slid farthest: mean over its points, weighted by their normal forces", ".2f"),
     _gripper("contact_pressure_kPa", "kPa", "Contact pressure", "largest pressure of a finger on "
              "the food", ".1f"),
     _gripper("force_closure", "", "Force closure", "largest load, in the worst direction, that "

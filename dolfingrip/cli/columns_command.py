@@ -17,7 +17,8 @@ WIDTH = 46
 
 INTRODUCTION = """# Columns of results
 
-The unit of a column stands at the end of its name. A column that is not listed for an experiment stays empty.
+The unit of a column stands at the end of its name.
+A column that is not listed for an experiment stays empty.
 `scripts/run dolfingrip columns grasp` prints the columns of one experiment;
 `scripts/run dolfingrip columns --markdown > docs/columns.md` writes this page.
 """
@@ -46,7 +47,10 @@ def columns(
 
 
 def page(experiments: Sequence[Experiment]) -> str:
-    """The columns of these experiments as Markdown: each once, in a table with those that share it."""
+    """The columns of these experiments as Markdown.
+
+    Each column stands once, in a table with those that the same experiments have.
+    """
     from dolfingrip.experiments.recorder import described
 
     about: dict[str, str] = {}
