@@ -60,8 +60,8 @@ def page(experiments: Sequence[Experiment]) -> str:
             about[name] = meaning
             commands.setdefault(name, []).append(f"`{each.command}`")
     tables: dict[tuple[str, ...], list[str]] = {}
-    for name, found in commands.items():
-        tables.setdefault(tuple(found), []).append(name)
+    for name, having in commands.items():
+        tables.setdefault(tuple(having), []).append(name)
     lines = [INTRODUCTION]
     for found, names in tables.items():
         title = "every experiment" if len(found) == len(experiments) > 1 else ", ".join(found)

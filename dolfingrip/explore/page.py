@@ -14,17 +14,24 @@ from dolfingrip.sections.gripper import ALPHA_DEG
 PACKAGE = "dolfingrip.explore"
 
 
-def rendered(space: Space) -> tuple[str, str]:
-    """The page, and its Content-Security-Policy."""
+def rendered(space: Space, view: str) -> tuple[str, str]:
+    """The page, and its Content-Security-Policy.
+
+    Args:
+        space: what varies.
+        view: experiment that is shown first.
+    """
     scripts = [html.script("vendor.js"), html.script("explore.js")]
     style = html.asset("report.css") + html.asset("explore.css")
     designs = front.front(space.loop, most_shapes=0)
+    axes = [] if designs is None else _axes(space)
     data = {
         "sliders": space.sliders,
         "palettes": palettes(),
         "front": None if designs is None else html.front_data(designs),
         "alpha_deg": ALPHA_DEG,
-        "axes": None if designs is None else _axes(space),
+        "axes": axes,
+        "view": view,
     }
     text = (
         html.templates(PACKAGE)
@@ -35,6 +42,8 @@ def rendered(space: Space) -> tuple[str, str]:
             data=Markup(html.json_text(data)),
             sliders=space.sliders,
             front=designs,
+            axes=axes,
+            view=view,
             poses=list(ALPHA_DEG),
             foods=[kind for kind in KINDS if kind != "file"],
             gripper=space.base.gripper,

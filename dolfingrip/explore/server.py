@@ -44,7 +44,8 @@ def application(session: Session, token: str, host: str, port: int) -> ASGIApp:
         await session.close()
 
     async def index(request: Request) -> Response:
-        text, policy = page.rendered(session.space)
+        solved = session.library.counts()
+        text, policy = page.rendered(session.space, max(solved, key=solved.__getitem__))
         return HTMLResponse(text, headers={**HEADERS, "Content-Security-Policy": policy})
 
     async def export(request: Request) -> Response:

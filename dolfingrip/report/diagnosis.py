@@ -116,28 +116,31 @@ def _overlay(data: Mapping[str, Any], path: Path) -> Path:
             for branch, own in part.groupby("branch", sort=False):
                 ax.plot(own[over], own["value"], MARKS.get(str(branch), "o"), color=INK, ms=3,
                         mfc="none", mew=0.7, label=f"measured, {branch}", zorder=2)  # fmt: skip
-            _lines(ax, part, over, "configured", "as configured", GREY, ":")
-            _lines(ax, part, over, "before", "nuisances fitted", BLUE, "--")
+            draw_lines(ax, part, over, "configured", "as configured", GREY, ":")
+            draw_lines(ax, part, over, "before", "nuisances fitted", BLUE, "--")
             if data["cause"]:
-                _lines(ax, part, over, "after", f"with {data['cause']}", ORANGE, "-", band=True)
+                draw_lines(ax, part, over, "after", _with(data["cause"]), ORANGE, "-", band=True)
             ax.set(xlabel=label, ylabel=CHANNELS[channel].label, title=title)
             ax.legend(loc="best", fontsize=7)
     return path
 
 
-def _lines(
+def draw_lines(
     ax: Axes, part: pd.DataFrame, over: str, column: str, label: str, colour: str, style: str,
     band: bool = False,
 ) -> None:  # fmt: skip
-    """One line for each run; of the first alone the band, and the label.
+    """Draw one line for each run; of the first alone the band, and the label.
 
-    An elastic body goes there and back along one curve. It is drawn once, as dashes that lie on one
-    another look like a solid line.
+    A curve is drawn once: that of an elastic body there and back, and that of specimens that are
+    simulated alike. Dashes that lie on one another look like a solid line.
     """
+    drawn: list[pd.DataFrame] = []
     for number, (_, run) in enumerate(part.groupby("run", sort=False)):
         shown = first_way(run, over, column)
-        ax.plot(shown[over], shown[column], style, color=colour, lw=1.2, zorder=3,
-                label=label if number == 0 else None)  # fmt: skip
+        if not any(_along(shown, other, over, column) for other in drawn):
+            drawn.append(shown)
+            ax.plot(shown[over], shown[column], style, color=colour, lw=1.2, zorder=3,
+                    label=label if number == 0 else None)  # fmt: skip
         if band and number == 0:
             for way in ways(run[over].to_numpy(dtype=float)):
                 own = run.iloc[way]
@@ -151,10 +154,24 @@ def _lines(
 def first_way(run: pd.DataFrame, over: str, column: str) -> pd.DataFrame:
     """The first way of a run alone, where all others go along it; measured loads scatter."""
     first = run.iloc[ways(run[over].to_numpy(dtype=float))[0]].sort_values(over)
-    value = run[column]
-    along = np.interp(run[over], first[over], first[column])
-    apart = float(np.abs(value - along).max())
-    return first if apart < PICTURES.same * (value.max() - value.min()) else run
+    return first if _along(run, first, over, column) else run
+
+
+def _along(run: pd.DataFrame, other: pd.DataFrame, over: str, column: str) -> bool:
+    """Whether a run goes along another, whose load only grows; its ends may lie a little beyond."""
+    if not other[over].is_monotonic_increasing:
+        return False
+    shared = run[run[over].between(other[over].iloc[0], other[over].iloc[-1])]
+    if len(shared) < max(2, len(run) - 2):
+        return False
+    along = np.interp(shared[over], other[over], other[column])
+    apart = float(np.abs(shared[column] - along).max())
+    return apart < PICTURES.same * float(run[column].max() - run[column].min())
+
+
+def _with(cause: str) -> str:
+    """What a model with a cause, or with a pair of causes, is called."""
+    return f"with {cause.replace(' with ', ' and ')}"
 
 
 def ways(load: np.ndarray) -> list[slice]:
@@ -170,7 +187,7 @@ def _residuals(data: Mapping[str, Any], path: Path) -> Path:
     panels = _panels(data["readings"])
     kinds = [("before", "nuisances fitted", BLUE)]
     if data["cause"]:
-        kinds.append(("after", f"with {data['cause']}", ORANGE))
+        kinds.append(("after", _with(data["cause"]), ORANGE))
     rows, across = _shape(len(panels))
     size = (4.6 * across, 2.6 * rows * len(kinds))
     with _figure(path, rows * len(kinds), across, size) as axes:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
+from dolfingrip.report import diagnosis as pictures
 from dolfingrip.report.diagnosis import first_way, ways
 
 LOAD = [0.0, 50.0, 100.0, 100.0, 50.0, 0.0, 50.0]
@@ -16,6 +18,20 @@ def test_an_elastic_way_is_drawn_once() -> None:
     run["viscous"] = run["elastic"] + np.linspace(0, 0.5, len(run))
     assert first_way(run, "load", "elastic")["load"].tolist() == load[:3].tolist()
     assert first_way(run, "load", "viscous") is run
+
+
+def test_specimens_that_are_simulated_alike_have_one_line() -> None:
+    """Coupons begin and end at other travels; one that is stiffer has a line of its own."""
+    load = np.linspace(0, 10, 11)
+    runs = [
+        pd.DataFrame({"run": number, "load": load + 0.02 * number, "noise": 0.1})
+        for number in range(3)
+    ]
+    for number, run in enumerate(runs):
+        run["force"] = (1.0 + 0.1 * (number == 2)) * run["load"]
+    axes = Figure().subplots()
+    pictures.draw_lines(axes, pd.concat(runs), "load", "force", "", "blue", "--")
+    assert [len(line.get_xdata()) for line in axes.lines] == [11, 11]
 
 
 def test_ways_end_where_the_load_turns() -> None:

@@ -212,6 +212,8 @@ def test_two_runs_side_by_side_and_their_section(seen: Opened) -> None:
 def test_pointing_at_the_front_shows_the_design(seen: Opened) -> None:
     page = seen.page
     assert page.inner_text("#design-name") == "Design 2"
+    key = page.locator(".front .key span").all_inner_texts()
+    assert key == ["front of the surrogate", "design computed", "chosen"]  # there is no original
     page.locator("#front-chart .point.design").hover(force=True)
     page.wait_for_selector("html[data-design='Design 1']")
     assert page.inner_text("#design-name") == "Design 1"

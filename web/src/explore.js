@@ -19,7 +19,7 @@ const SOLVED = { bending: 'free bending', blocked_force: 'blocked force' };
 class Explorer {
   constructor() {
     root.classList.add('scripted');
-    this.view = 'bending';
+    this.view = data.view;
     this.values = data.sliders.map((slider) => slider.value);
     this.asked = 0;
     this.charts = [];
@@ -184,7 +184,7 @@ class Explorer {
     this.#numbers(message.numbers);
     this.#curves(message.charts);
     if (this.front) {
-      const [x, y] = data.axes ?? [];
+      const [x, y] = data.axes;
       const { place } = message;
       this.front.here(place[x] === undefined ? null : [place[x], place[y]]);
     }

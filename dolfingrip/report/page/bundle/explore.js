@@ -1532,7 +1532,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
   var Explorer = class {
     constructor() {
       root2.classList.add("scripted");
-      this.view = "bending";
+      this.view = data.view;
       this.values = data.sliders.map((slider) => slider.value);
       this.asked = 0;
       this.charts = [];
@@ -1683,7 +1683,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       this.#numbers(message.numbers);
       this.#curves(message.charts);
       if (this.front) {
-        const [x, y] = data.axes ?? [];
+        const [x, y] = data.axes;
         const { place } = message;
         this.front.here(place[x] === void 0 ? null : [place[x], place[y]]);
       }
