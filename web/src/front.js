@@ -6,6 +6,7 @@ import { unpack } from './packed.js';
 import { Viewer } from './viewer.js';
 
 const $ = (id) => document.getElementById(id);
+const PRINT = { width: 900, height: 600 }; // pixels of the picture that is printed
 
 export class Front {
   constructor(spec, palettes, there) {
@@ -38,11 +39,13 @@ export class Front {
     }
     const none = model === null || !this.viewer;
     $('design-view').classList.toggle('empty', none);
+    $('design-printed').removeAttribute('src');
     if (none) return;
     const first = !this.models.some(Boolean);
     this.models[model] ??= await unpack(this.spec.models[model]);
     if (this.wanted !== index) return;
     this.viewer.show([this.models[model]], { keepCamera: !first });
+    $('design-printed').src = this.viewer.image(PRINT.width, PRINT.height);
     document.documentElement.dataset.design = label;
   }
 }

@@ -121,7 +121,7 @@ def charts(surrogate: Path | None) -> list[Chart]:
         Chart(
             "How the surrogate learnt",
             "Mean squared error of the normalised outputs over the epochs of the training.",
-            Axis("Epoch"), Axis("log₁₀ of the mean squared error"), series,
+            Axis("Epoch"), Axis("log₁₀ of the MSE"), series,
             Table(["Epoch", "Training error", "Test error"], cells),
         )
     ]  # fmt: skip

@@ -1084,6 +1084,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
 
   // src/front.js
   var $ = (id) => document.getElementById(id);
+  var PRINT = { width: 900, height: 600 };
   var Front = class {
     constructor(spec, palettes, there) {
       this.spec = spec;
@@ -1113,11 +1114,13 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       }
       const none = model === null || !this.viewer;
       $("design-view").classList.toggle("empty", none);
+      $("design-printed").removeAttribute("src");
       if (none) return;
       const first = !this.models.some(Boolean);
       this.models[model] ??= await unpack(this.spec.models[model]);
       if (this.wanted !== index) return;
       this.viewer.show([this.models[model]], { keepCamera: !first });
+      $("design-printed").src = this.viewer.image(PRINT.width, PRINT.height);
       document.documentElement.dataset.design = label;
     }
   };
@@ -1128,7 +1131,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     stretch: { label: "Largest stretch", unit: "–", least: 1 }
   };
   var FILM = { count: 6, width: 220, height: 165 };
-  var PRINT = { width: 1400, height: 800, afterMs: 700 };
+  var PRINT2 = { width: 1400, height: 800, afterMs: 700 };
   var STEPS_A_SECOND = 4;
   var WHOLE = 1e-6;
   var $2 = (id) => document.getElementById(id);
@@ -1439,9 +1442,9 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
       if (!$2("printed")) return;
       clearTimeout(this.printing);
       this.printing = setTimeout(() => {
-        $2("printed").src = this.viewer.image(PRINT.width, PRINT.height);
+        $2("printed").src = this.viewer.image(PRINT2.width, PRINT2.height);
         document.documentElement.dataset.printed = this.time;
-      }, PRINT.afterMs);
+      }, PRINT2.afterMs);
     }
   };
 
