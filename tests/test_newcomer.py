@@ -133,3 +133,10 @@ def test_results_are_printed_on_one_kind_of_console() -> None:
         )
     ]
     assert made == ["dolfingrip/cli/options.py"]
+
+
+def test_an_effect_is_described_without_markup() -> None:
+    said = CliRunner().invoke(app, ["extensions", "prony"]).output
+    assert "material.mu_MPa is the" in said
+    assert "``" not in said
+    assert ":mod:" not in said

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -32,8 +33,13 @@ def extensions(
     by_name = {effect.name(): effect for effect in EFFECTS}
     if name not in by_name:
         raise ConfigError(f"{name}: no effect; allowed: {', '.join(by_name)}")
-    out.print(inspect.getdoc(by_name[name]), soft_wrap=True)
+    out.print(_plain(inspect.getdoc(by_name[name]) or ""), soft_wrap=True)
     out.print(tabulate([by_name[name]], source=True))
+
+
+def _plain(text: str) -> str:
+    """A docstring without its markup, as ``:mod:`forms```."""
+    return re.sub(r":\w+:`~?([^`]+)`", r"\1", text).replace("``", "")
 
 
 def tabulate(effects: Sequence[type[Effect]] = EFFECTS, *, source: bool = False) -> Table:
