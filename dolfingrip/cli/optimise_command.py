@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -169,31 +168,31 @@ def _print(facts: dict[str, Any], screen: Console) -> None:
 
 
 def _table(designs: Sequence[dict[str, Any]]) -> Table:
+    """The chosen designs; by the surrogate, and by finite elements where they are checked."""
     from dolfingrip.report.design import LABELS
+    from dolfingrip.report.table import of_columns
 
-    table = Table(title="Designs", box=SIMPLE_HEAD, padding=(0, 1))
-    table.add_column("", no_wrap=True)
-    first = designs[0]
+    first, roles = designs[0], "Design"
+    columns = {roles: [_role(one) for one in designs]}
     for name in first["inputs"]:
-        table.add_column(LABELS.get(name, name), justify="right")
+        columns[LABELS.get(name, name)] = [f"{one['inputs'][name]:z.3f}" for one in designs]
     for name in first["surrogate"]:
-        # narrow: a terminal has 80 columns
-        table.add_column(name.replace("_", "\n"), justify="right")
+        label = LABELS.get(name, name)
+        columns[label] = [f"{one['surrogate'][name]:z.3f}" for one in designs]
         if "fem" in first:
-            table.add_column("FEM", justify="right")
+            what, bracket, unit = label.partition(" (")
+            columns[f"{what} by FEM{bracket}{unit}"] = [
+                "failed" if one["fem"] is None else f"{one['fem'][name]:z.3f}" for one in designs
+            ]
     if "fem" in first:
-        table.add_column("gain\n%", justify="right")
+        gains = [one["force_over_original"] for one in designs]
+        columns["Gain (%)"] = ["–" if gain is None else f"{100 * gain:+z.1f}" for gain in gains]
+    table = of_columns(columns, "Designs", left=(roles,))
+    if "fem" in first:
         table.caption = "by the surrogate; FEM: by finite elements; gain: force over the original's"
-    for one in designs:
-        limit = one["cog_max_mm"]
-        cells = [one["role"] if limit is None else f"{one['role']} ≤ {limit:g} mm"]
-        cells += [f"{value:z.3f}" for value in one["inputs"].values()]
-        for name, value in one["surrogate"].items():
-            cells.append(f"{value:z.3f}")
-            if "fem" in one:
-                cells.append("failed" if one["fem"] is None else f"{one['fem'][name]:z.3f}")
-        if "fem" in one:
-            gain = one["force_over_original"]
-            cells.append("–" if gain is None else f"{100 * gain:+z.1f}")
-        table.add_row(*cells)
     return table
+
+
+def _role(design: dict[str, Any]) -> str:
+    limit = design["cog_max_mm"]
+    return str(design["role"]) if limit is None else f"{design['role']} ≤ {limit:g} mm"
