@@ -23,7 +23,7 @@ STIFFNESSES = tuple(
         name=f"stiffness_{axis}_N_per_mm",
         unit="N_per_mm",
         title=f"Stiffness {axis}",
-        about=f"force along {axis} on the tip face by the displacement that it causes",
+        about=f"force along {axis} on the tip face divided by the displacement that it causes",
         form=".4f",
     )
     for axis in AXES
