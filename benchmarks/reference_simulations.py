@@ -1,10 +1,10 @@
 """Compute the simulations that are shipped, and write ``reference.npz`` of the diagnosis.
 
     scripts/run python -m benchmarks.reference_simulations [--workers 2] [--store FOLDER]
-    scripts/run python -m benchmarks.reference_simulations --only protocol,coupon
+    scripts/run python -m benchmarks.reference_simulations --only causes,coupon
 
 The reference finger, bending and blocked force, three cycles at the ordinary settings, with
-derivatives by the nuisances, and with each cause of the catalogue at the places where emulators are
+derivatives by the nuisances, and with each cause of the catalogue at the places that emulators are
 made from; and the additions that
 ``dolfingrip plan-experiment`` judges for the paper's protocol, but for the tip up and down. About
 half an hour of processor. Can be stopped and started: a call goes on where the one before it was,
@@ -41,24 +41,21 @@ from dolfingrip.diagnosis.tried import tried
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool, SchedulerGone
 
-PROTOCOL: Final = "protocol"
-"""The part that every diagnosis of the reference finger begins with; the others are additions."""
-
 APART: Final = ("orientation",)
 """Additions that are left out: the tip up and down is another 80 simulations."""
 
 CAUSES: Final = "causes"
-"""The part that emulators of all causes are made from."""
+"""The part that every diagnosis of the reference finger is made from; the others are additions."""
 
-PARTS: Final = (PROTOCOL, CAUSES, *(kind for kind in rig.KINDS if kind not in APART))
+PARTS: Final = (CAUSES, *(kind for kind in rig.KINDS if kind not in APART))
 
 
 def measurements() -> Iterator[tuple[str, Measurement]]:
     """What is simulated, with the part that it belongs to."""
     paper, _ = rig.read(None, Config())
     # its protocol is the beginning of the three cycles, whose simulations serve it
-    yield PROTOCOL, reference_measurement()
-    yield PROTOCOL, paper
+    yield CAUSES, reference_measurement()
+    yield CAUSES, paper
     for proposal in proposals(paper, Config()):
         yield proposal.kind, joined(paper, read_alike(proposal, paper))
 

@@ -178,17 +178,17 @@ def test_the_effect_is_displayed_and_tried(copy: Path) -> None:
     square = ("--set", "extensions.force_square.square_per_N=0.1")
     code = (
         "from dolfingrip.config import Config\n"
-        "from dolfingrip.diagnosis.simulation.strengths import ordinary\n"
-        "print([len(e.shapes) for e in ordinary(Config()) if e.effect == 'force_square'])"
+        "from dolfingrip.diagnosis.core.numbers import causes\n"
+        "print([len(e.numbers) for e in causes(Config(), ['force_square'])])"
     )
-    *_, listed, strengths = run(
+    *_, listed, numbers = run(
         copy, ["coupon", *pull, "--out", "plain"], ["coupon", *pull, *square, "--out", "square"],
         ["extensions"], then=code,
     )  # fmt: skip
     plain, shown = (column(copy / name, "force_N")[-1] for name in ("plain", "square"))
     assert shown == pytest.approx(plain + 0.1 * plain**2, rel=1e-5)
     assert "force_square" in listed
-    assert strengths == "[3]\n"
+    assert numbers == "[1]\n"
 
 
 def test_the_food_lies_on_the_table(copy: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnosis.data.files import written
+from diagnosis.simulation.bases import simulated
 from diagnosis.simulation.here import Here
 from experiments import small
 
@@ -14,8 +15,9 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.coupon.found import fitted
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation import modulus
-from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.diagnosis.simulation.walls import PART, WallCurves, simulate_walls
@@ -62,15 +64,19 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 
 @pytest.fixture(scope="module")
-def base(measurement: Measurement, store: Path) -> BaseSimulation:
-    return simulate_base(measurement, finger(), Here(store), effects=())
+def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
+    return simulated(measurement, finger(), Here(store))
 
 
 @pytest.fixture(scope="module")
-def curves(measurement: Measurement, base: BaseSimulation, store: Path) -> WallCurves:
-    found = simulate_walls(measurement, base, Here(store))
-    assert found is not None
-    return found
+def base(simulation: FingerSimulation) -> BaseSimulation:
+    return simulation.base
+
+
+@pytest.fixture(scope="module")
+def curves(simulation: FingerSimulation) -> WallCurves:
+    assert simulation.walls is not None
+    return simulation.walls
 
 
 def with_walls(measurement: Measurement, store: Path, walls: float, factor: float = 1.0):
@@ -107,7 +113,7 @@ def test_it_scales_with_the_modulus(
 ) -> None:
     """Against a simulation with thinner, softer walls, to what interpolation leaves."""
     there = with_walls(measurement, store, 1 - PART, 0.8)
-    found = base.at_modulus(0.8) + curves.change(1 - PART, 0.8)[0]
+    found = modulus.scaled(measurement, base.simulated, 0.8) + curves.change(1 - PART, 0.8)[0]
     for name, allowed in (("angle_deg", 1e-4), ("force_N", 1e-2)):
         at = (measurement.listed()["column"] == name).to_numpy()
         assert np.abs(found - there)[at].max() < allowed * there[at].max()
@@ -147,7 +153,7 @@ def test_else_a_derivative_serves(names: str, more: str, tmp_path: Path, store: 
     """Where nothing is blocked, or where the walls are known; nothing is simulated."""
     told = TOLD.replace("force_N = 0.002\n", "").replace("force_N = 0.0004\n", "")
     measured = written_with(tmp_path, None, (told if names == "bending" else TOLD) + more, names)
-    own = simulate_base(measured, finger(), Here(store), effects=())
+    own = simulated(measured, finger(), Here(store)).base
     assert simulate_walls(measured, own, Here(tmp_path / "none")) is None
     assert not (tmp_path / "none").exists()
     assert WALL in [each.name for each in own.nuisance_list]

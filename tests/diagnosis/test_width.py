@@ -7,15 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnosis.invented_coupon import WIDTH_NOISE, made, white
+from diagnosis.simulation.bases import simulated
 from diagnosis.simulation.here import Here
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import SETUP_MIN, Proposal, proposals
+from dolfingrip.diagnosis.coupon.case import coupon_case
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
-from dolfingrip.diagnosis.simulation.base import simulate_base
+from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 
 WIDTH = "transverse_strain"
@@ -106,21 +108,22 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     told = EXACT.replace("material_law = 0.0", "coupon_area = 0.1")
     told = told.replace("coupon_slack_mm = 0.0", "coupon_slack_mm = 0.1")
     measurement = coupon(tmp_path, told=told, width=True)
-    base = simulate_base(
-        measurement, Config(), Here(store), effects=["force_gain", "mooney_rivlin"]
-    )
+    base = simulated(measurement, Config(), Here(store)).base
     across = (measurement.listed()["column"] == WIDTH).to_numpy()
     changes = {each.name: each.change for each in base.nuisance_list}
     assert set(changes) == {"modulus", "coupon_area"}
     for change in changes.values():
         np.testing.assert_allclose(change[across], 0.0, atol=1e-6)
         assert (np.abs(change[~across]) > 0.05).all()
-    np.testing.assert_array_equal(base.at_modulus(1.3)[across], base.readings[across])
-    gain, law = (
-        base.candidates if base.candidates[0].name == "force_gain" else base.candidates[::-1]
-    )
-    assert not gain.shapes[0][across].any()
-    assert law.felt
+    scaled = modulus.scaled(measurement, base.simulated, 1.3)
+    np.testing.assert_array_equal(scaled[across], base.readings[across])
+    case = coupon_case(measurement, Config(), ["force_gain", "mooney_rivlin"]).case
+    change = {
+        name: case.predicted((name,), np.array([0.0, 1.0])) - case.predicted((), np.zeros(1))
+        for name in ("force_gain", "mooney_rivlin")
+    }
+    assert not change["force_gain"][across].any()
+    assert np.abs(change["mooney_rivlin"]).max() > 0.01
     # it begins to narrow where the force begins: the travel's error is both readings'
     slope = np.gradient(base.readings[across], measurement.listed()["control"][across])
     np.testing.assert_allclose(base.by_control[across][1:-1], slope[1:-1], rtol=0.01)

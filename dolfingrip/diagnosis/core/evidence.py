@@ -183,7 +183,6 @@ class Level:
 
     case: Case
     level: float
-    noise_scale: float = 1.0
     gram: np.ndarray = field(init=False)
     log_det: float = field(init=False)
     _lower: np.ndarray = field(init=False)

@@ -135,12 +135,26 @@ def smooth(
         Shapes (n,), and (n,) for each mm of travel.
     """
     listed = simulation.measurement.listed()
-    value, slope = listed["value"].to_numpy(), simulation.slopes()
+    slope = simulation.slopes()
     slope = np.where(np.isfinite(slope), slope, 0.0)
     travel = listed["control"].to_numpy()
     moved = np.abs(travel) > 1e-9
     by_mm = np.where(moved, along.load / np.where(moved, travel, 1.0), 0.0)
-    found, steep = np.zeros(len(value)), np.zeros(len(value))
+    factor, turned = followed(listed, along, base)
+    moves = slope != 0  # a wait has no slope
+    return base * factor, slope * factor + moves * base * turned * by_mm
+
+
+def followed(listed: pd.DataFrame, along: Along, base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the model's readings are multiplied by to be a smooth curve through those measured.
+
+    A polynomial of the load for each channel, protocol and branch.
+
+    Returns:
+        The factor, shape (n,), and its derivative by the load, shape (n,).
+    """
+    value = listed["value"].to_numpy()
+    found, turned = np.zeros(len(value)), np.zeros(len(value))
     parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
     for _, part in parts:
         at = part.index.to_numpy()
@@ -148,11 +162,10 @@ def smooth(
         degree = int(np.clip(len(np.unique(np.round(x / 2, 4))) // 4, 0, POLICY.smooth))
         powers = np.polynomial.chebyshev.chebvander(x, degree)
         weights, *_ = np.linalg.lstsq(base[at, None] * powers, value[at], rcond=1e-8)
-        turned = np.polynomial.chebyshev.chebval(x, np.polynomial.chebyshev.chebder(weights))
-        found[at] = base[at] * (powers @ weights)
-        moves = slope[at] != 0  # a wait has no slope
-        steep[at] = slope[at] * (powers @ weights) + moves * base[at] * turned * 2 * by_mm[at]
-    return found, steep
+        found[at] = powers @ weights
+        by_x = np.polynomial.chebyshev.chebder(weights)
+        turned[at] = 2 * np.polynomial.chebyshev.chebval(x, by_x)
+    return found, turned
 
 
 def _along(simulation: CouponSimulation) -> Along:

@@ -13,6 +13,7 @@ from dolfingrip.diagnosis.coupon.covariance import (
     Shared,
     between,
     drifting,
+    followed,
     lying,
 )
 from dolfingrip.diagnosis.data import noise as instruments
@@ -32,7 +33,7 @@ def errors(simulation: FingerSimulation) -> CouponErrors:
     told = instruments.noise(measurement)
     covariance = np.diag(np.maximum(told.independent, 1e-9) ** 2) + drifting(listed, told)
     along = _along(simulation)
-    signal = _signal(simulation, along)
+    signal = base.readings * followed(listed, along, base.readings)[0]
     ratio = _steeper(base.readings, signal)
     # one reading of the pressure or travel stands behind all readings of its row
     steep = np.nan_to_num(base.by_control) * ratio
@@ -82,22 +83,6 @@ def _shared(simulation: FingerSimulation, nuisance: Nuisance) -> Shared:
     told = [t.setup.nuisances.get(name, 0.0) for t in simulation.measurement.tests]
     unit = UNITS.get(name) or (named(name).unit if "." in name else "")
     return Shared(nuisance.name, unit, max(told), np.nan_to_num(nuisance.change))
-
-
-def _signal(simulation: FingerSimulation, along: Along) -> np.ndarray:
-    """A smooth curve through the readings of each channel, protocol and branch, shape (n,)."""
-    listed, base = simulation.measurement.listed(), simulation.base.readings
-    value = listed["value"].to_numpy()
-    found = np.zeros(len(value))
-    parts = listed.assign(block=along.block).groupby(["block", "cycle", "branch"], sort=False)
-    for _, part in parts:
-        at = part.index.to_numpy()
-        x = 2 * along.load[at] - 1
-        degree = int(np.clip(len(np.unique(np.round(x / 2, 4))) // 4, 0, POLICY.smooth))
-        columns = base[at, None] * np.polynomial.chebyshev.chebvander(x, degree)
-        weights, *_ = np.linalg.lstsq(columns, value[at], rcond=1e-8)
-        found[at] = columns @ weights
-    return found
 
 
 def _steeper(base: np.ndarray, signal: np.ndarray) -> np.ndarray:

@@ -241,9 +241,7 @@ def rough_simulation(
     """
     moved = _moved(measurement, config, centre)
     (plain,) = simulate(measurement, config, [Case((*flat, *moved), headroom=True)], workers)
-    base = BaseSimulation(
-        measurement, config, plain, [], np.zeros((len(plain.readings), 0)), [], None
-    )
+    base = BaseSimulation(measurement, config, plain, [], np.zeros((len(plain.readings), 0)), None)
     nodes = _nodes(measurement, config, workers, flat, centre) if not base.scales else {}
     rough = FingerSimulation(
         measurement, config, workers, flat, centre, base, plain, nodes, nodes, None, plain.readings
@@ -283,7 +281,7 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     error = meshes.SHARE * (graded.readings - plain.readings)[:, None]
     base = BaseSimulation(
         measurement, config, graded, nuisances(measurement, graded),
-        np.nan_to_num(error) if flat else np.zeros((len(graded.readings), 0)), [],
+        np.nan_to_num(error) if flat else np.zeros((len(graded.readings), 0)),
         plain if flat else None,
     )  # fmt: skip
     others: dict[float, Simulated] = {}

@@ -25,7 +25,6 @@ from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.line_lag import behind
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
-from dolfingrip.diagnosis.simulation.secants import felt_in
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.extensions.index import effect
 
@@ -166,7 +165,7 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
     d = len(box)
     count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
     zeta = _places(box, POLICY.far_places if cause.name in FAR else count, cause)
-    experiments = felt_in(cause.name, _lab(simulation))
+    experiments = _felt_in(cause.name, _lab(simulation))
     flat = simulation.flat
     cases = []
     for z in zeta:
@@ -188,6 +187,19 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
             )
         )  # fmt: skip
     return _Design(cause, zeta, scales, cases)
+
+
+def _felt_in(name: str, config: Config) -> frozenset[str]:
+    """Experiments that can feel an effect: elsewhere it needs no simulation.
+
+    A coupon feels what is in the material.
+    """
+    found = {"blocked_force"}
+    if effect(name).felt_in_bending(config):
+        found.add("bending")
+    if effect(name).has("strain_energy"):
+        found.add("coupon")
+    return frozenset(found)
 
 
 def _turns(simulation: FingerSimulation, cause: Cause) -> bool:

@@ -13,9 +13,8 @@ From the bottom up:
 - :mod:`modulus`: exact scaling of a base simulation by the modulus;
 - :mod:`elastic_curve`: readings at another load than that of the protocol; :mod:`line_lag` and
   :mod:`relaxation`: effects that change them so, exactly and nearly;
-- :mod:`nuisances`, :mod:`strengths`, :mod:`closed_forms`, :mod:`secants`: what else the readings
-  change by;
-- :mod:`base`: ``simulate_base(measurement, config, workers)`` puts these together.
+- :mod:`nuisances`: what else the readings change by; :mod:`walls`: at other walls;
+- :mod:`base`: what the simulation as configured tells.
 
 All arrays are aligned with ``Measurement.listed()``
 (:mod:`dolfingrip.diagnosis.data.measurement`); n is the number of single readings there.

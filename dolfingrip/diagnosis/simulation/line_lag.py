@@ -10,28 +10,10 @@ With all moduli c times as large it is y_el(p_out/c), and c y_el(p_out/c) of a f
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 
-from dolfingrip.config import Config
-from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import elastic_curve
-from dolfingrip.diagnosis.simulation.groups import path_independent
 from dolfingrip.diagnosis.simulation.legs import Route
-from dolfingrip.diagnosis.simulation.simulated import Simulated
 from dolfingrip.extensions.effect import Effect, Flow
-from dolfingrip.extensions.index import effect
-
-
-def is_stage(name: str) -> bool:
-    """Whether an effect is a stage of the supply whose readings the elastic curve tells."""
-    return effect(name).by_elastic_curve == "stage"
-
-
-def serves(name: str, config: Config) -> bool:
-    """Whether an effect beside ``config`` is a stage that the elastic curve tells."""
-    return is_stage(name) and path_independent(config)
 
 
 def behind(line: Effect, way: Route) -> np.ndarray:
@@ -44,18 +26,3 @@ def behind(line: Effect, way: Route) -> np.ndarray:
         time_s, inlet_kPa = moment_s, now_kPa
         found.append(outlet_kPa)
     return np.array(found)
-
-
-def change(
-    measurement: Measurement, base: Simulated, line: Effect, factor: float = 1.0
-) -> np.ndarray:
-    """(n,) change of the readings by a line.
-
-    Args:
-        measurement: that ``base`` was simulated for.
-        base: without a line's lag, and without memory.
-        line: that lags.
-        factor: of all moduli; other than 1 where these scale
-            (:mod:`dolfingrip.diagnosis.simulation.modulus`).
-    """
-    return elastic_curve.change(measurement, base, partial(behind, line), factor)

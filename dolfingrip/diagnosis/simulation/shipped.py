@@ -95,16 +95,6 @@ class Shipped:
     known: Mapping[str, Sequence[Known]]
     agrees: bool | None = None
 
-    def joined(self, other: Shipped) -> Shipped:
-        """Both together, where the same code computed them; else this one."""
-        if other.core != self.core:
-            return self
-        every = {**self.known, **other.known}
-        both = self.known.keys() & other.known.keys()
-        return Shipped(
-            self.core, every | {job: [*self.known[job], *other.known[job]] for job in both}
-        )
-
     def answers(
         self, jobs: Iterable[Job], computed: Callable[[Job], JobResult]
     ) -> list[tuple[Job, Answer]]:

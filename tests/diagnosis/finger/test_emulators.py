@@ -11,10 +11,13 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.emulator import Emulator, Mended, Stacked
 from dolfingrip.diagnosis.core.evidence import Case
+from dolfingrip.diagnosis.core.numbers import causes
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, coordinates_of, unknowns
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
+from dolfingrip.diagnosis.tried import tried
+from dolfingrip.extensions.index import effect
 
 SEED = 11
 X = np.linspace(0.1, 1.0, 15)
@@ -133,3 +136,13 @@ def test_numbers_of_the_rig_are_causes_where_all_are_tried() -> None:
     zeta = np.array([-1.0, 0.0, 2.0])
     np.testing.assert_allclose(tilt[0].value(zeta), [0.0, 0.0, 2.0])
     np.testing.assert_allclose(tilt[1].value(zeta), [-1.0, 0.0, 0.0])
+
+
+def test_the_whole_catalogue_is_tried_but_the_mesh() -> None:
+    """Each alone, where its numbers are at the middle of their priors."""
+    found = {each.name: each for each in causes(Config())}
+    assert set(found) == {n for n in tried(None) if effect(n).kind != "numerical"}
+    assert "coarse_mesh" not in found
+    for each in found.values():
+        on = Config().overridden(each.overrides(np.zeros(len(each.numbers)))).extensions.active()
+        assert [other.name() for other in on] == [each.name]

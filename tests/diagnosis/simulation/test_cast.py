@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnosis.data.files import written
+from diagnosis.simulation.bases import simulated
 from diagnosis.simulation.here import Here
 
 from dolfingrip import config as configuration
@@ -19,7 +20,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
-from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 
@@ -66,7 +67,7 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 @pytest.fixture(scope="module")
 def base(measurement: Measurement, store: Path) -> BaseSimulation:
-    return simulate_base(measurement, block(), Here(store), effects=())
+    return simulated(measurement, block(), Here(store)).base
 
 
 def with_all(measurement: Measurement, store: Path, *overrides: str) -> Simulated:
@@ -95,7 +96,7 @@ def test_moduli_scale_exactly(base: BaseSimulation, measurement: Measurement, st
     changes = modulus.overrides(base.simulated.runs[0].config, 1.25)
     assert {"material.ogden_mu_MPa=[0.01875, 0.00625]", f"{FILM}=3.75"} <= set(changes)
     there = with_all(measurement, store, *changes).readings
-    np.testing.assert_allclose(base.at_modulus(1.25), there, rtol=2e-3)
+    np.testing.assert_allclose(modulus.scaled(measurement, base.simulated, 1.25), there, rtol=2e-3)
 
 
 def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> None:
@@ -110,7 +111,7 @@ def test_a_softer_finger_goes_on_straight_where_the_base_ended(
     base: BaseSimulation, measurement: Measurement
 ) -> None:
     """Readings at 8 kPa of a modulus of 0.1 are at 80 kPa of the base's curve: far beyond."""
-    found = base.at_modulus(0.1)
+    found = modulus.scaled(measurement, base.simulated, 0.1)
     assert np.isfinite(found).all()
     assert (np.diff(found[:4]) > 0).all()
 
@@ -121,7 +122,8 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
     ended = read([written(tmp_path, lines, told)], block())
-    (said,) = not_reached(ended, simulate_base(ended, block(), Here(store), effects=()))
+    (run,) = simulate(ended, block(), [Case((), headroom=True)], Here(store))
+    (said,) = not_reached(ended, BaseSimulation(ended, block(), run, [], np.zeros((3, 0))))
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
         "stopped at "

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from diagnosis.data.files import written
+from diagnosis.simulation.bases import simulated
 from diagnosis.simulation.here import Here
 from experiments import small
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.simulation import modulus
-from dolfingrip.diagnosis.simulation.base import BaseSimulation, simulate_base
+from dolfingrip.diagnosis.simulation import elastic_curve, modulus
+from dolfingrip.diagnosis.simulation.base import BaseSimulation
+from dolfingrip.diagnosis.simulation.line_lag import behind
 from dolfingrip.diagnosis.simulation.nuisances import GAP
-from dolfingrip.diagnosis.simulation.secants import cases
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
-from dolfingrip.diagnosis.simulation.strengths import ordinary
 from dolfingrip.experiments import run
 
-TRIED = (
-    "mooney_rivlin", "permanent_set", "plate_tilt", "angle_definition", "pressure_gain", "line_lag"
-)  # fmt: skip
 TOLD = """experiment = ["bending", "blocked_force"]
 [plate]
 gap_mm = 0.1
@@ -48,7 +46,7 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 @pytest.fixture(scope="module")
 def base(measurement: Measurement, store: Path) -> BaseSimulation:
-    return simulate_base(measurement, finger(), Here(store), effects=TRIED)
+    return simulated(measurement, finger(), Here(store)).base
 
 
 def one(measurement: Measurement, store: Path, *overrides: str) -> Simulated:
@@ -80,13 +78,14 @@ def test_modulus_scales_exactly(
     angle little, of the force a part where the gap of 0.1 mm closes."""
     assert base.scales
     for factor in (0.8, 1.25):
+        scaled = modulus.scaled(measurement, base.simulated, factor)
         changed = one(measurement, store, *modulus.overrides(base.simulated.runs[1].config, factor))
         for name, column, allowed in (
             ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
         ):  # fmt: skip
             at = of(measurement, name, column)
             there = changed.readings[at]
-            off = np.abs(base.at_modulus(factor)[at] - there).max()
+            off = np.abs(scaled[at] - there).max()
             print(factor, column, "off by", off, "of", there.max())
             assert off < allowed * there.max()
 
@@ -97,7 +96,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     """Against central differences; the wall's moves the mesh, so a thicker one is meshed alike."""
     names = [each.name for each in base.nuisance_list]
     assert names == ["modulus", "wall", "pressure_gain", "pressure_offset_kPa", "plate_gap_mm"]
-    columns = dict(zip(names, base.nuisances.T, strict=True))
+    columns = {each.name: each.change for each in base.nuisance_list}
     free = of(measurement, "bending")
     assert not columns["plate_gap_mm"][free].any()
     np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.simulated.slope(GAP))
@@ -114,45 +113,16 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
     )
 
 
-def test_candidates(base: BaseSimulation, measurement: Measurement, store: Path) -> None:
-    """Changes between two simulations on the ungraded mesh; in time where there is memory."""
-    by_name = {each.name: each for each in base.candidates}
-    assert set(by_name) == set(TRIED)
-    mooney, lasting = by_name["mooney_rivlin"], by_name["permanent_set"]
-    assert (mooney.mesh, lasting.mesh) == ("ungraded", "ungraded")
-    assert by_name["angle_definition"].mesh == "graded"
-    assert lasting.shapes.shape == (3, 21)
-    flat = "mesh.edge_size_mm=6.0"
-    plain = one(measurement, store, flat)
-    for found in (mooney, lasting):
-        there = one(measurement, store, flat, *found.overrides[0])
-        np.testing.assert_allclose(found.shapes[0], there.readings - plain.readings, atol=1e-9)
-    free = of(measurement, "bending")
-    assert not by_name["plate_tilt"].shapes[0][free].any()
-    assert by_name["plate_tilt"].felt
-    # what yields does not come back
-    assert np.abs(mooney.shapes[0][free][-1]) < 1e-6
-    assert lasting.shapes[0][free][-1] > 0.02
-    np.testing.assert_allclose(base.mesh[:, 0], 0.3 * (base.readings - plain.readings))
-    assert np.abs(base.mesh).max() > 1e-4
-
-
-def test_an_angle_definition_is_exact(
-    base: BaseSimulation, measurement: Measurement, store: Path
-) -> None:
-    (found,) = (each for each in base.candidates if each.name == "angle_definition")
-    there = one(measurement, store, *found.overrides[0]).readings
-    np.testing.assert_allclose(found.shapes[0], there - base.readings, atol=2e-4)
-
-
 def test_a_line_that_lags_is_the_elastic_curve_behind_it(
     base: BaseSimulation, measurement: Measurement, store: Path
 ) -> None:
     """Against simulations in time, free to all digits. Blocked, interpolation over 20 kPa leaves a
     part where the gap of 0.1 mm closes, as it does of the base readings."""
-    (found,) = (each for each in base.candidates if each.name == "line_lag")
-    assert found.mesh == "graded"
-    for overrides, part, shape in zip(found.overrides, found.parts, found.shapes, strict=True):
+    for tau_s in (0.3, 2.0):
+        overrides = (f"extensions.line_lag.tau_s={tau_s}",)
+        line = finger().overridden(overrides).extensions.line_lag
+        assert line is not None
+        shape = elastic_curve.change(measurement, base.simulated, partial(behind, line))
         change = one(measurement, store, *overrides).readings - base.readings
         for experiment, name, allowed in (
             ("bending", "angle_deg", 1e-5),
@@ -160,15 +130,7 @@ def test_a_line_that_lags_is_the_elastic_curve_behind_it(
             ("blocked_force", "force_N", 3e-2),
         ):
             at = of(measurement, experiment, name)
-            off = np.abs(part * shape - change)[at].max()
+            off = np.abs(shape - change)[at].max()
             largest = base.readings[measurement.listed()["column"] == name].max()
             print(overrides, experiment, name, "off by", off, "of", np.abs(change[at]).max())
             assert off < allowed * largest
-
-
-def test_a_lag_beside_memory_is_simulated() -> None:
-    """Then the pressure in the cavity alone does not tell the readings."""
-    lag = next(each for each in ordinary(finger()) if each.effect == "line_lag")
-    viscous = finger().overridden(("extensions.prony.g=[0.2]", "extensions.prony.tau_s=[2.0]"))
-    assert cases(lag, finger(), ()) == []
-    assert len(cases(lag, viscous, ())) == len(lag.shapes)

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosis.simulation.bases import simulated
 from diagnosis.simulation.here import Here
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import shipped, sources
-from dolfingrip.diagnosis.simulation.base import simulate_base
 from dolfingrip.diagnosis.simulation.groups import groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, simulate
 from dolfingrip.diagnosis.simulation.meshes import ungraded
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
-from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.shipped import Shipped
-from dolfingrip.diagnosis.simulation.walls import simulate_walls
-from dolfingrip.diagnosis.tried import tried
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
 from dolfingrip.jobs.cluster import Where
 
@@ -140,17 +136,6 @@ def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None
     assert shipped.FILE.stat().st_size < 1e6
 
 
-@dataclass(frozen=True, slots=True)
-class Asking(Workers):
-    """Only hears what is asked for."""
-
-    asked: list[Job] = field(default_factory=list)
-
-    def results(self, jobs: Sequence[Job]) -> list[JobResult]:
-        self.asked.extend(jobs)
-        raise KeyboardInterrupt
-
-
 def three_cycles() -> Measurement:
     """Bending and blocked force as a laboratory reads them."""
     seed = 3
@@ -163,42 +148,13 @@ def three_cycles() -> Measurement:
     return replace(planned, readings=rows, tests=tests)
 
 
-def test_three_cycles_of_bending_and_blocked_force_find_all_at_hand(tmp_path: Path) -> None:
-    """Where this fails as an effect's code has changed, run
-    python -m benchmarks.reference_simulations."""
-    workers = Asking(tmp_path)
-    with pytest.raises(KeyboardInterrupt):
-        simulate_base(three_cycles(), Config(), workers, effects=tried(None))
-    asked = list({job.key: job for job in workers.asked}.values())
-    found = opened(shipped.FILE)
-    found.agrees = True
-    known = {job.key for job, _ in found.answers(asked, never)}
-    missing = [job for job in asked if job.key not in known]
-    print([(job.experiment, job.config.extensions) for job in missing])
-    assert len(asked) > 70
-    assert not missing
-
-
-def test_two_files_serve_together(file: Path, tmp_path: Path) -> None:
-    """Where the same code made both; the other is left out where not."""
-    more = [coupon(3, "extensions.prony.g=[0.3]"), coupon(4, *PRONY)]
-    shipped.write(tmp_path / "more.npz", more, Here(tmp_path / "store").results(more))
-    first, second = opened(file), opened(tmp_path / "more.npz")
-    both = first.joined(second)
-    asked = [coupon(5, *PRONY), more[0]]
-    assert [job for job, _ in both.answers(asked, never)] == asked
-    second.core = "other code"
-    assert [job for job, _ in first.joined(second).answers(asked, never)] == asked[:1]
-
-
 def test_other_walls_are_at_hand_too(tmp_path: Path) -> None:
     """With all nuisances beside them, and no simulation."""
     found = opened(shipped.FILE)
     found.agrees = True
     workers = StayingWorkers(tmp_path, Where(workers=1), known=found, computes=False)
     measurement = three_cycles()
-    base = simulate_base(measurement, Config(), workers, effects=())
-    walls = simulate_walls(measurement, base, workers)
+    walls = simulated(measurement, Config(), workers).walls
     assert walls is not None
     thinner, thicker = (walls.change(by)[0] for by in (0.9, 1.1))
     free = (measurement.listed()["column"] == "angle_deg").to_numpy()
