@@ -3,8 +3,8 @@
 A block of Ecoflex 30 with five chambers bends by 2.5° at 20 kPa. The model has the modulus of a
 coupon, μ = 0.0204 MPa, and a film of 50 N/mm that hardly stretches. It bends too far. Two numbers
 are not known: the source of the data calls the chambers 8 mm wide, and 4 mm in one place, and
-nobody measured the film. The laboratory's TOML says so, as standard deviations under ``[nuisance]``.
-What these explain is no cause; the diagnosis tells how far off each then is:
+nobody measured the film. The laboratory's TOML says so, as standard deviations under
+``[nuisance]``. What these explain is no cause; the diagnosis tells how far off each then is:
 
     y = y₀ + Σ N_k z_k + noise,    z_k ~ N(0, 1),    N_k = ∂y/∂θ_k σ_k
 

@@ -73,6 +73,18 @@ def test_design_study() -> None:
     assert after.force_N > 1.01 * before.force_N
 
 
+def test_diagnose_actuator(tmp_path: Path) -> None:
+    """By the coupon alone the actuator bends a third too far, as docs/measured_actuators.md says of
+    a finer mesh; what is not known of it explains that."""
+    told = load("diagnose_actuator").main(tmp_path)
+    assert told["verdict"]["answer"] == "none"
+    assert "As configured the model is 38 % off" in told["brief"]["result"]
+    fitted = {each["key"]: each for each in told["fits"][0]["parameters"]}
+    modulus = fitted["material.mu_MPa"]
+    assert modulus["low"] < 0.0204 < modulus["high"]  # the coupon's
+    assert abs(told["nuisances"]["cast.chamber_width_mm"]) < 1
+
+
 def test_diagnose_coupons(tmp_path: Path) -> None:
     """Mooney–Rivlin; fitted to 50 % strain outside of this package, 2 C01/μ = 0.9."""
     found = load("diagnose_coupons").main(tmp_path)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -25,6 +26,9 @@ from dolfingrip.diagnosis.finger.simulation import (
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.runner import Workers
+
+SAFE: Final = 0.97
+"""Part of the pressure that the coarse model comes to, up to which others are simulated."""
 
 
 def first_pass(
@@ -60,6 +64,7 @@ def first_pass(
                 break
             say(f"the moduli are about {centre:.2g} times those configured; simulating there")
             told = rough_simulation(measurement, config, workers, mesh, centre)
+        told = _without_its_end(told)
         if found and _reached(told) <= _reached(found[-1]):
             break
         found.append(told)
@@ -85,7 +90,9 @@ def on_a_good_mesh(rough: FingerSimulation, configured: FingerSimulation) -> Fin
         if not finer or _off(found) < POLICY.coarse:
             return found
         mesh, *finer = finer
-        rough = rough_simulation(rough.measurement, rough.config, rough.workers, mesh, rough.centre)
+        rough = rough_simulation(
+            rough.measurement, rough.config, rough.workers, mesh, rough.centre, rough.headroom
+        )
 
 
 def _moduli(rough: FingerSimulation) -> float:
@@ -96,6 +103,25 @@ def _moduli(rough: FingerSimulation) -> float:
     plain = model_case(whole, errors(whole)).rows(told)
     # walls are not fitted yet: they may take their part
     return fitted_moduli(plain, rough.centre, POLICY.recentred)
+
+
+def _without_its_end(told: FingerSimulation) -> FingerSimulation:
+    """Simulated no farther than it comes, where it ends beyond the readings.
+
+    To find out where a path ends takes many times what comes before.
+    """
+    headroom = told.headroom
+    for run in told.plain.runs:
+        values = np.abs(run.route.value)
+        reached = min((len(v) for v in run.result.columns.values() if len(v)), default=0)
+        rows = max(float(np.abs(leg.rows_at).max()) for leg in run.route.legs if leg.rows.size)
+        if run.result.failure is not None and reached > 1:
+            headroom = min(headroom, max(SAFE * float(values[reached - 1]) / rows, 1.0))
+    if headroom == told.headroom:
+        return told
+    return rough_simulation(
+        told.measurement, told.config, told.workers, told.flat, told.centre, headroom
+    )
 
 
 def _reached(rough: FingerSimulation) -> int:

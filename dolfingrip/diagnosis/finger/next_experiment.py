@@ -21,6 +21,7 @@ from dolfingrip.diagnosis.coupon.next_experiment import tied, usual_noise
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
+from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.extensions.index import effect
 
@@ -70,7 +71,7 @@ def _joint(finger: FingerCase, proposal: Proposal, readings: np.ndarray) -> np.n
     simulation = finger.simulation
     measurement = proposal.measurement
     config = simulation.config.overridden(() if proposal.known_mesh else simulation.flat)
-    case = Case(neutral_stages(config), keys(measurement, config), headroom=True)
+    case = Case(neutral_stages(config), keys(measurement, config), headroom=HEADROOM)
     (base,) = simulate(measurement, config, [case], simulation.workers)
     fitted = {"modulus", *(["wall"] if finger.wall_std else [])}
     new = {

@@ -28,6 +28,7 @@ from dolfingrip.diagnosis.simulation.nuisances import (
     neutral_stages,
     nuisances,
 )
+from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
     Case,
@@ -62,6 +63,7 @@ class FingerSimulation:
         walls: base simulation with other walls; None where they are a linear nuisance.
         configured: readings with the moduli as configured, (n,); NaN where these are not reached.
         failures: why the base simulation ended before readings that are left out.
+        headroom: pressure that simulations go on to, by the highest of the readings.
         tried_walls: thicknesses by that configured that were simulated beside the usual ones.
     """
 
@@ -77,6 +79,7 @@ class FingerSimulation:
     walls: WallCurves | None
     configured: np.ndarray
     failures: Sequence[SimulationFailure] = ()
+    headroom: float = HEADROOM
     tried_walls: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
@@ -223,7 +226,12 @@ def _lagrange(nodes: np.ndarray, x: float) -> np.ndarray:
 
 
 def rough_simulation(
-    measurement: Measurement, config: Config, workers: Workers, flat: Overrides, centre: float
+    measurement: Measurement,
+    config: Config,
+    workers: Workers,
+    flat: Overrides,
+    centre: float,
+    headroom: float = HEADROOM,
 ) -> FingerSimulation:
     """Simulate the model without causes on a coarse mesh: no nuisances, no other walls.
 
@@ -235,17 +243,21 @@ def rough_simulation(
         workers: where simulations are computed and kept.
         flat: overrides of the mesh.
         centre: factor of all moduli.
+        headroom: pressure that simulations go on to, by the highest of the readings.
 
     Raises:
         ConfigError: one line: a set-up that cannot be built, no workers, or a store in use.
     """
     moved = _moved(measurement, config, centre)
-    (plain,) = simulate(measurement, config, [Case((*flat, *moved), headroom=True)], workers)
+    case = Case((*flat, *moved), headroom=headroom)
+    (plain,) = simulate(measurement, config, [case], workers)
     base = BaseSimulation(measurement, config, plain, [], np.zeros((len(plain.readings), 0)), None)
-    nodes = _nodes(measurement, config, workers, flat, centre) if not base.scales else {}
+    weighed = Case(flat, headroom=headroom)
+    nodes = {} if base.scales else _nodes(measurement, config, workers, weighed, centre)
     rough = FingerSimulation(
-        measurement, config, workers, flat, centre, base, plain, nodes, nodes, None, plain.readings
-    )
+        measurement, config, workers, flat, centre, base, plain, nodes, nodes, None, plain.readings,
+        headroom=headroom,
+    )  # fmt: skip
     every = replace(plain, readings=rough.base_at(centre))
     return replace(rough, base=replace(base, simulated=every))
 
@@ -262,14 +274,14 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
             reached, no workers, or a store in use.
     """
     measurement, config, workers = rough.measurement, rough.config, rough.workers
-    flat, centre = rough.flat, rough.centre
+    flat, centre, headroom = rough.flat, rough.centre, rough.headroom
     moved = _moved(measurement, config, centre)
     stages = neutral_stages(config)
     graded, plain = simulate(
         measurement, config,
         [
-            Case((*stages, *moved), keys(measurement, config), headroom=True),
-            Case((*flat, *moved), headroom=True),
+            Case((*stages, *moved), keys(measurement, config), headroom=headroom),
+            Case((*flat, *moved), headroom=headroom),
         ],
         workers,
     )  # fmt: skip
@@ -287,16 +299,16 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
     others: dict[float, Simulated] = {}
     coarse: dict[float, Simulated] = {}
     if not base.scales:
-        others = _nodes(measurement, config, workers, stages, centre)
-        coarse = _nodes(measurement, config, workers, flat, centre)
+        others = _nodes(measurement, config, workers, Case(stages, headroom=headroom), centre)
+        coarse = _nodes(measurement, config, workers, Case(flat, headroom=headroom), centre)
     walls = simulate_walls(measurement, base, workers)
     found = FingerSimulation(
         measurement, config, workers, flat, centre, base, plain, others, coarse, walls,
-        graded.readings,
+        graded.readings, headroom=headroom,
     )  # fmt: skip
     if centre == 1.0:
         return found
-    case = Case(configured.flat, headroom=True)
+    case = Case(configured.flat, headroom=configured.headroom)
     (first,) = simulate(measurement, config, [case], workers)
     readings, _ = found.graded(first.readings, np.zeros((len(first.readings), 0)), 1.0)
     return replace(found, configured=readings)
@@ -309,11 +321,13 @@ def _moved(measurement: Measurement, config: Config, centre: float) -> Overrides
 
 
 def _nodes(
-    measurement: Measurement, config: Config, workers: Workers, mesh: Overrides, centre: float
+    measurement: Measurement, config: Config, workers: Workers, case: Case, centre: float
 ) -> dict[float, Simulated]:
     """Simulations about some moduli, by the factor of all moduli."""
     nodes = [centre * c for c in WEIGHING]
-    cases = [Case((*mesh, *_moved(measurement, config, c)), headroom=True) for c in nodes]
+    cases = [
+        replace(case, overrides=(*case.overrides, *_moved(measurement, config, c))) for c in nodes
+    ]
     return dict(zip(nodes, simulate(measurement, config, cases, workers), strict=True))
 
 

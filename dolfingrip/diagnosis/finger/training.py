@@ -182,7 +182,7 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
         elsewhere = (*flat, *simulation.moduli(simulation.centre))
         cases.append(
             Case(
-                overrides, tuple(gradients), headroom=True, only_in=experiments,
+                overrides, tuple(gradients), headroom=simulation.headroom, only_in=experiments,
                 elsewhere=elsewhere, tilt_deg=tilt_deg, derived_elsewhere=False,
             )
         )  # fmt: skip

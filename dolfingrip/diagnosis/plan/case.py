@@ -17,6 +17,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.case import finger_case
 from dolfingrip.diagnosis.simulation import simulated
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages
+from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.runner import Workers
 
 
@@ -56,7 +57,7 @@ def planned_case(
         told = _reading(measurement, CouponSimulation(measurement, config).base())
         coupons = coupon_case(told, config, names)
         return PlannedCase(coupons.case, coupons.causes, coupons.unseen, {})
-    wanted = simulated.Case(neutral_stages(config), keys(measurement, config), headroom=True)
+    wanted = simulated.Case(neutral_stages(config), keys(measurement, config), headroom=HEADROOM)
     (base,) = simulated.simulate(measurement, config, [wanted], workers)
     if np.isnan(base.readings).any():
         why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))

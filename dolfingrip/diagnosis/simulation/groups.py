@@ -22,7 +22,6 @@ class SimulationGroup:
         config: the configuration with their set-up.
         tests: numbers of the tests.
         curve: one elastic curve, shared by all tests of this set-up, however they went.
-        long_curve: the same, with headroom for a smaller modulus.
         in_time: the way these tests went.
     """
 
@@ -30,14 +29,13 @@ class SimulationGroup:
     config: Config
     tests: tuple[int, ...]
     curve: Route
-    long_curve: Route
     in_time: Route
 
-    def route(self, config: Config, *, headroom: bool = False) -> Route:
+    def route(self, config: Config) -> Route:
         """The stops that ``config``, this group's with other values, has to be simulated at."""
         if not path_independent(config):
             return self.in_time
-        return self.long_curve if headroom else self.curve
+        return self.curve
 
 
 def path_independent(config: Config) -> bool:
@@ -47,12 +45,15 @@ def path_independent(config: Config) -> bool:
     )
 
 
-def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
+def groups(
+    measurement: Measurement, config: Config, headroom: float = 1.0
+) -> list[SimulationGroup]:
     """The groups of a measurement's tests, in their order.
 
     Args:
         measurement: with the set-up of each test.
         config: that the set-ups differ from.
+        headroom: pressure that elastic curves go on to, by the highest of the rows.
     """
     found: list[SimulationGroup] = []
     together: list[tuple[str, Config, list[tuple[int, list[Segment]]]]] = []
@@ -68,22 +69,22 @@ def groups(measurement: Measurement, config: Config) -> list[SimulationGroup]:
             together.append((test.experiment, applied, [(test.number, own)]))
     for experiment, applied, members in together:
         control = measurement.tests[members[0][0]].control
-        headroom = routes.HEADROOM if control == PRESSURE.name else 1.0
+        more = headroom if control == PRESSURE.name else 1.0
         for part in _alike(members):
             ways = [own for _, own in part]
             numbers = {number for number, _ in part}
-            curve, long_curve = (
-                _of(
-                    routes.elastic([own for _, own in members], control, more), measurement, numbers
-                )
-                for more in (1.0, headroom)
+            curve = _of(
+                routes.elastic([own for _, own in members], control, more), measurement, numbers
             )
             found.append(
                 SimulationGroup(
-                    experiment, applied, tuple(sorted(numbers)), curve, long_curve,
+                    experiment,
+                    applied,
+                    tuple(sorted(numbers)),
+                    curve,
                     routes.in_time(ways, control),
                 )
-            )  # fmt: skip
+            )
     return found
 
 

@@ -55,7 +55,7 @@ def scaled(measurement: Measurement, base: Simulated, factor: float) -> np.ndarr
 
     Args:
         measurement: that ``base`` was simulated for.
-        base: with ``Case(headroom=True)``, or ``factor`` at least 1; each of its configurations
+        base: with headroom, or ``factor`` at least 1; each of its configurations
             has to fulfil :func:`scales`.
         factor: above 0. Pressures beyond the headroom, or beyond the last that the base reached,
             are extrapolated along a straight line.

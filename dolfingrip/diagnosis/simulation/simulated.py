@@ -32,8 +32,8 @@ class Case:
         overrides: ``section.key=value`` as with ``--set``, applied after the set-up of each test.
         gradients: keys of parameters that readings are derived by; those that an experiment does
             not have are left out there.
-        headroom: go on beyond the highest pressure where the model has no memory, for
-            :mod:`dolfingrip.diagnosis.simulation.modulus`.
+        headroom: pressure to go on to where the model has no memory, by the highest of the rows,
+            for :mod:`dolfingrip.diagnosis.simulation.modulus`.
         only_in: experiments that ``overrides`` are for; all where None.
         elsewhere: overrides for the other experiments.
         derived_elsewhere: whether these are derived by ``gradients``, too.
@@ -43,7 +43,7 @@ class Case:
 
     overrides: tuple[str, ...] = ()
     gradients: tuple[str, ...] = ()
-    headroom: bool = False
+    headroom: float = 1.0
     only_in: frozenset[str] | None = None
     elsewhere: tuple[str, ...] = ()
     tilt_deg: float = 0.0
@@ -151,13 +151,13 @@ def simulate(
         ConfigError: one line, where a case is not allowed or there are no workers.
         SchedulerGone: the workers are gone; what was computed is kept.
     """
-    parts = groups(measurement, config)
-    planned = [[_planned(case, group) for group in parts] for case in cases]
+    parts = {h: groups(measurement, config, h) for h in {case.headroom for case in cases}}
+    planned = [[_planned(case, group) for group in parts[case.headroom]] for case in cases]
     results = workers.results([job for row in planned for *_, job in row])
     found, place = [], 0
     for case, row in zip(cases, planned, strict=True):
         runs = []
-        for group, (own, route, _) in zip(parts, row, strict=True):
+        for group, (own, route, _) in zip(parts[case.headroom], row, strict=True):
             runs.append(SimulatedGroup(group, own, route, results[place]))
             place += 1
         found.append(_assembled(measurement, case, runs))
@@ -166,7 +166,7 @@ def simulate(
 
 def _planned(case: Case, group: SimulationGroup) -> tuple[Config, Route, Job]:
     config = case.of(group)
-    route = group.route(config, headroom=case.headroom)
+    route = group.route(config)
     felt = case.derived_elsewhere or case.only_in is None or group.experiment in case.only_in
     gradients = case.gradients if felt else ()
     # the gradients' keys of effects at their neutral values do not make the readings others

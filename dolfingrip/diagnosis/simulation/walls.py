@@ -11,7 +11,7 @@ each of the simulations exactly (:mod:`dolfingrip.diagnosis.simulation.modulus`)
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -22,7 +22,7 @@ from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL, WALLS
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
+from dolfingrip.diagnosis.simulation.simulated import Simulated, simulate
 from dolfingrip.parameter import every
 
 PART: Final = 0.1
@@ -96,9 +96,12 @@ def simulate_walls(
     fingers = frozenset(run.group.experiment for run in bodies)
     usual = (1 - PART, 1 + PART)
     cases = [
-        Case((*stages, f"{key}={wall_mm * by!r}"), headroom=True, only_in=fingers, elsewhere=stages)
+        replace(
+            base.simulated.case, overrides=(*stages, f"{key}={wall_mm * by!r}"), gradients=(),
+            only_in=fingers, elsewhere=stages,
+        )
         for by in (*usual, *further)
-    ]
+    ]  # fmt: skip
     simulated = simulate(measurement, base.config, cases, workers)
     kept = np.isfinite(base.readings)
     known = {

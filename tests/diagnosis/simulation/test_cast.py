@@ -22,6 +22,7 @@ from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import keys
+from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 
 TOLD = """experiment = "bending"
@@ -122,7 +123,7 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
     ended = read([written(tmp_path, lines, told)], block())
-    (run,) = simulate(ended, block(), [Case((), headroom=True)], Here(store))
+    (run,) = simulate(ended, block(), [Case((), headroom=HEADROOM)], Here(store))
     (said,) = not_reached(ended, BaseSimulation(ended, block(), run, [], np.zeros((3, 0))))
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
