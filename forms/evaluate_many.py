@@ -11,15 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Final, NamedTuple, cast
 
+import basix.ufl
 import numpy as np
 import scipy.special
 import ufl
 from ufl import classes as node
 from ufl.core.expr import Expr
 
-from dolfingrip.forms.evaluate import SOLID
-
-__all__ = ["SOLID", "Evaluation", "constant", "variable"]
+SOLID = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
+"""Domain of expressions in coordinates, which UFL requires; it has no cells."""
 
 Array = np.ndarray
 """Axes: free indices in the order of UFL, the tensor's axes, then 3 (the value and its
