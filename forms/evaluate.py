@@ -6,6 +6,7 @@ file at a time: ``scripts/run python -m doctest -v forms/neo_hookean.py``.
 
 from collections.abc import Callable, Mapping, Sequence
 
+import numpy as np
 import ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
@@ -33,7 +34,7 @@ def number(
         6.0
     """
     plain = apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))
-    values = {ufl.SpatialCoordinate(SOLID): at, **(known or {})}
+    values = {ufl.SpatialCoordinate(SOLID): np.asarray(at), **(known or {})}
     (found,) = Evaluation([plain])({key: constant(value) for key, value in values.items()})
     return float(found[0, 0])
 
