@@ -6,23 +6,20 @@ file at a time: ``scripts/run python -m doctest -v forms/neo_hookean.py``.
 
 from collections.abc import Callable, Mapping, Sequence
 
-import basix.ufl
+import numpy as np
 import ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
-from ufl.classes import Condition, Label, MultiIndex, Variable
 from ufl.core.expr import Expr
 
 from dolfingrip.forms import chain_rule
-
-SOLID = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
-"""Domain of expressions in coordinates, which UFL requires; it has no cells."""
+from dolfingrip.forms.evaluate_many import SOLID, Array, Evaluation, constant
 
 
 def number(
     expression: Expr | float,
     at: Sequence[float] = (),
-    known: Mapping[Expr, object] | None = None,
+    known: Mapping[Expr, Array | float] | None = None,
 ) -> float:
     """Value of a scalar expression, after its derivatives have been carried out.
 
@@ -37,35 +34,9 @@ def number(
         6.0
     """
     plain = apply_derivatives(apply_algebra_lowering(ufl.as_ufl(expression)))
-    return float(_folded(plain, at, dict(known or {})))
-
-
-def _folded(top: Expr, at: Sequence[float], known: dict[Expr, object]) -> Expr:
-    """``top`` as a number; each scalar in it is evaluated once, however often it occurs."""
-    done: dict[int, Expr] = {}
-    left = [top]
-    while left:
-        node = left[-1]
-        waiting = [part for part in node.ufl_operands if id(part) not in done]
-        if waiting:
-            left += waiting
-            continue
-        left.pop()
-        if id(node) in done:
-            continue
-        parts = [done[id(part)] for part in node.ufl_operands]
-        same = all(a is b for a, b in zip(parts, node.ufl_operands, strict=True))
-        found = node if same else node._ufl_expr_reconstruct_(*parts)
-        if isinstance(node, Variable):
-            found = parts[0]
-        elif not isinstance(node, Label | MultiIndex | Condition) and _is_number(node):
-            found = ufl.as_ufl(float(found(at, known)))
-        done[id(node)] = found
-    return done[id(top)]
-
-
-def _is_number(node: Expr) -> bool:
-    return not (node.ufl_shape or node.ufl_free_indices)
+    values = {ufl.SpatialCoordinate(SOLID): np.asarray(at), **(known or {})}
+    (found,) = Evaluation([plain])({key: constant(value) for key, value in values.items()})
+    return float(found[0, 0])
 
 
 def displacement(gradient: Sequence[Sequence[float]]) -> Expr:

@@ -8,18 +8,18 @@ chapter 3).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Final
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Final, NamedTuple, cast
 
+import basix.ufl
 import numpy as np
 import scipy.special
 import ufl
 from ufl import classes as node
 from ufl.core.expr import Expr
 
-from dolfingrip.forms.evaluate import SOLID
-
-__all__ = ["SOLID", "Evaluation", "constant", "variable"]
+SOLID = ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,)))
+"""Domain of expressions in coordinates, which UFL requires; it has no cells."""
 
 Array = np.ndarray
 """Axes: free indices in the order of UFL, the tensor's axes, then 3 (the value and its
@@ -58,6 +58,9 @@ def variable(value: Array, which: int) -> Array:
 class Evaluation:
     """Expressions that are evaluated again and again with other values of their symbols.
 
+    What depends only on symbols that are given the same array as in the last call is not computed
+    anew.
+
     Args:
         expressions: of constants, coefficients and fixed tensors; derivatives must be carried out.
 
@@ -72,34 +75,85 @@ class Evaluation:
     """
 
     def __init__(self, expressions: Sequence[Expr]) -> None:
-        self._order: list[Expr] = []
-        self._wanted = [ufl.as_ufl(each) for each in expressions]
-        seen: set[int] = set()
-        left = [*self._wanted]
+        self._symbols: list[Expr] = []
+        self._steps: list[_Step] = []
+        places: dict[int, int] = {}
+        same: dict[Hashable, int] = {}  # equal expressions are computed once
+        wanted = [ufl.as_ufl(each) for each in expressions]
+        left = [*wanted]
         while left:
             top = left[-1]
-            if id(top) in seen:
+            if id(top) in places:
                 left.pop()
                 continue
-            waiting = [part for part in _operands(top) if id(part) not in seen]
+            waiting = [part for part in _operands(top) if id(part) not in places]
             if waiting:
                 left += waiting
                 continue
             left.pop()
-            seen.add(id(top))
-            self._order.append(top)
+            places[id(top)] = self._place(top, [places[id(part)] for part in _operands(top)], same)
+        self._wanted = [places[id(each)] for each in wanted]
+        self._given: list[Array | None] = [None] * len(self._symbols)
+        self._kept: list[Array | None] = [None] * len(self._steps)
+
+    def _place(self, each: Expr, operands: list[int], same: dict[Hashable, int]) -> int:
+        """Where the value of an expression stands among the steps."""
+        if isinstance(each, node.Variable):
+            return operands[0]
+        indices = [part for part in each.ufl_operands if isinstance(part, node.MultiIndex)]
+        key: Hashable = (type(each), *operands, *indices) if each.ufl_operands else each
+        if key not in same:
+            same[key] = len(self._steps)
+            depends_on = 0
+            for operand in operands:
+                depends_on |= self._steps[operand].depends_on
+            rule = _rule(each)
+            if rule is None:
+                depends_on = 1 << len(self._symbols)
+                self._symbols.append(each)
+            self._steps.append(_Step(rule, tuple(operands), depends_on))
+        return same[key]
 
     def __call__(self, symbols: Mapping[Expr, Array]) -> list[Array]:
         """Values of the expressions.
 
         Args:
             symbols: value of each constant and coefficient, as :func:`constant` or
-                :func:`variable` make them.
+                :func:`variable` make them. A value that changes is another array.
         """
-        done: dict[int, Array] = {}
-        for each in self._order:
-            done[id(each)] = _value(each, done, symbols)
-        return [done[id(each)] for each in self._wanted]
+        changed = 0
+        for i, symbol in enumerate(self._symbols):
+            value = symbols[symbol]
+            if value is not self._given[i]:
+                self._given[i] = value
+                changed |= 1 << i
+        given, values = iter(self._given), self._kept
+        for place, (rule, operands, depends_on) in enumerate(self._steps):
+            if rule is None:
+                values[place] = next(given)
+            elif depends_on & changed or values[place] is None:
+                values[place] = rule(*[values[operand] for operand in operands])
+        found = [cast(Array, values[place]) for place in self._wanted]
+        # what has changed once will change again, and need not fill memory meanwhile
+        self._kept = [
+            None if step.depends_on & changed else value
+            for step, value in zip(self._steps, values, strict=True)
+        ]
+        return found
+
+
+class _Step(NamedTuple):
+    """How one value comes of others.
+
+    Attributes:
+        rule: of the operands' values; None for a symbol, whose value is given.
+        operands: places of the steps before.
+        depends_on: symbols, as the bits of a number.
+    """
+
+    rule: Callable[..., Array] | None
+    operands: tuple[int, ...]
+    depends_on: int
 
 
 def _operands(expression: Expr) -> Sequence[Expr]:
@@ -108,35 +162,38 @@ def _operands(expression: Expr) -> Sequence[Expr]:
     return [part for part in expression.ufl_operands if not isinstance(part, node.MultiIndex)]
 
 
-def _value(each: Expr, done: Mapping[int, Array], symbols: Mapping[Expr, Array]) -> Array:
+def _rule(each: Expr) -> Callable[..., Array] | None:
+    """How an expression's value comes of those of its operands; None of a symbol."""
     kind = type(each)
-    if each._ufl_is_terminal_ and each in symbols:
-        return symbols[each]
-    parts = [done[id(part)] for part in _operands(each)]
     if kind in _SIMPLE:
-        return _SIMPLE[kind](*parts)
+        return _SIMPLE[kind]
     if isinstance(each, node.ScalarValue):
-        return constant(float(each))
+        return _always(constant(float(each)))
     if isinstance(each, node.Zero):
-        return constant(np.zeros((*_free(each).values(), *each.ufl_shape)))
+        return _always(constant(np.zeros((*_free(each).values(), *each.ufl_shape))))
     if isinstance(each, node.Identity):
-        return constant(np.eye(each.ufl_shape[0]))
-    if isinstance(each, node.Variable):
-        return parts[0]
+        return _always(constant(np.eye(each.ufl_shape[0])))
     if isinstance(each, node.ListTensor):
-        return np.stack(np.broadcast_arrays(*parts), axis=len(_free(each)))
+        return _list_tensor(len(_free(each)))
     if isinstance(each, node.Indexed):
-        return _indexed(each, parts[0])
+        return _indexed(each)
     if isinstance(each, node.ComponentTensor):
-        return _component_tensor(each, parts[0])
+        return _component_tensor(each)
     if isinstance(each, node.IndexSum):
         (index,) = each.ufl_operands[1].indices()
-        return parts[0].sum(axis=list(_free(each.ufl_operands[0])).index(index.count()))
+        axis = list(_free(each.ufl_operands[0])).index(index.count())
+        return lambda value: value.sum(axis=axis)
     if isinstance(each, node.Product):
-        return _product(each, *parts)
+        return _product(each)
     if isinstance(each, node.Sum):
-        return parts[0] + parts[1]
+        return np.add
+    if each._ufl_is_terminal_:
+        return None
     raise NotImplementedError(f"{kind.__name__}: no rule")
+
+
+def _always(value: Array) -> Callable[[], Array]:
+    return lambda: value
 
 
 def _free(each: Expr) -> dict[int, int]:
@@ -144,42 +201,59 @@ def _free(each: Expr) -> dict[int, int]:
     return dict(zip(each.ufl_free_indices, each.ufl_index_dimensions, strict=True))
 
 
-def _indexed(each: Expr, value: Array) -> Array:
+def _list_tensor(axis: int) -> Callable[..., Array]:
+    """Components that differ in their number of sets alone, after the free indices."""
+
+    def found(*parts: Array) -> Array:
+        shape = parts[0].shape
+        sets = max(part.shape[-1] for part in parts)
+        made = np.empty((len(parts), *shape[:-1], sets))
+        for i, part in enumerate(parts):
+            made[i] = part
+        return np.moveaxis(made, 0, axis)
+
+    return found
+
+
+def _indexed(each: Expr) -> Callable[[Array], Array]:
     tensor, multi = each.ufl_operands
     before = list(_free(tensor))
     letters = {count: 2 + place for place, count in enumerate(_free(each))}
     axes: list[int] = [letters[count] for count in before]
-    at: list[int | slice] = [slice(None)] * len(before)
+    picks: list[int | slice] = [slice(None)] * len(before)
     for index in multi.indices():
         if isinstance(index, node.FixedIndex):
-            at.append(int(index))
+            picks.append(int(index))
         else:
-            at.append(slice(None))
+            picks.append(slice(None))
             axes.append(letters[index.count()])
-    picked = value[tuple(at)]
-    return np.einsum(picked, [*axes, 0, 1], [*letters.values(), 0, 1])
+    at, order = tuple(picks), [*letters.values()]
+    if len(axes) > len(order):  # a diagonal
+        return lambda value: np.einsum(value[at], [*axes, 0, 1], [*order, 0, 1])
+    moved = (*(axes.index(letter) for letter in order), len(order), len(order) + 1)
+    return lambda value: value[at].transpose(moved)
 
 
-def _component_tensor(each: Expr, value: Array) -> Array:
+def _component_tensor(each: Expr) -> Callable[[Array], Array]:
     inner, multi = each.ufl_operands
     before = list(_free(inner))
     bound = [index.count() for index in multi.indices()]
-    order = [count for count in before if count not in bound] + bound
-    return np.moveaxis(value, [before.index(count) for count in order], range(len(order)))
+    order = [before.index(count) for count in before if count not in bound]
+    order += [before.index(count) for count in bound]
+
+    def found(value: Array) -> Array:
+        return value.transpose(*order, *range(len(order), value.ndim))
+
+    return found
 
 
-def _product(each: Expr, a: Array, b: Array) -> Array:
+def _product(each: Expr) -> Callable[[Array, Array], Array]:
     free = list(_free(each))
-    return _times(*(
-        _spread(value, list(_free(part)), free)
-        for part, value in zip(each.ufl_operands, (a, b), strict=True)
-    ))  # fmt: skip
-
-
-def _spread(value: Array, own: list[int], all_free: list[int]) -> Array:
-    shape = iter(value.shape[: len(own)])
-    sizes = [next(shape) if count in own else 1 for count in all_free]
-    return value.reshape(*sizes, *value.shape[len(own) :])
+    left, right = (
+        tuple(slice(None) if count in _free(part) else None for count in free)
+        for part in each.ufl_operands
+    )
+    return lambda a, b: _times(a[left], b[right])
 
 
 def _times(a: Array, b: Array) -> Array:
@@ -229,27 +303,37 @@ def _trace(a: Array) -> Array:
     return np.einsum("iipn->pn", a)
 
 
-def _matrices(a: Array) -> Array:
-    return np.moveaxis(a, (0, 1), (-2, -1))
+ROW, COLUMN = np.ix_([1, 2, 0], [1, 2, 0])
+LAST_ROW, LAST_COLUMN = np.ix_([2, 0, 1], [2, 0, 1])
+
+
+def _cofactors(a: Array) -> Array:
+    """Of the values of 3 × 3 matrices, (3, 3, sets)."""
+    value = a[..., 0, :]
+    found: Array = value[ROW, COLUMN] * value[LAST_ROW, LAST_COLUMN]
+    found -= value[ROW, LAST_COLUMN] * value[LAST_ROW, COLUMN]
+    return found
 
 
 def _inverse(a: Array) -> Array:
-    told = _matrices(a)
-    value = np.linalg.inv(told[0])
-    found = np.stack([value, *(-value @ told[k] @ value for k in (1, 2))])
-    return np.moveaxis(found, (-2, -1), (0, 1))
+    cofactors = _cofactors(a)
+    value = np.swapaxes(cofactors, 0, 1) / (cofactors[0] * a[0, :, 0]).sum(axis=0)
+    matrix = np.moveaxis(value, -1, 0)
+    slopes = -matrix @ np.moveaxis(a[..., 1:, :], (0, 1), (-2, -1)) @ matrix
+    found = np.empty_like(a)
+    found[..., 0, :] = value
+    found[..., 1:, :] = np.moveaxis(slopes, (-2, -1), (0, 1))
+    return found
 
 
 def _determinant(a: Array) -> Array:
-    told = _matrices(a)
-    value = np.linalg.det(told[0])
-    inverse = np.linalg.inv(told[0])
-    slopes = [value * np.einsum("nij,nji->n", inverse, told[k]) for k in (1, 2)]
-    return np.stack(np.broadcast_arrays(value, *slopes))
+    cofactors = _cofactors(a)
+    found: Array = (cofactors[..., None, :] * a).sum(axis=(0, 1))
+    found[0] /= 3  # each row's expansion is the determinant
+    return found
 
 
 def _either(condition: Array, a: Array, b: Array) -> Array:
-    a, b = np.broadcast_arrays(a, b)
     return np.where(condition[..., :1, :] > 0, a, b)
 
 

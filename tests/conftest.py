@@ -1,4 +1,6 @@
-"""The number of workers behind `-n auto` in pyproject.toml, and what makes processes cheap."""
+"""The number of workers behind `-n auto` in pyproject.toml, and what makes processes cheap, or
+spares them.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +11,7 @@ import os
 import shlex
 import subprocess
 import sysconfig
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -58,7 +61,8 @@ def _compiled_header() -> str:
         if subprocess.run(call, capture_output=True, check=False).returncode != 0:
             return ""
         made.replace(compiled)
-    return f"{variables['CFLAGS']} -include {file}"
+    # allocating registers over the whole of a kernel, not loop by loop, spares a tenth
+    return f"{variables['CFLAGS']} -fira-region=one -include {file}"
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -91,3 +95,25 @@ def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     if by_name or cores == 1 or "OMPI_COMM_WORLD_SIZE" in os.environ:
         return 0
     return min(cores, MOST)
+
+
+@pytest.fixture
+def threads() -> Iterator[None]:
+    """Jobs run on a thread of this process, for tests in which no worker dies.
+
+    A process takes two seconds of processor to start, most of it for imports.
+    """
+    from distributed import LocalCluster
+
+    from dolfingrip.jobs import pool
+    from dolfingrip.jobs.cluster import Where, connected
+
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
+        ) as cluster,
+        pytest.MonkeyPatch.context() as patch,  # its own: a test may undo all of its patches
+    ):
+        here = Where(scheduler=cluster.scheduler_address)
+        patch.setattr(pool, "connected", lambda where: connected(here))
+        yield

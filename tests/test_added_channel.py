@@ -32,7 +32,7 @@ def test_a_channel_is_a_file_and_an_entry(tmp_path: Path) -> None:
     """In a copy of the package: through an experiment, files, noise, table, plot and diagnosis."""
     package = Path(dolfingrip.__file__).parent
     copy = tmp_path / "dolfingrip"
-    shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__", "forms", "meshes"))
+    shutil.copytree(package, copy, ignore=shutil.ignore_patterns("forms", "meshes"))
     for part in (dolfingrip.forms, dolfingrip.meshes):  # installed within the package or next to it
         folder = Path(next(iter(part.__path__)))
         (copy / part.__name__.rpartition(".")[2]).symlink_to(folder, target_is_directory=True)

@@ -75,9 +75,8 @@ def add(addition: Addition, copy: Path) -> None:
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package with all additions, which takes the place of the checkout's."""
     folder = tmp_path_factory.mktemp("copy")
-    ignored = shutil.ignore_patterns("__pycache__")
     for name in ("dolfingrip", "forms", "meshes"):
-        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+        shutil.copytree(ROOT / name, folder / name)
     for name in ("forms", "meshes"):  # parts of the package that lie next to it
         (folder / "dolfingrip" / name).symlink_to(folder / name)
     for addition in ADDITIONS.values():

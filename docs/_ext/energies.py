@@ -35,8 +35,8 @@ from dolfingrip.forms import (
     transverse_isotropy,
     yielding_network,
 )
-from dolfingrip.forms.evaluate import SOLID, number
-from dolfingrip.forms.evaluate_many import Evaluation, constant
+from dolfingrip.forms.evaluate import number
+from dolfingrip.forms.evaluate_many import SOLID, Evaluation, constant
 from dolfingrip.report import theme
 
 MU_MPa = 1.0

@@ -9,7 +9,7 @@ from pydantic import Field
 from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
-from dolfingrip.forms import invariants, pseudo_elastic
+from dolfingrip.forms import isochoric, pseudo_elastic
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -56,7 +56,7 @@ class Mullins(Effect):
         largest = site.remember(self, "largest_MPa", 0.0)
 
         def virgin(strain: Expr) -> Expr:
-            return base((invariants.isochoric_tensor(strain) - ufl.Identity(3)) / 2)
+            return isochoric.energy(base, strain)
 
         site.history.evolve(largest, ufl.max_value(largest, virgin(site.strain)))
 

@@ -96,7 +96,7 @@ def test_derivatives_where_effects_do_nothing_are_those_of_starting_them() -> No
         "extensions.gent.inverse_J_m=0", "extensions.mooney_rivlin.C01_MPa=0",
         "extensions.line_lag.tau_s=0", "extensions.prony.g=[0]",
         "extensions.pressure_offset.offset_kPa=0", "extensions.angle_gain.gain=1",
-        "experiment.max_pressure_kPa=50", "experiment.unload=true",
+        "experiment.max_pressure_kPa=50", "experiment.unload=true", "contact.self_contact=false",
     )  # fmt: skip
     at = settings(*neutral)
     keys = [text.partition("=")[0] for text in neutral[:6]]

@@ -108,9 +108,9 @@ def test_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         return int(ended.value.code or 0)
 
     asked = ["--experiments", "coupon", "--out", str(tmp_path / "synthetic")]
-    hidden = ("--hide", "extensions.mullins.inverse_r=0.5")
+    hidden = ("--hide", "extensions.force_gain.gain=1.1")
     assert call(*asked, *hidden, "--set", "coupon.max_strain=0.1") == 0
-    assert config.load(tmp_path / "synthetic" / "truth.toml").extensions.mullins.inverse_r == 0.5
+    assert config.load(tmp_path / "synthetic" / "truth.toml").extensions.force_gain.gain == 1.1
     assert call("--experiments", "coupon,tension") == 2
     assert call(*asked, "--noise", "angle=1") == 2
 

@@ -14,10 +14,10 @@ from dolfingrip.extensions.index import EFFECTS
 CYCLES = (
     "contact.self_contact=false",
     "experiment.max_pressure_kPa=20",
-    "experiment.step_kPa=5",
+    "experiment.step_kPa=10",
     "experiment.cycles=2",
 )
-TOUCHING = ("finger.gap_mm=0.15", "contact.self_contact=true")
+TOUCHING = ("finger.gap_mm=0.15", "contact.self_contact=true", "experiment.step_kPa=5")
 """Bellows near enough to touch at these pressures, for what acts where they do."""
 DISSIPATIVE = [effect for effect in EFFECTS if effect.kind == "dissipative"]
 YIELDING = {"yield_strain": 0.005}

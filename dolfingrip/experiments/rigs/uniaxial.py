@@ -24,8 +24,7 @@ from dolfingrip.experiments.rigs.base_material import BaseMaterial
 from dolfingrip.extensions.site import Named, Site
 from dolfingrip.forms import evaluate_many
 from dolfingrip.forms.chain_rule import strain_variable
-from dolfingrip.forms.evaluate import SOLID
-from dolfingrip.forms.evaluate_many import Evaluation
+from dolfingrip.forms.evaluate_many import SOLID, Evaluation
 
 
 @dataclass(frozen=True, slots=True)

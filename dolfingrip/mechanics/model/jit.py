@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import basix.ufl
+import ffcx.codegeneration.jit
 import ufl
 
 from dolfingrip.mechanics.model import element_matrices
@@ -43,6 +44,25 @@ less than the longest forms take on a busy machine."""
 # whenever UFL asks for it: a fourth of a form's analysis. Cells do not change.
 _cell = cache(ufl.Cell)
 basix.ufl._ElementBase.cell = property(lambda element: _cell(element._cellname))
+
+
+# FFCx lists the cache's folder and loads a module anew whenever a form is asked for: 2 ms with the
+# forms of a few studies. What a process has loaded once stays as it is.
+_loaded: dict[tuple[str, Path], tuple[Any, Any]] = {}
+_from_cache = ffcx.codegeneration.jit.get_cached_module
+
+
+def _loaded_once(module_name: str, names: list[str], cache_dir: Path, timeout: int) -> Any:
+    key = module_name, Path(cache_dir)
+    if key not in _loaded:
+        found = _from_cache(module_name, names, cache_dir, timeout)
+        if found[0] is None:  # to be compiled
+            return found
+        _loaded[key] = found
+    return _loaded[key]
+
+
+ffcx.codegeneration.jit.get_cached_module = _loaded_once
 
 
 def _processor() -> str:

@@ -33,6 +33,7 @@ def called(monkeypatch: pytest.MonkeyPatch, *options: str) -> int:
     return int(ended.value.code or 0)
 
 
+@pytest.mark.usefixtures("threads")
 def test_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -65,6 +66,7 @@ def test_command(
     assert again.additions == ()
 
 
+@pytest.mark.usefixtures("threads")
 def test_nothing_at_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The reference finger's simulations come with the package, but for another orientation."""
     options = ["--workers", "1", "--out", str(tmp_path / "out"), "--effects", "force_gain",

@@ -119,20 +119,22 @@ def test_a_softer_finger_goes_on_straight_where_the_base_ended(
 
 def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path) -> None:
     """60 kPa is beyond the limit point; a test of which nothing is left is refused."""
+    # as near to the limit point as need be
+    ends = block().changed(solver={"min_step_kPa": 5.0, "max_iterations": 15})
     lines = "experiment,specimen,time_s,branch,pressure_kPa,chord_angle_deg\n"
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
-    ended = read([written(tmp_path, lines, told)], block())
-    (run,) = simulate(ended, block(), [Case((), headroom=HEADROOM)], Here(store))
-    (said,) = not_reached(ended, BaseSimulation(ended, block(), run, [], np.zeros((3, 0))))
+    ended = read([written(tmp_path, lines, told)], ends)
+    (run,) = simulate(ended, ends, [Case((), headroom=HEADROOM)], Here(store))
+    (said,) = not_reached(ended, BaseSimulation(ended, ends, run, [], np.zeros((3, 0))))
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
         "stopped at "
     )
     lines += "".join(f"bending,B,{p},loading,{p},1\n" for p in (60, 70))
-    nothing = read([written(tmp_path, lines, told)], block())
+    nothing = read([written(tmp_path, lines, told)], ends)
     with pytest.raises(ConfigError, match=r"^bending of B: the base simulation reaches no reading"):
-        judged(nothing, block(), Here(store), Settings(quick=True, effects=()))
+        judged(nothing, ends, Here(store), Settings(quick=True, effects=()))
 
 
 def test_a_nuisance_of_no_test_is_refused(tmp_path: Path) -> None:
