@@ -190,19 +190,21 @@ def _strengths(seen: list[tuple[float, Subset, Fit]]) -> dict[str, float]:
 
 
 def _smallest(mass: dict[Subset, float], inclusion: dict[str, float]) -> tuple[str, ...]:
-    """The fewest causes that stand for nearly all subsets, each by its most probable member."""
-    share: dict[str, float] = defaultdict(float)
-    for subset, p in mass.items():
-        if subset:
-            share[max(subset, key=lambda name: inclusion[name])] += p
-    total = sum(share.values())
+    """The fewest causes of which nearly all subsets have one, the most telling first.
+
+    Each next one is in most of what those before it are not in (greedy cover; Chvátal, Mathematics
+    of Operations Research 4, 1979).
+    """
+    left = {subset: p for subset, p in mass.items() if subset}
+    total = sum(left.values())
     found: list[str] = []
-    held = 0.0
-    for name in sorted(share, key=lambda each: -share[each]):
-        if held >= POLICY.credible * total:
-            break
-        found.append(name)
-        held += share[name]
+    while sum(left.values()) > (1 - POLICY.credible) * total:
+        share: dict[str, float] = defaultdict(float)
+        for subset, p in left.items():
+            for name in subset:
+                share[name] += p
+        found.append(max(share, key=lambda name: (share[name], inclusion[name])))
+        left = {subset: p for subset, p in left.items() if found[-1] not in subset}
     return tuple(found)
 
 
