@@ -15,7 +15,11 @@ from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.errors import errors
-from dolfingrip.diagnosis.finger.first_pass import first_pass, on_a_good_mesh
+from dolfingrip.diagnosis.finger.first_pass import (
+    first_pass,
+    on_a_good_mesh,
+    without_its_end,
+)
 from dolfingrip.diagnosis.finger.model import (
     far,
     fitted_moduli,
@@ -185,7 +189,9 @@ def _model(
         if centre == simulation.centre:
             break
         say(f"the moduli are about {centre:.2g} times those configured; simulating there")
-        rough = rough_simulation(measurement, config, workers, simulation.flat, centre)
+        rough = without_its_end(
+            rough_simulation(measurement, config, workers, simulation.flat, centre)
+        )
     return simulation, off, plain
 
 

@@ -64,7 +64,7 @@ def first_pass(
                 break
             say(f"the moduli are about {centre:.2g} times those configured; simulating there")
             told = rough_simulation(measurement, config, workers, mesh, centre)
-        told = _without_its_end(told)
+        told = without_its_end(told)
         if found and _reached(told) <= _reached(found[-1]):
             break
         found.append(told)
@@ -105,7 +105,7 @@ def _moduli(rough: FingerSimulation) -> float:
     return fitted_moduli(plain, rough.centre, POLICY.recentred)
 
 
-def _without_its_end(told: FingerSimulation) -> FingerSimulation:
+def without_its_end(told: FingerSimulation) -> FingerSimulation:
     """Simulated no farther than it comes, where it ends beyond the readings.
 
     To find out where a path ends takes many times what comes before.
