@@ -15,28 +15,15 @@ SHARE: Final = 0.3
 """Of the difference between graded and ungraded. Without it the mesh alone is taken for an effect:
 5.6 standard deviations on the reference finger (angle 0.3°, force 0.02 N)."""
 
-COARSER: Final = 2.0
-"""Elements at edges of geometries with thick walls, by the graded mesh's: the thick walls of a
-cast block, one element of 4 mm wide, do not bear 5 kPa."""
-
-
 EDGES: Final = (4.0, 2.0)
 """Elements at edges of meshes in between, by the graded mesh's."""
-
-
-def ungraded(config: Config) -> tuple[str, ...]:
-    """Overrides that take the grading off; none where there is none to take off."""
-    if config.mesh.file is not None or not config.hexahedra:
-        return ()
-    size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
-    plain_mm = size_mm if config.geometry.thin else min(size_mm, COARSER * edge_mm)
-    return (f"mesh.edge_size_mm={plain_mm!r}",) if edge_mm < plain_mm else ()
 
 
 def coarser(config: Config) -> list[tuple[str, ...]]:
     """Overrides of the meshes that causes may be simulated on, the coarsest first.
 
-    The last of them is the mesh as configured.
+    The first is not graded at all, the last is the mesh as configured. Those between are for thick
+    walls: of a cast block one element, 4 mm wide, does not bear 5 kPa.
     """
     if config.mesh.file is not None or not config.hexahedra:
         return [()]

@@ -9,11 +9,11 @@ from dolfingrip.diagnosis.finger.simulation import (
     finger_simulation,
     rough_simulation,
 )
-from dolfingrip.diagnosis.simulation.meshes import ungraded
+from dolfingrip.diagnosis.simulation.meshes import coarser
 from dolfingrip.diagnosis.simulation.runner import Workers
 
 
 def simulated(measurement: Measurement, config: Config, workers: Workers) -> FingerSimulation:
     """On the graded mesh and on that of the causes."""
-    rough = rough_simulation(measurement, config, workers, ungraded(config), 1.0)
+    rough = rough_simulation(measurement, config, workers, coarser(config)[0], 1.0)
     return finger_simulation(rough, rough)

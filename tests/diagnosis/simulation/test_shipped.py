@@ -16,7 +16,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.groups import groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, simulate
-from dolfingrip.diagnosis.simulation.meshes import ungraded
+from dolfingrip.diagnosis.simulation.meshes import coarser
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.simulation.shipped import Shipped
 from dolfingrip.diagnosis.workers import StayingWorkers, staying
@@ -122,7 +122,7 @@ def test_the_file_that_is_shipped_holds(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(sources, "core_digest", lambda: "changed")
     measurement = reference_measurement(1, unload=False, experiments=["bending"])
     (group,) = groups(measurement, Config())
-    config = group.config.overridden(ungraded(Config()))
+    config = group.config.overridden(coarser(Config())[0])
     job = Job("bending", config.changed(protocol=group.curve.protocol()))
     again: list[str] = []
 
