@@ -8,12 +8,12 @@ over that of the original finger, less 1, of one model each.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError, from_dict
+from dolfingrip.diagnosis.outcome import DesignChange, Downstream
 from dolfingrip.experiments.decisive import decisive, digest_of
 from dolfingrip.jobs.job import Data, Job, content_key
 from dolfingrip.jobs.pool import Pool
@@ -27,60 +27,6 @@ LEADING: Final = 5
 
 LARGEST_COG_mm: Final = 3.0
 """The paper's limit."""
-
-
-@dataclass(frozen=True)
-class DesignChange:
-    """One design, by both models.
-
-    Attributes:
-        inputs: its parameters.
-        cog_offset_mm: of the undeformed finger, which no model changes.
-        force_before_N, force_after_N: blocked force; None where the extended model fails.
-        phi_before, phi_after: by the original finger's, less 1.
-    """
-
-    inputs: Data
-    cog_offset_mm: float
-    force_before_N: float
-    force_after_N: float | None
-    phi_before: float
-    phi_after: float | None
-
-
-@dataclass(frozen=True)
-class Downstream:
-    """What the extended model changes.
-
-    Attributes:
-        original_before_N, original_after_N: force of the original finger.
-        designs: the campaign's leading ones, the best before first.
-    """
-
-    original_before_N: float
-    original_after_N: float
-    designs: Sequence[DesignChange]
-
-    @property
-    def best_before(self) -> DesignChange:
-        """The campaign's optimum."""
-        return self.designs[0]
-
-    @property
-    def best_after(self) -> DesignChange:
-        """That of the same designs with the extended model."""
-        return max(self.designs, key=lambda each: each.force_after_N or 0.0)
-
-    def sentence(self) -> str:
-        """In words."""
-        before, after = self.best_before, self.best_after
-        if before.phi_after is None or after.phi_after is None:
-            return "the campaign's optimum could not be computed with the extended model"
-        change = f"φ of the campaign's optimum {before.phi_before:.1%} → {before.phi_after:.1%}"
-        if after is before:
-            return f"{change}; it stays the best of the {len(self.designs)} that were computed"
-        place = ", ".join(f"{key} = {value:.3g}" for key, value in after.inputs.items())
-        return f"{change}; the best is now {place} with φ = {after.phi_after:.1%}"
 
 
 def compare(
@@ -115,14 +61,16 @@ def compare(
     first, original = before[0], after[0]
     if first is None or original is None:
         raise ConfigError(f"{folder}: the original finger could not be computed")
-    changes = [
+    changes = tuple(
         DesignChange(
-            row["inputs"], _outputs(row)[COG], _outputs(row)[FORCE.name], force,
-            _outputs(row)[FORCE.name] / first - 1, None if force is None else force / original - 1,
+            inputs=row["inputs"], cog_offset_mm=_outputs(row)[COG],
+            force_before_N=_outputs(row)[FORCE.name], force_after_N=force,
+            phi_before=_outputs(row)[FORCE.name] / first - 1,
+            phi_after=None if force is None else force / original - 1,
         )
         for row, force in zip(leading, after[1:], strict=True)
-    ]  # fmt: skip
-    return Downstream(first, original, changes)
+    )  # fmt: skip
+    return Downstream(original_before_N=first, original_after_N=original, designs=changes)
 
 
 def read_campaign(folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:

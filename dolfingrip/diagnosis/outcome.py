@@ -5,14 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, computed_field
 
-SCHEMA: Final = 1
+SCHEMA: Final = 2
 """Version of the schema; it rises if a key changes its meaning or goes."""
+
+ALONE: Final = 0.8
+"""Probability of leaving the true effect alone from which on an addition is said to do so."""
 
 
 class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", populate_by_name=True)
+
+
+class _Told(_Part):
+    """A part of which the file tells more than it is made of."""
+
+    model_config = ConfigDict(extra="ignore")
 
 
 class Verdict(_Part):
@@ -48,12 +57,11 @@ class Brief(_Part):
     use_it: str = Field(description="the command that uses the extended model")
 
 
-class EffectClass(_Part):
-    """Effects that the readings cannot tell apart."""
+class Cause(_Part):
+    """One cause of the catalogue."""
 
-    effects: tuple[str, ...] = Field(description="the most probable first")
-    probability: float = Field(description="that one of them takes part, alone or in a pair")
-    members: tuple[float, ...] = Field(description="probability of each alone")
+    name: str
+    probability: float = Field(description="that it takes part, alone or in a pair")
     strength_sigma: float = Field(description="length of the fitted change, standard deviations")
 
 
@@ -73,42 +81,13 @@ class Fit(_Part):
     effects: tuple[str, ...] = Field(description="none: base model and nuisances")
     log_evidence: float = Field(description="natural logarithm, relative to no effect")
     parameters: tuple[Parameter, ...]
-    simulations: int = Field(description="evaluations of the whole measurement")
-
-
-class Difference(_Part):
-    """Mean difference of a group of readings, nuisances fitted."""
-
-    experiment: str
-    channel: str
-    by: str = Field(description="what the group is by")
-    low: float | None = Field(description="of a band of pressure (kPa) or travel (mm)")
-    high: float | None
-    branch: str | None
-    cycle: int | None
-    rate_kPa_per_s: float | None
-    specimen: str | None
-    count: int
-    simulated_minus_measured: float = Field(description="in the channel's unit")
-    std_error: float
-    p_corrected: float = Field(description="by chance, corrected for all looks (Holm)")
-    percent: float | None = Field(description="of the measured mean")
 
 
 class Noise(_Part):
     """The noise that was taken."""
 
     std: dict[str, float] = Field(description="independent part, by column of a test")
-    correlated_std: dict[str, float] = Field(description="part that drifts along a run")
-    models: dict[str, float] = Field(description="probability of each model of the noise")
-    verdicts: dict[str, str] = Field(description="the verdict under each alone")
     sentences: tuple[str, ...]
-    doubts: tuple[str, ...] = Field((), description="what speaks against the noise as believed")
-    too_small: bool = Field(False, description="whether it was believed too small")
-    correlated: bool = Field(False, description="whether it drifts along runs, though not believed")
-    if_not_believed: dict[str, float] = Field(
-        {}, description="probability of the noise as believed and of others, where it was told"
-    )
 
 
 class Gain(_Part):
@@ -131,23 +110,29 @@ class Gain(_Part):
     log_odds_process: float | None = Field(None, description="likewise against the process")
 
 
-class GainOdds(_Part):
-    """How much more probable the readings left out are with the cause, given the others."""
-
-    mean: float = Field(description="ln of the mean odds of a part, against refitted nuisances")
-    nuisances: float = Field(description="ln of the odds of all folds, the mean over the kinds")
-    process: float = Field(description="likewise, against a process without cause")
-
-
-class NextExperiment(_Part):
+class NextExperiment(_Told):
     """What an addition would tell."""
 
     name: str
     minutes: float
     gain: float = Field(description="expected increase of the log Bayes factor between the tied")
-    gain_per_minute: float
-    splits: bool = Field(description="whether it is expected to leave the true one of them alone")
-    chance: float | None = Field(None, ge=0, le=1, description="probability of that, by the fits")
+    gain_per_minute: float = Field(description="the same up to what decides, by the minute")
+    chance: float = Field(ge=0, le=1, description="that the true one of them is left alone")
+
+    @computed_field(description="whether it is expected to leave the true one alone")  # type: ignore[prop-decorator]
+    @property
+    def splits(self) -> bool:
+        """Whether the true one is expected to be left alone."""
+        return self.chance >= ALONE
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Place in the order: the less, the earlier.
+
+        Where the true effect is expected to be left alone, the minutes that this is expected to
+        take count, as what is told beyond decides nothing; else what is told by the minute.
+        """
+        return not self.splits, self.minutes / self.chance if self.splits else -self.gain_per_minute
 
 
 class DesignChange(_Part):
@@ -161,37 +146,48 @@ class DesignChange(_Part):
     phi_after: float | None
 
 
-class Downstream(_Part):
+class Downstream(_Told):
     """What the extended model changes about a campaign's best designs."""
 
     original_before_N: float = Field(description="force of the original finger")
     original_after_N: float
     designs: tuple[DesignChange, ...] = Field(description="the best before first")
-    sentence: str
+
+    @computed_field(description="in words")  # type: ignore[prop-decorator]
+    @property
+    def sentence(self) -> str:
+        """What becomes of the campaign's optimum."""
+        before, after = self.designs[0], max(self.designs, key=lambda d: d.force_after_N or 0.0)
+        if before.phi_after is None or after.phi_after is None:
+            return "the campaign's optimum could not be computed with the extended model"
+        change = f"φ of the campaign's optimum {before.phi_before:.1%} → {before.phi_after:.1%}"
+        if after is before:
+            return f"{change}; it stays the best of the {len(self.designs)} that were computed"
+        place = ", ".join(f"{key} = {value:.3g}" for key, value in after.inputs.items())
+        return f"{change}; the best is now {place} with φ = {after.phi_after:.1%}"
 
 
 class DiagnosisFile(_Part):
     """Contents of ``diagnosis.json``."""
 
-    schema_version: Literal[1] = SCHEMA
+    schema_version: Literal[2] = SCHEMA
     version: str = Field(description="of dolfingrip")
     data: tuple[str, ...] = Field(description="files")
     quick: bool = Field(description="whether it stopped after the screen")
     readings: int
     verdict: Verdict
     brief: Brief | None = Field(None, description="null: not written for this measurement yet")
-    classes: tuple[EffectClass, ...] = Field(description="the most probable first")
+    causes: tuple[Cause, ...] = Field(description="the most probable first")
     none: float = Field(description="probability of no cause that can be seen")
     unknown: float = Field(description="probability of a cause that is not in the catalogue")
     screen: dict[str, float] = Field(description="log evidence of each effect alone, linear")
     fits: tuple[Fit, ...]
-    differences: tuple[Difference, ...]
     sentences: tuple[str, ...] = Field(description="where the simulation is off, in words")
     noise: Noise
+    under_other_priors: dict[str, str] = Field(description="the answer under each")
     nuisances: dict[str, float] = Field(description="fitted, by their standard deviations")
     gain: tuple[Gain, ...] = ()
     gain_claimed: bool | None = Field(None, description="whether the cause beats both rivals")
-    gain_odds: GainOdds | None = None
     next_experiments: tuple[NextExperiment, ...] = ()
     downstream: Downstream | None = None
     suspicions: tuple[str, ...] = Field((), description="slips of units, signs and columns")

@@ -10,10 +10,10 @@ def text(result: outcome.DiagnosisFile) -> str:
     head = brief.lines(result.brief) if result.brief else [result.verdict.sentence]
     lines = [*head, "", "## Where the simulation is off (nuisances fitted)", ""]
     lines += [f"- {each}" for each in result.sentences] or ["- nowhere"]
-    lines += ["", "## Classes of effects", "", "| effects | probability |", "|---|---|"]
+    lines += ["", "## Causes", "", "| cause | probability that it takes part |", "|---|---|"]
     lines += [
-        f"| {', '.join(each.effects)} | {_chance(each.probability)} |"
-        for each in result.classes
+        f"| {each.name} | {_chance(each.probability)} |"
+        for each in result.causes
         if each.probability >= 0.005
     ]
     lines += [f"| none | {_chance(result.none)} |", f"| unknown | {_chance(result.unknown)} |"]
@@ -47,7 +47,6 @@ def text(result: outcome.DiagnosisFile) -> str:
     lines += ["", "## Noise", "", *(f"- {each}" for each in result.noise.sentences)]
     if not result.noise.sentences:
         lines.append("- as the laboratory tells it")
-    lines += [f"- {each}" for each in result.noise.doubts]
     doubts = [*result.suspicions, *result.not_reached, *result.warnings]
     if doubts:
         lines += ["", "## Beware", "", *(f"- {each}" for each in doubts)]

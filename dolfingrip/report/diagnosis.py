@@ -255,8 +255,7 @@ def _gain(data: Mapping[str, Any], path: Path) -> Path:
             place = np.arange(len(rows))
             for number, (name, label, colour) in enumerate(bars):
                 ax.bar(place + 0.2 * (number - 1.5), rows[name], 0.19, color=colour, label=label)
-            ends = np.array(rows["interval"].tolist())
-            ax.vlines(place + 0.3, ends[:, 0], ends[:, 1], color=INK, lw=1.0)
+            ax.vlines(place + 0.3, rows["cause_low"], rows["cause_high"], color=INK, lw=1.0)
             ax.set_yscale("log")
             ax.set_xticks(place, [f"{name}\nleft out" for name in rows["left_out"]])
             ax.set(ylabel=f"Error on left-out readings\n{CHANNELS[channel].label}")

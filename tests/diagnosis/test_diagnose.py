@@ -54,7 +54,7 @@ def test_printed_coupons_soften(ninjaflex: CouponDiagnosis) -> None:
     assert ratio == pytest.approx(0.93, abs=0.1)
     held = ninjaflex.held_out
     assert held is not None
-    (row,) = (row for row in held.errors if row.kind == "specimens")
+    (row,) = (row for row in held.errors if row.left_out == "specimens")
     assert row.folds == 8
     assert row.nuisances > 3 * row.cause
     assert held.claimed

@@ -17,14 +17,15 @@ def test_ten_lines_come_first_and_doubts_last() -> None:
         {"answer": "cause", "class": ("pressure_gain",), "probability": 0.95, "takes_part": 0.95,
          "sentence": "the cause is pressure_gain"}
     )  # fmt: skip
-    noise = outcome.Noise(std={}, correlated_std={}, models={}, verdicts={}, sentences=())
+    noise = outcome.Noise(std={}, sentences=())
     proposed = outcome.NextExperiment(
-        name="a hold", minutes=3.0, gain=4.0, gain_per_minute=1.3, splits=False
+        name="a hold", minutes=3.0, gain=4.0, gain_per_minute=1.3, chance=0.3
     )
     found = outcome.DiagnosisFile(
-        version="0", data=(), quick=False, readings=1, verdict=verdict, brief=LINES, classes=(),
-        none=0.0, unknown=0.0, screen={}, fits=(), differences=(), sentences=(), noise=noise,
-        nuisances={}, next_experiments=(proposed,), warnings=("beware",), simulated_s=0.0,
+        version="0", data=(), quick=False, readings=1, verdict=verdict, brief=LINES, causes=(),
+        none=0.0, unknown=0.0, screen={}, fits=(), sentences=(), noise=noise,
+        under_other_priors={}, nuisances={}, next_experiments=(proposed,), warnings=("beware",),
+        simulated_s=0.0,
     )  # fmt: skip
     lines = page.text(found).splitlines()
     for line, heading in zip(lines, HEADINGS.values(), strict=False):

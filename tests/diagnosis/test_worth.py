@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from dolfingrip.diagnosis.additions import memory, worth
+from dolfingrip.diagnosis.additions import memory
 from dolfingrip.diagnosis.additions.covariance import Covariance
 from dolfingrip.diagnosis.additions.worth import Expected, Fitted, chance_alone
 from dolfingrip.diagnosis.data import planned
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.outcome import NextExperiment
 
 SEED = 4
 STD = 0.02
@@ -84,16 +85,23 @@ def test_pairs_that_differ_are_told_apart() -> None:
     then = Expected.of(laws, covariance, other)
     assert chance_alone(equal, now, then, NO_PAIR) == 1.0
     assert chance_alone(equal, now, then, ~np.eye(2, dtype=bool)) == 0.0
-    found = worth.AdditionWorth("a hold", 2.0, 1.0, 0.5, 0.8)
-    assert found.splits
+    assert _worth("a hold", 2.0, 1.0, 0.5, 0.8).splits
+
+
+def _worth(
+    name: str, minutes: float, gain: float, by_minute: float, chance: float
+) -> NextExperiment:
+    return NextExperiment(
+        name=name, minutes=minutes, gain=gain, gain_per_minute=by_minute, chance=chance
+    )
 
 
 def test_the_quickest_way_to_a_split_comes_first() -> None:
     """26 certain minutes before 25 that may not do; then by what is told a minute."""
-    sure = worth.AdditionWorth("sure", 26.0, 30.0, 0.7, 1.0)
-    likely = worth.AdditionWorth("likely", 25.0, 40.0, 0.75, 0.85)
-    dear = worth.AdditionWorth("dear", 60.0, 900.0, 0.3, 1.0)
-    little, less = (worth.AdditionWorth(f"{gain}", 5.0, gain, gain / 5, 0.7) for gain in (9.0, 2.0))
+    sure = _worth("sure", 26.0, 30.0, 0.7, 1.0)
+    likely = _worth("likely", 25.0, 40.0, 0.75, 0.85)
+    dear = _worth("dear", 60.0, 900.0, 0.3, 1.0)
+    little, less = (_worth(f"{gain}", 5.0, gain, gain / 5, 0.7) for gain in (9.0, 2.0))
     ranked = sorted([less, dear, little, likely, sure], key=lambda each: each.rank)
     assert [each.name for each in ranked] == ["sure", "likely", "dear", "9.0", "2.0"]
 

@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from dolfingrip.diagnosis.additions.covariance import Covariance, Matrix, Vector
 from dolfingrip.diagnosis.additions.protocols import Proposal
+from dolfingrip.diagnosis.outcome import NextExperiment
 
 TIED: Final = float(np.log(20.0))
 """Expected log Bayes factor below which two effects are not told apart."""
@@ -34,45 +35,10 @@ REFUTES: Final = float(np.log(1000.0))
 ENOUGH: Final = 20.0
 """Log Bayes factor beyond which more decides nothing more."""
 
-ALONE: Final = 0.8
-"""Probability of leaving the true effect alone from which on an addition is said to do so."""
-
 MODEL_ERROR: Final = 0.01
 """Relative error of a finger's simulation at conditions that nothing was measured at: independent
 between readings, so that no tie is split by less than a model can be trusted. A coupon has no mesh,
 and the laboratory tells how far its force follows a law."""
-
-
-@dataclass(frozen=True)
-class AdditionWorth:
-    """An addition, judged.
-
-    Attributes:
-        name, minutes: of it.
-        gain: expected increase of the log Bayes factor, averaged over pairs of tied effects.
-        gain_per_minute: the same up to what decides, by the minute.
-        chance: probability that the true one of the tied effects is told from all others with it.
-    """
-
-    name: str
-    minutes: float
-    gain: float
-    gain_per_minute: float
-    chance: float
-
-    @property
-    def splits(self) -> bool:
-        """Whether the true one is expected to be left alone."""
-        return self.chance >= ALONE
-
-    @property
-    def rank(self) -> tuple[bool, float]:
-        """Place in the order: the less, the earlier.
-
-        Where the true effect is expected to be left alone, the minutes that this is expected to
-        take count, as what is told beyond decides nothing; else what is told by the minute.
-        """
-        return not self.splits, self.minutes / self.chance if self.splits else -self.gain_per_minute
 
 
 class Fitted(Protocol):
@@ -175,7 +141,7 @@ class Comparison:
         after: Sequence[Tied],
         joint: Matrix,
         unseen: npt.NDArray[np.bool_] | None = None,
-    ) -> AdditionWorth:
+    ) -> NextExperiment:
         """What an addition is worth.
 
         Args:
@@ -195,9 +161,9 @@ class Comparison:
         useful = np.minimum(then.misfit, ENOUGH) - np.minimum(self.now.misfit, ENOUGH)
         if unseen is None:
             unseen = np.zeros_like(weights, dtype=bool)
-        return AdditionWorth(
-            proposal.name, proposal.minutes,
-            float((weights * (then.misfit - self.now.misfit)).sum()),
-            float((weights * useful).sum() / proposal.minutes),
-            chance_alone(self.probability, self.now, then, unseen),
+        return NextExperiment(
+            name=proposal.name, minutes=proposal.minutes,
+            gain=float((weights * (then.misfit - self.now.misfit)).sum()),
+            gain_per_minute=float((weights * useful).sum() / proposal.minutes),
+            chance=chance_alone(self.probability, self.now, then, unseen),
         )  # fmt: skip

@@ -8,26 +8,15 @@ from typing import ClassVar
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.worth import AdditionWorth
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior
 from dolfingrip.diagnosis.core.sensitivity import Sensitivity
 from dolfingrip.diagnosis.coupon.case import CouponCase, causes_at
 from dolfingrip.diagnosis.coupon.gain import HeldOut
-from dolfingrip.diagnosis.downstream import Downstream
+from dolfingrip.diagnosis.outcome import Downstream, NextExperiment, Parameter
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.parameter import find, moduli, scaled
-
-
-@dataclass(frozen=True, slots=True)
-class Estimated:
-    """A number with the interval that holds it with :attr:`Policy.interval`."""
-
-    key: str
-    value: float
-    low: float
-    high: float
 
 
 @dataclass(eq=False)
@@ -60,7 +49,7 @@ class CouponDiagnosis:
     sensitivity: Sensitivity
     left_by_emulator: float
     held_out: HeldOut | None = None
-    next: list[AdditionWorth] = field(default_factory=list)
+    next: list[NextExperiment] = field(default_factory=list)
     suspicions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     not_reached: list[str] = field(default_factory=list)
@@ -75,7 +64,7 @@ class CouponDiagnosis:
         """The model as it is, its modulus fitted."""
         return self.posterior.best(NONE, level=0.0)
 
-    def numbers(self, fit: Fit) -> list[Estimated]:
+    def numbers(self, fit: Fit) -> list[Parameter]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
         case = self.coupons.case
         draws, weights = fit.draws or by_hessian(fit)
@@ -221,12 +210,13 @@ def by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     return draws, np.full(POLICY.draws, 1 / POLICY.draws)
 
 
-def estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Estimated:
+def estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Parameter:
     order = np.argsort(draws)
     total = np.cumsum(weights[order])
     tail = (1 - POLICY.interval) / 2
     low, high = (float(draws[order][np.searchsorted(total, p)]) for p in (tail, 1 - tail - 1e-9))
-    return Estimated(key, float(value), min(low, float(value)), max(high, float(value)))
+    value = float(value)
+    return Parameter(key=key, value=value, low=min(low, value), high=max(high, value))
 
 
 def times(factor: float) -> str:

@@ -17,6 +17,7 @@ from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior, searched_again
 from dolfingrip.diagnosis.coupon.case import CouponCase
+from dolfingrip.diagnosis.outcome import Gain
 from dolfingrip.diagnosis.policy import POLICY
 
 SPECIMENS = "specimens"
@@ -47,30 +48,6 @@ class Fold:
     log_odds: tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
-class Error:
-    """Root mean square errors of a kind and channel, in the channel's unit.
-
-    Attributes:
-        kind, channel, folds: what was left out how many times, and the reading.
-        configured, nuisances, process, cause: of the models.
-        interval: of the cause's error, by bootstrap over folds.
-        ratio: the same of the cause's error by that with the nuisances refitted.
-        log_odds: sums over the folds, against nuisances and process.
-    """
-
-    kind: str
-    channel: str
-    folds: int
-    configured: float
-    nuisances: float
-    process: float
-    cause: float
-    interval: tuple[float, float]
-    ratio: tuple[float, float]
-    log_odds: tuple[float, float]
-
-
 @dataclass(frozen=True, eq=False)
 class HeldOut:
     """All folds.
@@ -83,7 +60,7 @@ class HeldOut:
     """
 
     folds: tuple[Fold, ...]
-    errors: tuple[Error, ...]
+    errors: tuple[Gain, ...]
     scatter: dict[str, float]
 
     @property
@@ -200,7 +177,7 @@ def _log_odds(whole: Posterior, rest: Posterior) -> tuple[float, float]:
 
 def _error(
     folds: list[Fold], kind: str, channel: str, which: np.ndarray, value: np.ndarray
-) -> Error:
+) -> Gain:
     def rms(of: Callable[[Fold], np.ndarray], chosen: np.ndarray) -> float:
         squares = [((of(folds[i]) - value)[folds[i].part & which]) ** 2 for i in chosen]
         together = np.concatenate(squares)
@@ -216,11 +193,12 @@ def _error(
     ends = np.quantile(errors[:, 0], [tail, 1 - tail])
     ratios = np.quantile(errors[:, 0] / np.maximum(errors[:, 1], 1e-300), [tail, 1 - tail])
     odds = np.sum([fold.log_odds for fold in folds], axis=0)
-    return Error(
-        kind, channel, len(folds), rms(lambda f: f.configured, every),
-        rms(lambda f: f.nuisances, every), rms(lambda f: f.process, every),
-        rms(lambda f: f.cause, every), (float(ends[0]), float(ends[1])),
-        (float(ratios[0]), float(ratios[1])), (float(odds[0]), float(odds[1])),
+    return Gain(
+        left_out=kind, channel=channel, folds=len(folds), before=rms(lambda f: f.configured, every),
+        nuisances=rms(lambda f: f.nuisances, every), process=rms(lambda f: f.process, every),
+        cause=rms(lambda f: f.cause, every), cause_low=float(ends[0]), cause_high=float(ends[1]),
+        by_nuisances_low=float(ratios[0]), by_nuisances_high=float(ratios[1]),
+        log_odds_nuisances=float(odds[0]), log_odds_process=float(odds[1]),
     )  # fmt: skip
 
 

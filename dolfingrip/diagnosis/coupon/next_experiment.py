@@ -9,13 +9,14 @@ import pandas as pd
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.additions.worth import AdditionWorth, Comparison, Tied
+from dolfingrip.diagnosis.additions.worth import Comparison, Tied
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.outcome import NextExperiment
 from dolfingrip.diagnosis.policy import POLICY
 
 STEP = 0.05
@@ -30,7 +31,7 @@ def next_experiments(
     posterior: Posterior,
     decision: Decision,
     told: Callable[[str], None] = lambda name: None,
-) -> list[AdditionWorth]:
+) -> list[NextExperiment]:
     """Additions that tell the tied hypotheses apart, the best first; none where nothing is tied."""
     fits = tied(posterior, decision)
     if len(fits) < 2:

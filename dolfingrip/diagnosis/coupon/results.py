@@ -59,12 +59,9 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
             takes_part=float(np.clip(_takes_part(found), 0, 1)),
             unexplained=float(np.clip(decision.unexplained, 0, 1)), sentence=_sentence(found),
         ),
-        classes=tuple(
-            outcome.EffectClass(
-                effects=(name,), probability=min(p, 1.0), members=(min(p, 1.0),),
-                strength_sigma=_strength(found, name),
-            )
-            for name, p in inclusion
+        causes=tuple(
+            outcome.Cause(name=n, probability=min(p, 1.0), strength_sigma=_strength(found, n))
+            for n, p in inclusion
         ),
         none=min(decision.none, 1.0),
         unknown=min(max(decision.unknown, 0.0), 1.0),
@@ -75,42 +72,23 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
         fits=tuple(
             outcome.Fit(
                 effects=fit.subset, log_evidence=fit.log_evidence - reference,
-                parameters=tuple(
-                    outcome.Parameter(key=e.key, value=e.value, low=e.low, high=e.high)
-                    for e in found.numbers(fit)
-                ),
-                simulations=0,
+                parameters=tuple(found.numbers(fit)),
             )
             for fit in fits
         ),
-        differences=(),
         sentences=tuple(_off(found)),
         noise=outcome.Noise(
-            std=by_channel(found, found.coupons.errors.noise), correlated_std={},
-            models={"as believed": 1.0},
-            verdicts={name: _answer(each) for name, each in found.sensitivity.answers.items()},
+            std=by_channel(found, found.coupons.errors.noise),
             sentences=(*found.coupons.errors.sentences, scatter(found)),
         ),
+        under_other_priors={
+            name: _answer(each) for name, each in found.sensitivity.answers.items()
+        },
         nuisances=found.nuisances(found.decision.best),
-        gain=tuple(
-            outcome.Gain(
-                left_out=e.kind, channel=e.channel, folds=e.folds, before=e.configured,
-                nuisances=e.nuisances, process=e.process, cause=e.cause,
-                cause_low=e.interval[0], cause_high=e.interval[1],
-                by_nuisances_low=e.ratio[0], by_nuisances_high=e.ratio[1],
-                log_odds_nuisances=e.log_odds[0], log_odds_process=e.log_odds[1],
-            )
-            for e in (found.held_out.errors if found.held_out else ())
-        ),
+        gain=found.held_out.errors if found.held_out else (),
         gain_claimed=found.held_out.claimed if found.held_out else None,
-        next_experiments=tuple(
-            outcome.NextExperiment(
-                name=e.name, minutes=e.minutes, gain=e.gain, gain_per_minute=e.gain_per_minute,
-                splits=e.splits, chance=e.chance,
-            )
-            for e in found.next
-        ),
-        downstream=_downstream(found),
+        next_experiments=tuple(found.next),
+        downstream=found.downstream,
         suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
         extended=_changes(found),
@@ -118,18 +96,6 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
         simulated_s=found.simulated_s,
     )  # fmt: skip
     return result.model_copy(update={"brief": ten_lines(found, result, out)})
-
-
-def _downstream(found: CouponDiagnosis) -> outcome.Downstream | None:
-    own = found.downstream
-    if own is None:
-        return None
-    return outcome.Downstream(
-        original_before_N=own.original_before_N,
-        original_after_N=own.original_after_N,
-        designs=tuple(outcome.DesignChange(**vars(each)) for each in own.designs),
-        sentence=own.sentence(),
-    )
 
 
 def pictures(found: CouponDiagnosis) -> dict[str, Any]:
@@ -151,14 +117,7 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
             **{name.replace("_", " "): p for name, p in decision.inclusion.items()},
             "none": decision.none, "unknown": decision.unknown,
         },
-        "gain": [
-            {
-                "left_out": e.kind, "channel": e.channel, "before": e.configured,
-                "nuisances": e.nuisances, "process": e.process, "cause": e.cause,
-                "interval": e.interval,
-            }
-            for e in (found.held_out.errors if found.held_out else ())
-        ],
+        "gain": [each.model_dump() for each in (found.held_out.errors if found.held_out else ())],
     }  # fmt: skip
 
 

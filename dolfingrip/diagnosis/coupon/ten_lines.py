@@ -14,7 +14,6 @@ from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.covariance import SLACK
 from dolfingrip.diagnosis.coupon.found import (
     CouponDiagnosis,
-    Estimated,
     OfTheRig,
     exact,
     fitted,
@@ -162,11 +161,11 @@ def _check(found: CouponDiagnosis) -> str:
     parts = []
     for e in held.errors:
         unit = CHANNELS[e.channel].unit
-        scale = ", its scale fitted" if e.kind == SPECIMENS else ""
+        scale = ", its scale fitted" if e.left_out == SPECIMENS else ""
         own = held.scatter.get(e.channel)
         against = f"; specimens scatter by {own:.2g} {unit}" if own else ""
         parts.append(
-            f"{ONE_OF[e.kind].format(load=found.load)} left out in turn{scale}, causes chosen "
+            f"{ONE_OF[e.left_out].format(load=found.load)} left out in turn{scale}, causes chosen "
             f"anew: {e.channel} is "
             f"foretold to {e.nuisances:.3g} {unit} without a cause, to {e.cause:.3g} {unit} with it"
             f"{against}"
@@ -300,7 +299,7 @@ def _once(found: CouponDiagnosis) -> bool:
     return len(listed.groupby(["cycle", "branch"])) == 1
 
 
-def _number(e: Estimated) -> str:
+def _number(e: outcome.Parameter) -> str:
     return f"{e.key} = {e.value:.3g} ({e.low:.3g} to {e.high:.3g})"
 
 

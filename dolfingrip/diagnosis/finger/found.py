@@ -11,7 +11,6 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.coupon.found import (
     CouponDiagnosis,
-    Estimated,
     OfTheRig,
     by_hessian,
     estimated,
@@ -20,6 +19,7 @@ from dolfingrip.diagnosis.coupon.found import (
 from dolfingrip.diagnosis.coupon.found import fitted as fitted_readings
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.model import far
+from dolfingrip.diagnosis.outcome import Parameter
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.parameter import find, moduli
@@ -91,7 +91,7 @@ class FingerDiagnosis(CouponDiagnosis):
             return "nothing: the readings agree with the model within their noise"
         return "nothing is needed: no other cause is nearly as probable as what is named"
 
-    def numbers(self, fit: Fit) -> list[Estimated]:
+    def numbers(self, fit: Fit) -> list[Parameter]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
         finger, case = self.coupons, self.coupons.case
         draws, weights = fit.draws or by_hessian(fit)

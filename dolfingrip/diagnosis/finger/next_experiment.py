@@ -9,17 +9,13 @@ import numpy as np
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.additions.memory import shows
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
-from dolfingrip.diagnosis.additions.worth import (
-    MODEL_ERROR,
-    AdditionWorth,
-    Comparison,
-    Tied,
-)
+from dolfingrip.diagnosis.additions.worth import MODEL_ERROR, Comparison, Tied
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.coupon.next_experiment import tied, usual_noise
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
+from dolfingrip.diagnosis.outcome import NextExperiment
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
@@ -31,7 +27,7 @@ def next_experiments(
     posterior: Posterior,
     decision: Decision,
     say: Callable[[str], None],
-) -> tuple[list[AdditionWorth], list[str]]:
+) -> tuple[list[NextExperiment], list[str]]:
     """Additions that tell the tied hypotheses apart, the best first, and why some failed.
 
     Nothing where no other hypothesis is tied with the leading one.

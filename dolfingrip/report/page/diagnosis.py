@@ -149,10 +149,10 @@ def _in_words(value: Any) -> str:
 
 def _bars(found: Mapping[str, Any]) -> list[Bar]:
     bars = []
-    for each in _list(found, "classes"):
+    for each in _list(found, "causes"):
         chance = each.get("probability") if isinstance(each, Mapping) else None
         if isinstance(chance, float | int) and chance >= LEAST_SHARE:
-            bars.append(Bar(_words(each.get("effects")), float(chance), _chance(float(chance))))
+            bars.append(Bar(_words([each.get("name")]), float(chance), _chance(float(chance))))
     for key, name in (("none", "none: noise alone"), ("unknown", "unknown: not in the catalogue")):
         chance = found.get(key)
         if isinstance(chance, float | int):
@@ -224,7 +224,6 @@ def _unexplained(found: Mapping[str, Any], readings: pd.DataFrame | None) -> lis
         lines.append(f"Of what the model misses: {100 * share:.2g} %")
     for key in ("unexplained", "not_reached", "suspicions", "warnings"):
         lines += [_in_words(each) for each in _list(found, key)]
-    lines += [_in_words(each) for each in _list(_table(found, "noise"), "doubts")]
     if readings is not None and {"after", "noise"} <= set(readings.columns):
         for title, channel, part in _panels(readings):
             off = np.abs(part["value"] - part["after"]) > BAND_STD * part["noise"]
