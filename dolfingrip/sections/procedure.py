@@ -27,6 +27,11 @@ class Experiment(Section):
         description="what is prescribed; volume control passes limit points; auto: the pressure "
         "until it cannot be raised, from there on the volume",
     )
+    snaps: bool = Field(
+        True,
+        description="under pressure control: go on to another stable state, if there is one, where "
+        "the pressure has a maximum; false: end there at once",
+    )
     max_pressure_kPa: float = Field(250.0, gt=0, le=10_000, description="highest pressure")
     step_kPa: float = Field(
         STEP_KPA, gt=0, description="a reading every so much; by default at most the maximum"

@@ -129,11 +129,12 @@ def test_a_mesh_file_counts_by_its_content(tmp_path) -> None:  # type: ignore[no
 
 
 def test_a_switch_that_came_later_counts_where_it_is_on() -> None:
-    def key(**mesh: object) -> str:
-        base = Config().changed(mesh=mesh)
+    def key(**changes: dict[str, object]) -> str:
+        base = Config().changed(**changes)
         return plan.content_key(plan.decisive(base.model_dump(mode="json"), None))
 
     older = Config().model_dump(mode="json")
-    del older["mesh"]["both_sides"]
-    assert key() == key(both_sides=False) == plan.content_key(plan.decisive(older, None))
-    assert key(both_sides=True) != key()
+    del older["mesh"]["both_sides"], older["experiment"]["snaps"]
+    same = key(mesh={"both_sides": False}, experiment={"snaps": True})
+    assert key() == same == plan.content_key(plan.decisive(older, None))
+    assert len({key(), key(mesh={"both_sides": True}), key(experiment={"snaps": False})}) == 3

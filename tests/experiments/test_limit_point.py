@@ -46,6 +46,15 @@ def test_bellows_pass_their_greatest_pressure() -> None:
     print(f"greatest {greatest:.3f} kPa, pressure control stopped at {last:.3f} kPa")
     assert last == pytest.approx(greatest, abs=2 * settings.solver.min_step_kPa)
 
+    at_once = run("bending", settings.changed(experiment={"snaps": False}))
+    assert at_once.failure is not None
+    assert at_once.failure.kind is FailureKind.LIMIT_POINT
+    assert at_once.failure.last_good["pressure_kPa"] <= last
+    np.testing.assert_allclose(at_once.column("angle_deg"), stopped.column("angle_deg"), rtol=1e-9)
+    many, few = (each.facts["newton"]["iterations"] for each in (stopped, at_once))
+    print(f"{many} iterations, {few} without a search for a state beyond")
+    assert few < 0.5 * many
+
 
 def test_pressure_control_goes_on_by_volume() -> None:
     """With control = "auto" the pressure rises in steps, turns and falls, in one run."""

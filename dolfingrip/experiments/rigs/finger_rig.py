@@ -59,6 +59,7 @@ class FingerRig(Rig):
         self._tared = False
         self._rest_mm3 = self._volume_mm3()  # of the cavity at rest
         self.jumps = config.experiment.control != "auto"
+        self.snaps = config.experiment.snaps
         self.further: Callable[[], Mapping[str, float]] = dict
 
     @classmethod

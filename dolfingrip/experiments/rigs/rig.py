@@ -32,6 +32,7 @@ class Rig(ABC):
         from_rest: columns that count from the state at rest.
         tared: called as soon as the state at rest is known.
         jumps: whether a load step may jump to another state if none is near.
+        snaps: whether it may where the load has a maximum.
     """
 
     specimen_name: ClassVar[str]
@@ -45,7 +46,7 @@ class Rig(ABC):
         self.gaps_mm: list[dict[str, float]] = []
         self.plate: PlatePose | None = None
         self.tared: Callable[[], None] = lambda: None
-        self.jumps = True
+        self.jumps = self.snaps = True
 
     @abstractmethod
     def longest(self) -> dict[str, float]:
@@ -59,6 +60,7 @@ class Rig(ABC):
             passable=self.passable,
             observers=observers,
             damped=self.jumps,
+            snaps=self.snaps,
         )
 
     @abstractmethod

@@ -40,15 +40,16 @@ class LimitPointSearch:
         model = volume_controlled(self._model, self._pressure, self._volume)
         newton, control = Newton(model, self._settings), model.controls[CONTROL]
         highest, start = self._pressure.value, control.value
-        volume, step, last = start, LIMIT_POINT.first * start, model.state()
+        smallest = LIMIT_POINT.first * start
+        volume, step, last = start, smallest, model.state()
         try:
             for _ in range(LIMIT_POINT.most):
                 control.set(volume + step)
                 if not newton.solve().converged:
                     model.restore(last)
                     step /= LIMIT_POINT.shorter
-                    if step < LIMIT_POINT.first * start:
-                        return False
+                    if step < smallest:
+                        break
                     continue
                 pressure = self._pressure.value
                 if pressure < (1 - LIMIT_POINT.fall) * highest:
@@ -58,6 +59,11 @@ class LimitPointSearch:
                 highest = max(highest, pressure)
                 volume, last = volume + step, model.state()
                 step = min(2 * step, LIMIT_POINT.longest * start)
+            # a long step may have passed the maximum where the next one fails: the volume turns, too
+            model.restore(last)
+            here = self._pressure.value
+            control.set(volume - smallest)
+            back = volume > start and newton.solve().converged
+            return back and self._pressure.value > here
         finally:
             self._model.restore(good)
-        return False

@@ -62,6 +62,7 @@ class LoadPath:
         observers: called after each converged step, before it is accepted.
         over: called after each accepted step; if it returns true, the path ends there.
         damped: whether a failed step is solved again with damping, which may jump to another state.
+        snaps: whether it is where ``passable`` says yes; if not, the path ends there without it.
         policy: numbers behind its decisions.
     """
 
@@ -74,6 +75,7 @@ class LoadPath:
         observers: Sequence[Observer] = (),
         over: Callable[[], bool] = lambda: False,
         damped: bool = True,
+        snaps: bool = True,
         policy: PathPolicy | None = None,
     ) -> None:
         self.newton = newton
@@ -84,7 +86,7 @@ class LoadPath:
         self._passable = passable
         self.observers = observers
         self._over = over
-        self._damped = damped
+        self._damped, self._snaps = damped, snaps
         self._policy = policy = policy or PathPolicy()
         self._length = 1.0  # of the longest step
         self._by_error = False  # whether the prediction's error tells the next one
@@ -93,6 +95,7 @@ class LoadPath:
         self._end_s = time.monotonic() + (settings.time_limit_s or math.inf)
         self._predictor = Predictor(self.model, newton.linear, policy)
         self._lost = False  # whether the last damped solve towards this target failed
+        self._turns: bool | None = None  # whether the load falls before this target, if known
         self._direction: dict[str, float] = {}
         self._end: dict[str, float] = {}
         self._place = 0.0  # along the path, in longest steps
@@ -109,7 +112,7 @@ class LoadPath:
             return {k: start[k] + fraction * (target[k] - start[k]) for k in target}
 
         self._turn(start, {name: (target[name] - start[name]) / whole for name in target})
-        self._lost = False
+        self._lost, self._turns = False, None
         before = self.newton.counts.iterations
         done, iterations, steps = 0.0, 0, 0
         while done < 1.0:
@@ -138,6 +141,10 @@ class LoadPath:
                 if self._over():
                     break
                 continue
+            if self._turns:
+                self.model.restore(good)
+                failure = Failure(FailureKind.LIMIT_POINT, at(done))
+                return Arrival(iterations, steps, failure)
             away = solve.unstable and self._runs_away((reach - done) * whole, good)
             self.model.restore(good)
             self._predictor.restart(self._place)
@@ -194,7 +201,8 @@ class LoadPath:
 
         A step that fails is solved again with damping. If damping has not helped towards this
         target it is left out, except for the ``last`` step that is tried: beyond a limit point a
-        damped solve takes many iterations to run away.
+        damped solve takes many iterations to run away. So a path that must not snap asks first
+        whether there is one.
         """
         before = None
         if self._policy.from_equilibrium:
@@ -205,6 +213,10 @@ class LoadPath:
         if solve.converged or not self._damped or gives_up:
             return solve
         self.model.restore(good)
+        if not self._snaps and self._turns is None:
+            self._turns = self._passable(controls)
+        if self._turns:
+            return solve
         self.model.prescribe(controls)
         damped = self.newton.solve(damped=True)
         self._lost = not damped.converged
