@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, ClassVar
 
 from dolfingrip.extensions.effect import Effect
 from dolfingrip.sections.errors import ConfigError
-from dolfingrip.sections.geometry.index import GEOMETRIES
 
 if TYPE_CHECKING:
     from dolfingrip.sections.setup import Setup
@@ -42,9 +41,3 @@ class DimensionOffset(Effect):
             )
         printed = getattr(config.geometry, self.dimension) + self.offset_mm
         return config.changed(**{table: {self.dimension: printed}})
-
-    @classmethod
-    def slopes(cls) -> tuple[str, ...]:
-        key = cls.dimension
-        kinds = [kind for kind in GEOMETRIES.values() if key in kind.model_fields]
-        return tuple(f"{kind.table()}.{key}" for kind in kinds)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+import numpy as np
 import ufl
 from ufl.core.expr import Expr
 
@@ -117,11 +118,8 @@ class Effect(Section):
             multiply the amplitude.
         alike: parameters that fits determine but that are tried at one value, because all values
             change the readings in nearly the same way.
-        curved: whether the shape of its change depends on the amplitude, so that several are tried.
         lopsided: whether positive and negative values change the readings in different ways, so
             that both are tried.
-        by_elastic_curve: law by which its change follows from the elastic curve, if there is one:
-            exactly from the pressure behind its stage, or nearly by quasi-linear relaxation.
         fits: what of it is fitted to coupons with neo-Hooke's law, whose modulus comes first; its
             numbers follow from ``in_numbers``.
     """
@@ -137,9 +135,7 @@ class Effect(Section):
     nuisance: ClassVar[bool] = False
     shapeless: ClassVar[tuple[str, ...]] = ()
     alike: ClassVar[tuple[str, ...]] = ()
-    curved: ClassVar[bool] = False
     lopsided: ClassVar[bool] = False
-    by_elastic_curve: ClassVar[Literal["", "stage", "relaxation"]] = ""
 
     # -- before the model is built ---------------------------------------------------------------
 
@@ -185,16 +181,15 @@ class Effect(Section):
         """Pressure (kPa) at this stage's outlet, towards the cavity, as a load step ends."""
         return flow.inlet_kPa
 
+    def moduli_at(self, time_s: np.ndarray) -> np.ndarray:
+        """(times,) factor of all moduli at each time."""
+        return np.ones(len(time_s))
+
     def reading(self, true: Mapping[str, float]) -> Mapping[str, float]:
         """Readings, by column, that are displayed wrongly, from a row of readings so far."""
         return {}
 
     # -- as a diagnosis tries it -----------------------------------------------------------------
-
-    @classmethod
-    def slopes(cls) -> tuple[str, ...]:
-        """Parameters whose derivatives its change is, one for each kind of geometry; or none."""
-        return ()
 
     @classmethod
     def felt_in_bending(cls, config: Setup) -> bool:
@@ -204,16 +199,6 @@ class Effect(Section):
     def branches(self) -> tuple[Sequence[float], Sequence[float]]:
         """Parts of the instantaneous moduli that relax, and their times (s)."""
         return (), ()
-
-    @classmethod
-    def reversal(cls, config: Setup) -> tuple[str, str] | None:
-        """An override and its label if ``config`` has made this choice of the model."""
-        return None
-
-    @classmethod
-    def tilt_deg(cls, config: Setup) -> float | None:
-        """The turn of the gravity of ``config`` with which the effect is tried, if it is one."""
-        return None
 
     # -- what is known of it ---------------------------------------------------------------------
 

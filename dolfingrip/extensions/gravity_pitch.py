@@ -45,9 +45,3 @@ class GravityPitch(Effect):
         return config.changed(
             gravity={"acceleration_m_s2": self.acceleration_m_s2, "direction": direction}
         )
-
-    @classmethod
-    def tilt_deg(cls, config: Setup) -> float | None:
-        """Mounted a little askew, where weight is simulated already."""
-        weighs = config.gravity.acceleration_m_s2
-        return cls.priors()["pitch_deg"].spread if weighs else None

@@ -28,9 +28,7 @@ class LineLag(Effect):
     kind: ClassVar = "loading"
     place: ClassVar = 3
     neutral: ClassVar = {"tau_s": 0.0}
-    curved: ClassVar = True
     clock: ClassVar = True
-    by_elastic_curve: ClassVar = "stage"
 
     tau_s: Annotated[float, Prior(0.3, 0.3, "engineering guess", positive=True)] = Field(
         0.3, ge=0, le=10_000, description="time constant of filling"

@@ -39,8 +39,3 @@ class Locking(Effect):
         # how hexahedra are graded says nothing about tetrahedra, which may be smaller altogether
         mesh = {"edge_size_mm": None} if config.hexahedra else {}
         return config.changed(solver={"element": "P1"}, mesh=mesh)
-
-    @classmethod
-    def reversal(cls, config: Setup) -> tuple[str, str] | None:
-        linear = config.solver.element == "P1"
-        return ('solver.element="P2"', "quadratic tetrahedra") if linear else None

@@ -31,8 +31,3 @@ class NoSelfContact(Effect):
 
     def adapt[S: Setup](self, config: S) -> S:
         return config.changed(contact={"self_contact": False}) if self.left_out else config
-
-    @classmethod
-    def reversal(cls, config: Setup) -> tuple[str, str] | None:
-        left_out = not config.contact.self_contact
-        return ("contact.self_contact=true", "contact between bellows") if left_out else None

@@ -31,7 +31,6 @@ class Ogden(Effect):
 
     kind: ClassVar = "elastic"
     neutral: ClassVar = {"alpha": 2.0}
-    curved: ClassVar = True
 
     alpha: Annotated[float, Prior(1.0, 0.4, "engineering guess", positive=True)] = Field(
         1.0, ge=0.5, le=2.5, description="exponent of the stretches"

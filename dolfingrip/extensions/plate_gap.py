@@ -36,7 +36,3 @@ class PlateGap(Effect):
 
     def adapt[S: Setup](self, config: S) -> S:
         return config.changed(plate={"gap_mm": config.plate.gap_mm + self.offset_mm})
-
-    @classmethod
-    def slopes(cls) -> tuple[str, ...]:
-        return ("plate.gap_mm",)

@@ -33,7 +33,3 @@ class PressureGain(Effect):
 
     def outlet_kPa(self, flow: Flow) -> float:
         return self.gain * flow.inlet_kPa
-
-    @classmethod
-    def slopes(cls) -> tuple[str, ...]:
-        return ("extensions.pressure_gain.gain",)

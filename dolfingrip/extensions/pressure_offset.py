@@ -33,7 +33,3 @@ class PressureOffset(Effect):
 
     def outlet_kPa(self, flow: Flow) -> float:
         return flow.inlet_kPa + self.offset_kPa
-
-    @classmethod
-    def slopes(cls) -> tuple[str, ...]:
-        return ("extensions.pressure_offset.offset_kPa",)

@@ -39,7 +39,6 @@ class Prony(Effect):
     kind: ClassVar = "dissipative"
     place: ClassVar = 3
     neutral: ClassVar = {"g": [0.0]}
-    by_elastic_curve: ClassVar = "relaxation"
 
     g: Annotated[
         tuple[Annotated[float, Field(ge=0, lt=1)], ...],

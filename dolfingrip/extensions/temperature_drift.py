@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
+import numpy as np
 import ufl
 from pydantic import Field
 from ufl.core.expr import Expr
@@ -55,3 +56,7 @@ class TemperatureDrift(Effect):
             return factor * base(strain)
 
         return density
+
+    def moduli_at(self, time_s: np.ndarray) -> np.ndarray:
+        warm = self.warming_degC * (1 - np.exp(-time_s / self.tau_s))
+        return np.asarray(1 + self.modulus_per_degC * warm)

@@ -28,8 +28,8 @@ from dolfingrip.diagnosis.finger.model import (
     wall_std,
 )
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, rough_simulation
-from dolfingrip.diagnosis.finger.training import overrides_at, trained_causes
-from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
+from dolfingrip.diagnosis.finger.training import trained_causes
+from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, overrides_at, unknowns
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.runner import Workers
 

@@ -2,46 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.curved import (
-    Coordinate,
-    Simulations,
-    trained_on,
-)
-from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places, trained
+from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
+from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places
 from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.finger import closed_forms
+from dolfingrip.diagnosis.finger.closed_forms import Factor
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.finger.unknowns import FAR, TILTED, box_of, coordinates_of
+from dolfingrip.diagnosis.finger.unknowns import (
+    FAR,
+    TILTED,
+    box_of,
+    coordinates_of,
+    overrides_at,
+)
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
-from dolfingrip.diagnosis.simulation.legs import Route
-from dolfingrip.diagnosis.simulation.line_lag import behind
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.extensions.index import effect
 
-Factor = Callable[[np.ndarray], np.ndarray]
-"""Factor of all moduli by its ζ."""
-
-FREE: Final = 9
-"""Places along each number of a closed form."""
-
-NEARLY: Final = 300
-"""Places at which a law is tabulated that is nearly right."""
-
 BESIDE: Final = 1.3
 """Largest |ζ| of the moduli that causes are simulated at which these do not scale."""
-
-BY_CURVE: Final = frozenset({"line_lag", "temperature_drift", "pressure_gain", "pressure_offset"})
-"""Causes whose change follows from the elastic curve, where there is one."""
 
 FINGERS: Final = frozenset({"bending", "blocked_force"})
 
@@ -98,7 +85,7 @@ def trained_causes(
         middle: ζ of the moduli that causes are simulated at.
         box: range of that ζ, shape (2,).
     """
-    closed = [each for each in causes if _closed(simulation, each)]
+    closed = [each for each in causes if closed_forms.known(simulation, each)]
     designs = [_design(simulation, each, factor, middle) for each in causes if each not in closed]
     every = [case for design in designs for case in design.cases]
     found = iter(simulate(simulation.measurement, simulation.config, every, simulation.workers))
@@ -122,8 +109,9 @@ def trained_causes(
                 return np.asarray(np.log(factor(zeta) / simulation.centre) / sigma)
 
             own = (Coordinate(by_moduli, amplitude=False), *own)
-        degree = POLICY.curved_degree if first or cause not in closed else FREE - 1
-        nearly = _nearly(simulation, cause, scale, factor, middle) if first else None
+        degree = POLICY.curved_degree if first or cause not in closed else closed_forms.PLACES - 1
+        moduli = (middle - 1.5 * BESIDE, middle + 1.5 * BESIDE)
+        nearly = closed_forms.nearly(simulation, cause, scale, factor, moduli) if first else None
         if nearly is None:
             emulators[cause.name] = trained_on(told, own, scale, (0,), degree=degree)
             return
@@ -137,17 +125,8 @@ def trained_causes(
             failed[design.cause.name] = why
         keep(design.cause, told, first=not design.scales)
     for cause in closed:
-        keep(cause, _in_closed_form(simulation, cause, nodes, factor), first=False)
+        keep(cause, closed_forms.simulations(simulation, cause, nodes, factor), first=False)
     return Trained(emulators, tuple(unseen), failed)
-
-
-def _closed(simulation: FingerSimulation, cause: Cause) -> bool:
-    if effect(cause.name).has("reading"):
-        return True
-    return cause.name in BY_CURVE and simulation.scales
-
-
-# -- simulations ---------------------------------------------------------------------------------
 
 
 def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:
@@ -226,20 +205,6 @@ def _gradient(key: str, *, listed: bool) -> str:
     return f"{key}[0]" if listed else key
 
 
-def overrides_at(cause: Cause, zeta: np.ndarray, c: float) -> tuple[str, ...]:
-    """A cause at ζ as with ``--set``, its moduli ``c`` times as large as its priors tell."""
-    found = []
-    for number, z in zip(cause.numbers, zeta, strict=True):
-        value = float(number.at(z))
-        found.append(number.override(value * c if number.key.endswith("_MPa") else value))
-    for held in cause.held:
-        key, _, text = held.partition("=")
-        if key.endswith("_MPa") and "[" not in text:
-            text = repr(float(text) * c)
-        found.append(f"{key}={text}")
-    return tuple(found)
-
-
 def _assembled(
     simulation: FingerSimulation,
     design: _Design,
@@ -313,30 +278,6 @@ def _assembled(
     )  # fmt: skip
 
 
-# -- closed forms that a simulation mends ----------------------------------------------------------
-
-
-def _nearly(
-    simulation: FingerSimulation, cause: Cause, scale: np.ndarray, factor: Factor, middle: float
-) -> Emulator | None:
-    """What a cause changes by a law that is nearly right; None where there is none."""
-    if effect(cause.name).by_elastic_curve != "relaxation" or not simulation.scales:
-        return None
-    box = np.vstack([[middle - 1.5 * BESIDE, middle + 1.5 * BESIDE], box_of(cause)])
-    zeta = places(box, NEARLY)
-    changes = []
-    for z in zeta:
-        config = simulation.applied.overridden(overrides_at(cause, z[1:], 1.0))
-        viscous: Any = getattr(config.extensions, cause.name)
-        c = float(factor(z[0]))
-        changes.append(
-            relaxation.change(
-                simulation.measurement, simulation.base.simulated, viscous, c / simulation.centre
-            )
-        )
-    return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale, box), takes=(0,))
-
-
 def _without(told: Simulations, nearly: Emulator) -> Simulations:
     """What simulations changed beyond a law."""
     values, slopes = told.values.copy(), told.slopes.copy()
@@ -345,72 +286,3 @@ def _without(told: Simulations, nearly: Emulator) -> Simulations:
         values[0, place] -= nearly.columns @ g
         slopes[0, place] -= (nearly.columns @ dg).T
     return replace(told, values=values, slopes=slopes)
-
-
-# -- closed forms --------------------------------------------------------------------------------
-
-
-def _in_closed_form(
-    simulation: FingerSimulation, cause: Cause, nodes: np.ndarray, factor: Factor
-) -> Simulations:
-    box = np.clip(box_of(cause), -POLICY.finger_reach, POLICY.finger_reach)
-    zeta = places(box, 5 * FREE)
-    if len(box) == 1:
-        zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), FREE)[:, None]
-    values = []
-    for node in nodes:
-        c = float(factor(node))
-        rows = simulation.base_rows(c) if effect(cause.name).has("reading") else []
-        values.append([_changed(simulation, cause, z, c, rows) for z in zeta])
-    told = np.array(values)
-    slopes = np.full((*told.shape[:2], len(box), told.shape[2]), np.nan)
-    return Simulations(zeta, np.nan_to_num(told), slopes, nodes)
-
-
-def _changed(
-    simulation: FingerSimulation,
-    cause: Cause,
-    zeta: np.ndarray,
-    c: float,
-    rows: Sequence[dict[str, np.ndarray]],
-) -> np.ndarray:
-    config = simulation.applied.overridden(overrides_at(cause, zeta, 1.0))
-    on: Any = getattr(config.extensions, cause.name)
-    if rows:
-        readings = simulation.measurement.readings
-        since = readings["time_s"] - readings.groupby("test")["time_s"].transform("first")
-        shown = []
-        for own in rows:
-            displayed = on.reading({**own, "time_s": since.to_numpy()})
-            shown.append({name: displayed.get(name, told) - told for name, told in own.items()})
-        return simulation.listed(shown)
-    base, by = simulation.base.simulated, c / simulation.centre
-    load: elastic_curve.Load
-    if cause.name == "temperature_drift":
-
-        def soft(way: Route) -> np.ndarray:
-            time_s = np.array(way.time_s)
-            warm = on.warming_degC * (1 - np.exp(-time_s / on.tau_s))
-            return np.asarray(1 + on.modulus_per_degC * warm)
-
-        def shown_by(way: Route, column: str, elastic: np.ndarray) -> np.ndarray:
-            return soft(way) * elastic if CHANNELS[column].in_proportion else elastic
-
-        def divided(way: Route) -> np.ndarray:
-            value = np.array(way.value)
-            return value / soft(way) if way.control == PRESSURE.name else value
-
-        return elastic_curve.change(simulation.measurement, base, divided, by, shown_by)
-    if cause.name == "line_lag":
-        load = partial(behind, on)
-    elif cause.name == "pressure_gain":
-
-        def load(way: Route) -> np.ndarray:
-            return on.gain * np.array(way.value)
-
-    else:
-
-        def load(way: Route) -> np.ndarray:
-            return on.offset_kPa + np.array(way.value)
-
-    return elastic_curve.change(simulation.measurement, base, load, by)

@@ -11,8 +11,8 @@ From the bottom up:
 - :mod:`simulated`: ``simulate(measurement, config, cases, workers)`` gives all readings of a
   measurement, and their derivatives, for each of several cases: this is what fits call, too;
 - :mod:`modulus`: exact scaling of a base simulation by the modulus;
-- :mod:`elastic_curve`: readings at another load than that of the protocol; :mod:`line_lag` and
-  :mod:`relaxation`: effects that change them so, exactly and nearly;
+- :mod:`elastic_curve`: readings at another load than that of the protocol; :mod:`relaxation`:
+  viscous effects, which nearly follow from it;
 - :mod:`nuisances`: what else the readings change by; :mod:`walls`: at other walls;
 - :mod:`base`: what the simulation as configured tells.
 

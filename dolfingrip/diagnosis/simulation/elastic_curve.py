@@ -17,6 +17,7 @@ from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
+from dolfingrip.extensions.effect import Effect, Flow
 
 FAR: Final = 1e6
 """Part of the range that a base simulation reached, by which its straight line is followed. Beyond
@@ -67,3 +68,33 @@ def change(
             at = np.flatnonzero(mine & (column == name))
             found[at] = way.at_rows(readings - elastic, len(measurement.readings))[place[at]]
     return found
+
+
+def behind(stage: Effect, way: Route) -> np.ndarray:
+    """(stops,) pressure behind a stage of the supply along a way that begins at rest, in kPa."""
+    found = []
+    time_s, inlet_kPa, outlet_kPa = 0.0, 0.0, 0.0
+    for moment_s, now_kPa in zip(way.time_s, way.value, strict=True):
+        flow = Flow(inlet_kPa, now_kPa, outlet_kPa, moment_s, moment_s - time_s)
+        outlet_kPa = stage.outlet_kPa(flow)
+        time_s, inlet_kPa = moment_s, now_kPa
+        found.append(outlet_kPa)
+    return np.array(found)
+
+
+def drifted(
+    measurement: Measurement, base: Simulated, drift: Effect, factor: float = 1.0
+) -> np.ndarray:
+    """(n,) change of the readings where all moduli drift; arguments as of :func:`change`."""
+
+    def soft(way: Route) -> np.ndarray:
+        return drift.moduli_at(np.array(way.time_s))
+
+    def shown(way: Route, column: str, elastic: np.ndarray) -> np.ndarray:
+        return soft(way) * elastic if CHANNELS[column].in_proportion else elastic
+
+    def load(way: Route) -> np.ndarray:
+        value = np.array(way.value)
+        return value / soft(way) if way.control == PRESSURE.name else value
+
+    return change(measurement, base, load, factor, shown)

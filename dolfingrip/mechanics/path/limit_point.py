@@ -59,7 +59,7 @@ class LimitPointSearch:
                 highest = max(highest, pressure)
                 volume, last = volume + step, model.state()
                 step = min(2 * step, LIMIT_POINT.longest * start)
-            # a long step may have passed the maximum where the next one fails: the volume turns, too
+            # a long step may have passed the maximum, where the next one fails as the volume turns
             model.restore(last)
             here = self._pressure.value
             control.set(volume - smallest)

@@ -16,7 +16,6 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.simulation import elastic_curve, modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
-from dolfingrip.diagnosis.simulation.line_lag import behind
 from dolfingrip.diagnosis.simulation.nuisances import GAP
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.experiments import run
@@ -122,7 +121,9 @@ def test_a_line_that_lags_is_the_elastic_curve_behind_it(
         overrides = (f"extensions.line_lag.tau_s={tau_s}",)
         line = finger().overridden(overrides).extensions.line_lag
         assert line is not None
-        shape = elastic_curve.change(measurement, base.simulated, partial(behind, line))
+        shape = elastic_curve.change(
+            measurement, base.simulated, partial(elastic_curve.behind, line)
+        )
         change = one(measurement, store, *overrides).readings - base.readings
         for experiment, name, allowed in (
             ("bending", "angle_deg", 1e-5),

@@ -1,0 +1,124 @@
+"""What causes change that follows from the model without them: no simulation is needed.
+
+An instrument's error follows from the readings themselves, a stage of the supply and a modulus that
+drifts from the elastic curve, and relaxation nearly does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+
+from dolfingrip.diagnosis.core.curved import Simulations
+from dolfingrip.diagnosis.core.emulator import Emulator, places, trained
+from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.unknowns import box_of, overrides_at
+from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
+from dolfingrip.extensions.index import effect
+
+Factor = Callable[[np.ndarray], np.ndarray]
+"""Factor of all moduli by its ζ."""
+
+PLACES: Final = 9
+"""Places along each number of a closed form."""
+
+TABULATED: Final = 300
+"""Places at which a law is tabulated that is nearly right."""
+
+
+def known(simulation: FingerSimulation, cause: Cause) -> bool:
+    """Whether there is a closed form; those by the elastic curve need that moduli scale it."""
+    kind = effect(cause.name)
+    by_curve = kind.has("outlet_kPa") or kind.has("moduli_at")
+    return kind.has("reading") or (by_curve and simulation.scales)
+
+
+def simulations(
+    simulation: FingerSimulation, cause: Cause, nodes: np.ndarray, factor: Factor
+) -> Simulations:
+    """What a cause changes, as if it had been simulated.
+
+    Args:
+        simulation: of the model without it.
+        cause: of which a closed form is :func:`known`.
+        nodes: ζ of the moduli.
+        factor: of all moduli by that ζ.
+    """
+    box = np.clip(box_of(cause), -POLICY.finger_reach, POLICY.finger_reach)
+    zeta = places(box, 5 * PLACES)
+    if len(box) == 1:
+        zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), PLACES)[:, None]
+    values = []
+    for node in nodes:
+        c = float(factor(node))
+        rows = simulation.base_rows(c) if effect(cause.name).has("reading") else []
+        values.append([_changed(simulation, cause, z, c, rows) for z in zeta])
+    told = np.array(values)
+    slopes = np.full((*told.shape[:2], len(box), told.shape[2]), np.nan)
+    return Simulations(zeta, np.nan_to_num(told), slopes, nodes)
+
+
+def _changed(
+    simulation: FingerSimulation,
+    cause: Cause,
+    zeta: np.ndarray,
+    c: float,
+    rows: Sequence[dict[str, np.ndarray]],
+) -> np.ndarray:
+    config = simulation.applied.overridden(overrides_at(cause, zeta, 1.0))
+    on: Any = getattr(config.extensions, cause.name)
+    if rows:
+        readings = simulation.measurement.readings
+        since = readings["time_s"] - readings.groupby("test")["time_s"].transform("first")
+        shown = []
+        for own in rows:
+            displayed = on.reading({**own, "time_s": since.to_numpy()})
+            shown.append({name: displayed.get(name, told) - told for name, told in own.items()})
+        return simulation.listed(shown)
+    base, by = simulation.base.simulated, c / simulation.centre
+    if on.has("moduli_at"):
+        return elastic_curve.drifted(simulation.measurement, base, on, by)
+    behind = partial(elastic_curve.behind, on)
+    return elastic_curve.change(simulation.measurement, base, behind, by)
+
+
+def nearly(
+    simulation: FingerSimulation,
+    cause: Cause,
+    scale: np.ndarray,
+    factor: Factor,
+    moduli: tuple[float, float],
+) -> Emulator | None:
+    """What a cause changes by a law that is nearly right, which simulations mend.
+
+    Args:
+        simulation: of the model without it.
+        cause: whose change it is.
+        scale: noise of the readings, shape (n,).
+        factor: of all moduli by their ζ.
+        moduli: range of that ζ.
+
+    Returns:
+        The law as an emulator; None where there is none.
+    """
+    if not effect(cause.name).has("branches") or not simulation.scales:
+        return None
+    box = np.vstack([moduli, box_of(cause)])
+    zeta = places(box, TABULATED)
+    changes = []
+    for z in zeta:
+        config = simulation.applied.overridden(overrides_at(cause, z[1:], 1.0))
+        viscous: Any = getattr(config.extensions, cause.name)
+        c = float(factor(z[0]))
+        changes.append(
+            relaxation.change(
+                simulation.measurement, simulation.base.simulated, viscous, c / simulation.centre
+            )
+        )
+    return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale, box), takes=(0,))
