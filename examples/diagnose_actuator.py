@@ -52,7 +52,7 @@ def main(out: Path) -> dict[str, Any]:
     """Diagnose; the content of ``diagnosis.json``."""
     file = readings(out)
     model = config.load(ACTUATORS / "coupon_alone.toml", list(COARSE))
-    found = diagnose([file], model, out, Settings(quick=True, effects=TRIED))
+    found = diagnose([file], model, out, Settings(effects=TRIED))
     write(found, [file], out)
     return dict(json.loads((out / "diagnosis.json").read_text(encoding="utf-8")))
 

@@ -8,8 +8,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from example import EXAMPLES, load
+from scipy.interpolate import CubicSpline
+
+from dolfingrip import config
+from dolfingrip.experiments import run
 
 TESTED_ELSEWHERE = {"mpi"}
 LONGEST, SHORTEST = 150, 40
@@ -82,7 +87,18 @@ def test_diagnose_actuator(tmp_path: Path) -> None:
     fitted = {each["key"]: each for each in told["fits"][0]["parameters"]}
     modulus = fitted["material.mu_MPa"]
     assert modulus["low"] < 0.0204 < modulus["high"]  # the coupon's
-    assert abs(told["nuisances"]["cast.chamber_width_mm"]) < 1
+    sigma = told["nuisances"]["cast.chamber_width_mm"]
+    assert -1 < sigma < 0
+    assert "cast.chamber_width_mm is off by" in told["brief"]["result"]
+    # the extended model has the width, and follows the readings within their noise of 0.3°
+    extended = config.load(tmp_path / "extended.toml")
+    assert extended.cast.chamber_width_mm == pytest.approx(8 + 2 * sigma)
+    measured = pd.read_csv(tmp_path / "bending.csv")
+    top = {"max_pressure_kPa": float(measured["pressure_kPa"].max()), "step_kPa": 2.0}
+    bent = run("bending", extended.changed(experiment=top))
+    angle_deg = CubicSpline(bent.column("pressure_kPa"), bent.column("chord_angle_deg"))
+    off_deg = angle_deg(measured["pressure_kPa"]) - measured["chord_angle_deg"]
+    assert np.abs(off_deg).max() < 0.3
 
 
 def test_diagnose_coupons(tmp_path: Path) -> None:

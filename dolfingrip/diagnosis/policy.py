@@ -29,6 +29,7 @@ class Policy:
         far: width of the prior of a number of the rig, or of all moduli, that is far from what was
             told, by what was told.
         far_sigma: standard deviations from which on such a number is told among the first lines.
+        telling: part of what the model misses from which on a number that changes so much is, too.
         reach: largest |ζ| of an emulator.
         degrees: degree of its polynomials by the number of its arguments.
         training: simulations by the number of arguments, where they cost nothing.
@@ -99,6 +100,7 @@ class Policy:
     tail: float = 0.9
     far: float = 4.0
     far_sigma: float = 3.0
+    telling: float = 0.25
     reach: float = 3.3
     degrees: tuple[int, ...] = (11, 12, 7, 5, 4, 4)
     training: tuple[int, ...] = (64, 400, 512, 512, 600, 900)

@@ -112,7 +112,26 @@ class CouponDiagnosis:
 
     def rig(self, fit: Fit) -> list[OfTheRig]:
         """The rig's numbers at a fit."""
-        return of_the_rig(self.coupons, fit)
+        weighed, _ = left(self.coupons, fit)
+        found, place = [], 1
+        far: dict[str, float] = {}
+        for name in fit.subset:
+            far[name] = POLICY.far * float(fit.zeta[place])
+            place += len(self.coupons.case.boxes[name])
+        for each in self.coupons.errors.shared:
+            if not each.std:  # known exactly
+                continue
+            sigma = float(each.change @ weighed) + far.get(each.name, 0.0)
+            share = self.share(sigma * each.change)
+            found.append(OfTheRig(each.name, each.unit, each.std, sigma * each.std, share))
+        return found
+
+    def share(self, change: np.ndarray) -> float:
+        """A change of the readings, (n,), by what the model as configured misses, both rms."""
+        off = self.coupons.case.value - self.as_configured()
+        come = np.isfinite(off)
+        missed = float(np.linalg.norm(off[come]))
+        return float(np.linalg.norm(change[come])) / missed if missed else 0.0
 
     def as_configured(self) -> np.ndarray:
         """(n,) readings of the model as configured; NaN where it does not come so far."""
@@ -173,33 +192,19 @@ class OfTheRig:
         name, unit: of it.
         told: standard deviation that it was told with.
         value: difference from what was told.
+        share: what it changes by what the model misses as configured, root mean square.
     """
 
     name: str
     unit: str
     told: float
     value: float
+    share: float
 
     @property
-    def far(self) -> bool:
-        """Whether it is far from what was told."""
-        return abs(self.value) > POLICY.far_sigma * self.told
-
-
-def of_the_rig(coupons: CouponCase, fit: Fit) -> list[OfTheRig]:
-    """The rig's numbers at a fit."""
-    weighed, _ = left(coupons, fit)
-    found, place = [], 1
-    far: dict[str, float] = {}
-    for name in fit.subset:
-        far[name] = POLICY.far * float(fit.zeta[place])
-        place += len(coupons.case.boxes[name])
-    for each in coupons.errors.shared:
-        if not each.std:  # known exactly
-            continue
-        sigma = float(each.change @ weighed) + far.get(each.name, 0.0)
-        found.append(OfTheRig(each.name, each.unit, each.std, sigma * each.std))
-    return found
+    def telling(self) -> bool:
+        """Whether it is far from what was told, or explains much of what the model misses."""
+        return abs(self.value) > POLICY.far_sigma * self.told or self.share >= POLICY.telling
 
 
 def by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:

@@ -50,7 +50,7 @@ def ten_lines(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) 
         do_next=_next(found),
         use_it=f"dolfingrip bend --config {out / 'extended.toml'}"
         if named
-        else f"dolfingrip bend --config {out / 'extended.toml'} (the fitted modulus alone)",
+        else f"dolfingrip bend --config {out / 'extended.toml'} (as fitted, without a cause)",
     )
 
 
@@ -66,7 +66,7 @@ def _configured(found: CouponDiagnosis) -> str:
         f"As configured the model is {_percent(share)} off (root mean square){so_far}. "
         f"{found.fitted(found.decision.best)}"
     ]
-    told += [f"{_of_the_rig(each)}." for each in found.rig(found.decision.best) if each.far]
+    told += [f"{_of_the_rig(each)}." for each in found.rig(found.decision.best) if each.telling]
     return " ".join(told)
 
 

@@ -12,7 +12,7 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.emulator import Mended
 from dolfingrip.diagnosis.core.evidence import Case, Fit
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.coupon.covariance import CouponErrors
+from dolfingrip.diagnosis.coupon.covariance import CouponErrors, Shared
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.errors import errors
 from dolfingrip.diagnosis.finger.first_pass import (
@@ -31,7 +31,13 @@ from dolfingrip.diagnosis.finger.simulation import FingerSimulation, rough_simul
 from dolfingrip.diagnosis.finger.training import trained_causes
 from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, overrides_at, unknowns
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.parameter import every
+from dolfingrip.sections.geometry.index import TABLES
+
+DRAWN = (*TABLES, "morph", "material", "film")
+"""Sections of a set-up that are properties of the finger."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +92,66 @@ class FingerCase:
     def exact(self, fit: Fit) -> np.ndarray:
         """(n,) readings at a fit's numbers, linear nuisances left out."""
         return self.case.predicted(fit.subset, fit.zeta)
+
+    def own(self) -> dict[str, tuple[Shared, float]]:
+        """The finger's own numbers that are linear nuisances, with their unit of change, by key.
+
+        They are what the laboratory told a deviation of by its key, such as a chamber's width.
+        """
+        config = self.simulation.config
+        tests = [test.setup.applied(config) for test in self.simulation.measurement.tests]
+        values = [{(each.key, each.value(own)) for each in every(own)} for own in tests]
+        known = {key for key, _ in set.intersection(*values)}  # alike in all tests
+        found = {}
+        for each in self.errors.shared:
+            key, std = each.name, each.std
+            if key == WALL:
+                key, wall_mm = self.wall()
+                std *= wall_mm
+            if key in known and key.partition(".")[0] in DRAWN:
+                found[key] = each, std
+        return found
+
+    def own_overrides(self, fit: Fit) -> tuple[str, ...]:
+        """These at a fit, as with ``--set``."""
+        fitted, applied = self.nuisances(fit), self.simulation.applied
+        known = {each.key: each.value(applied) for each in every(applied)}
+        moved = dict(each.partition("=")[::2] for each in self.overrides(fit))
+        return tuple(
+            f"{key}={float(moved.get(key, known[key])) + std * fitted[each.name]!r}"
+            for key, (each, std) in self.own().items()
+        )
+
+    def by_own(self, fit: Fit) -> np.ndarray:
+        """(n,) what these change of the readings at a fit, linear in them."""
+        fitted = self.nuisances(fit)
+        found = np.zeros(len(self.case.value))
+        for each, _ in self.own().values():
+            found += fitted[each.name] * each.change
+        return found
+
+    def along_secant(self, fit: Fit, missed: np.ndarray) -> FingerCase:
+        """With the finger's own numbers linear between their middle and a fit.
+
+        Args:
+            fit: where they are so far out that derivatives at their middle mislead.
+            missed: (n,) exact readings there less linear ones. The number that changes most takes
+                it over.
+        """
+        fitted = self.nuisances(fit)
+        most = max(
+            (each for each, _ in self.own().values()),
+            key=lambda each: float(np.linalg.norm(fitted[each.name] * each.change)),
+        )
+        change = most.change + missed / fitted[most.name]
+        more = np.outer(change, change) - np.outer(most.change, most.change)
+        shared = tuple(replace(e, change=change) if e is most else e for e in self.errors.shared)
+        off = replace(
+            self.errors, shared=shared, fitted=self.errors.fitted + more,
+            covariance=self.errors.covariance + more,
+        )  # fmt: skip
+        case = replace(self.case, covariance=self.case.covariance + more)
+        return replace(self, errors=off, case=case)
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
         """The most probable linear nuisances at a fit, by their standard deviations."""

@@ -20,6 +20,7 @@ from dolfingrip.diagnosis.finger.found import FingerDiagnosis
 from dolfingrip.diagnosis.finger.next_experiment import next_experiments
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 
 
 def diagnose_fingers(
@@ -104,7 +105,37 @@ def verified(
         known.add(fit.subset)
         finger = finger.corrected(fit, missed)
         posterior = search(finger.case, np.random.default_rng(0))
-    return finger, posterior, worst
+    return *_own_numbers_verified(finger, posterior, say), worst
+
+
+def _own_numbers_verified(
+    finger: FingerCase, posterior: Posterior, say: Callable[[str], None]
+) -> tuple[FingerCase, Posterior]:
+    """The finger's own numbers simulated where they are fitted, if any reading feels it."""
+    for _ in range(POLICY.rounds):
+        fit = sensitivity(posterior)[0].best
+        change = finger.by_own(fit)
+        if np.abs(change / finger.errors.noise).max() < 1.0:
+            break
+        overrides = (*finger.overrides(fit), *finger.own_overrides(fit))
+        simulation = finger.simulation
+        (run,) = simulate(
+            simulation.measurement, simulation.config, [Case(overrides, ())], simulation.workers
+        )
+        if not np.isfinite(run.readings).all():
+            say("the finger's own numbers, as fitted, could not be simulated")
+            break
+        missed = run.readings - finger.case.predicted(fit.subset, fit.zeta) - change
+        worst = float(np.abs(missed / finger.errors.noise).max())
+        say(
+            f"a simulation at the finger's own fitted numbers differs by {worst:.2g} standard "
+            "deviations of the noise at most"
+        )
+        if worst <= 1.0:
+            break
+        finger = finger.along_secant(fit, missed)
+        posterior = search(finger.case, np.random.default_rng(0))
+    return finger, posterior
 
 
 def _leading(posterior: Posterior, known: set[Subset]) -> Fit:

@@ -17,16 +17,12 @@ from dolfingrip.diagnosis.coupon.found import (
     times,
 )
 from dolfingrip.diagnosis.coupon.found import fitted as fitted_readings
-from dolfingrip.diagnosis.finger.case import FingerCase
+from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
 from dolfingrip.diagnosis.finger.model import far
 from dolfingrip.diagnosis.outcome import Parameter
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.parameter import find, moduli
-from dolfingrip.sections.geometry.index import TABLES
-
-DRAWN = (*TABLES, "morph", "material", "film")
-"""Sections of a set-up that are properties of the finger."""
 
 
 @dataclass(eq=False)
@@ -75,7 +71,8 @@ class FingerDiagnosis(CouponDiagnosis):
                 continue
             size, unit = (1.0, each.unit) if each.unit else (100.0, "%")
             value = size * each.std * fitted[each.name]
-            found.append(OfTheRig(each.name, unit, size * each.std, value))
+            share = self.share(fitted[each.name] * each.change)
+            found.append(OfTheRig(each.name, unit, size * each.std, value, share))
         return found
 
     def as_configured(self) -> np.ndarray:
@@ -127,4 +124,4 @@ class FingerDiagnosis(CouponDiagnosis):
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """What makes the configuration the fitted one, as with ``--set``."""
-        return self.coupons.overrides(fit)
+        return (*self.coupons.overrides(fit), *self.coupons.own_overrides(fit))
