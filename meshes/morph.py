@@ -90,20 +90,6 @@ class Morph:
         local = self.slope(before.mean(axis=1))
         return np.where(level, local, rise / np.where(level, 1.0, run))
 
-    def velocity(self, points: Floats) -> Floats:
-        """Derivatives of the moved points by ξ1 and ξ2.
-
-        Args:
-            points: vertices before the morph, shape (n, 3), mm.
-
-        Returns:
-            Shape (2, n, 3), mm. They do not depend on ξ because the morph is linear in it.
-        """
-        field = np.zeros((2, *points.shape))
-        field[0, :, 0] = np.minimum(points[:, 0], self.d_mm)
-        field[1, :, 0] = np.maximum(points[:, 0] - self.d_mm, 0.0)
-        return field
-
     def __str__(self) -> str:
         return f"morph with xi1 = {self.xi1:g}, xi2 = {self.xi2:g}"
 

@@ -30,10 +30,10 @@ def draw(rows: Sequence[dict[str, str]], file: Path) -> None:
     ):
         ranks = np.array([float(row[key]) for row in rows if row[key]])
         low, high = binom.ppf([0.05, 0.95], len(ranks), 1 / BINS)
-        axis.axhspan(low, high, color="0.88", label="90 % of uniform ranks")
+        axis.axhspan(low, high, color="0.88")
         axis.hist(ranks, bins=BINS, range=(0, 1), color="tab:blue", edgecolor="white")
-        axis.set(xlabel="rank of the truth (–)", ylabel="cases (–)", title=title, xlim=(0, 1))
-        axis.legend(fontsize=8, loc="lower center")
+        axis.set(xlabel="rank of the truth (–)", ylabel="cases (–)", xlim=(0, 1))
+        axis.set_title(f"{title} (grey: 90 % of uniform ranks)", fontsize=9)
         p = kstest(ranks, "uniform").pvalue
         inside = np.mean((ranks >= 0.05) & (ranks <= 0.95))
         print(f"{title}: {len(ranks)} ranks, uniform with p = {p:.2f}, inside 90 %: {inside:.2f}")

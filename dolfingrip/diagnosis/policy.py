@@ -62,7 +62,6 @@ class Policy:
         adaptations: how often more are drawn until these do.
         steady: change of ln of the integral by one more time of drawing, at most.
         sampled: posterior probability from which on a hypothesis is sampled.
-        noise_factors: noise by what is guessed, where neither laboratory nor repeats tell.
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
             channel's root mean square.
         specimen_scales: scatter of specimens' stiffness, by what was told.
@@ -130,7 +129,6 @@ class Policy:
     adaptations: int = 12
     steady: float = 0.05
     sampled: float = 0.01
-    noise_factors: tuple[float, ...] = (1.0, 1.6, 2.5)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
     own_slack: float = 0.5

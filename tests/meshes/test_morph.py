@@ -128,14 +128,6 @@ def test_inverted_elements_name_xi(half: SolidMesh) -> None:
         Morph(-1.0, 0.0, D).inverse()
 
 
-def test_velocity_is_the_derivative_of_the_points(half: SolidMesh) -> None:
-    velocity = Morph(0.3, -0.2, D).velocity(half.points)
-    for i, step in enumerate([(0.5, 0.0), (0.0, 0.5)]):
-        difference = Morph(0.3 + step[0], -0.2 + step[1], D).points(half.points)
-        difference -= Morph(0.3, -0.2, D).points(half.points)
-        np.testing.assert_allclose(difference / 0.5, velocity[i], atol=1e-13)
-
-
 @pytest.mark.parametrize("suffix", [".vtk", ".vtu"])
 @pytest.mark.parametrize("name", MESHES)
 def test_vtk_is_read_back(

@@ -61,10 +61,6 @@ class Covariance:
         white = self.whiten(residual)
         return float(-0.5 * (white @ white + self.logdet + len(self) * np.log(2 * np.pi)))
 
-    def sample(self, rng: np.random.Generator, count: int) -> Matrix:
-        """Draws from N(0, C), shape (n, count)."""
-        return np.asarray(self.factor @ rng.standard_normal((len(self), count)))
-
     def widened(self, columns: Matrix) -> Covariance:
         """C + columns columnsᵀ, for columns of shape (n, k) or (n,)."""
         extra = columns.reshape(len(self), -1)

@@ -8,7 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.evidence import Case, Fit, Subset
+from dolfingrip.diagnosis.core.case import Case, Subset
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior
 from dolfingrip.diagnosis.policy import POLICY
 

@@ -9,7 +9,8 @@ from itertools import combinations
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.evidence import Case, Fit, Level, Subset
+from dolfingrip.diagnosis.core.case import Case, Subset
+from dolfingrip.diagnosis.core.evidence import Fit, Level
 from dolfingrip.diagnosis.policy import POLICY
 
 NONE: Subset = ()
@@ -44,18 +45,6 @@ class Posterior:
             if fit.subset == subset and (level is None or fit.level == level)
         ]
         return max(own, key=lambda each: each[0])[1]
-
-    def off(self, fit: Fit) -> float:
-        """Probability that a discrepancy stays beside what a fit has as causes."""
-        total = sum(
-            p for p, each in zip(self.probability, self.fits, strict=True)
-            if each.subset == fit.subset
-        )  # fmt: skip
-        on = sum(
-            p for p, each in zip(self.probability, self.fits, strict=True)
-            if each.subset == fit.subset and each.level > 0
-        )  # fmt: skip
-        return float(on / total) if total > 0 else 0.0
 
 
 def levels() -> dict[float, float]:

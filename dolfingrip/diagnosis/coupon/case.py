@@ -10,8 +10,9 @@ import numpy as np
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core import discrepancy
+from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
-from dolfingrip.diagnosis.core.evidence import Case, Fit, Subset
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause, causes
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors, errors

@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.core.evidence import Fit, Subset
+from dolfingrip.diagnosis.core.case import Subset
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior, pairs_above, search, searched_again
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case, refined, with_pairs

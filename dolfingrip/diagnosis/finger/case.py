@@ -9,8 +9,9 @@ import numpy as np
 import scipy.linalg
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.emulator import Mended
-from dolfingrip.diagnosis.core.evidence import Case, Fit
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors, Shared
 from dolfingrip.diagnosis.data.measurement import Measurement

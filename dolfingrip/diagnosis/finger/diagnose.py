@@ -8,7 +8,8 @@ import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.cautions import MESH_UNKNOWN, not_reached
-from dolfingrip.diagnosis.core.evidence import Fit, Subset
+from dolfingrip.diagnosis.core.case import Subset
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior, search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.coupon.gain import held_out

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from dolfingrip.diagnosis.core import discrepancy
+from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
-from dolfingrip.diagnosis.core.evidence import Case, Level
+from dolfingrip.diagnosis.core.evidence import Level
 from dolfingrip.diagnosis.core.search import NONE, levels
 from dolfingrip.diagnosis.coupon.covariance import CouponErrors
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material

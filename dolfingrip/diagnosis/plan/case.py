@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.core.evidence import Case
+from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.coupon.case import coupon_case
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, in_closed_form

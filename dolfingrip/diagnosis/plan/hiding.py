@@ -12,8 +12,9 @@ from typing import Final
 import numpy as np
 from scipy.special import ndtri
 
+from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.evidence import Case, Level
+from dolfingrip.diagnosis.core.evidence import Level
 from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber
 from dolfingrip.diagnosis.core.search import NONE, Key, levels, one_at_a_time
 from dolfingrip.diagnosis.finger.unknowns import neutral

@@ -9,16 +9,12 @@ interpolated, so changes and derivatives are interpolated as the readings themse
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-
-SMOOTHER: Final = 2.0
-"""By how much the error falls at least where stops are twice as dense: 2 where bellows that touch
-make a kink between stops. Of a smooth curve it falls 16-fold, and is told 8 times too large."""
 
 OUTSIDE: Final = 0.05
 """How far beyond the stops that were reached rows are read, as part of their range."""
@@ -96,21 +92,6 @@ class Leg:
             found[(where > high + margin) | (where < low - margin)] = np.nan
         return found
 
-    def error(self, values: np.ndarray) -> float:
-        """Error of interpolation between the stops, in the unit of ``values`` (stops,).
-
-        The largest change at the stops that are left out where every second one is, divided by
-        :data:`SMOOTHER`; 0 where every row is a stop.
-        """
-        at = self.at[: self.core or None]
-        exactly = np.isin(np.round(self.rows_at, 9), np.round(at, 9)).all()
-        if exactly or len(at) < 5:
-            return 0.0
-        kept = np.unique([*range(0, len(at), 2), len(at) - 1])
-        left_out = np.setdiff1d(np.arange(len(at)), kept)
-        coarse = _spline_weights(at[kept], at[left_out], 0) @ values[kept]
-        return float(np.abs(coarse - values[left_out]).max()) / SMOOTHER
-
 
 def _spline_weights(at: np.ndarray, where: np.ndarray, derivative: int) -> np.ndarray:
     """(where, at) weights of a value, or of a derivative."""
@@ -186,13 +167,4 @@ class Route:
         padded[: len(values)] = values
         for leg, weight in zip(self.legs, weights, strict=True):
             found[leg.rows] = weight @ padded[leg.stops]
-        return found
-
-    def errors(self, columns: Mapping[str, np.ndarray]) -> dict[str, float]:
-        """Largest error of interpolation by column, in its unit."""
-        found = {}
-        for name, values in columns.items():
-            if len(values) < len(self.value):
-                continue
-            found[name] = max((leg.error(values[leg.stops]) for leg in self.legs), default=0.0)
         return found

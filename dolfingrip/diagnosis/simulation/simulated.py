@@ -107,7 +107,6 @@ class Simulated:
         slopes: (n,) derivative by each parameter that is felt, for each unit of it; entries of a
             list are numbered, as in ``extensions.prony.g[0]``.
         failures: of simulations that left readings without a number.
-        interpolation_error: by column, in its unit: see ``Leg.error``.
         runs: the simulations themselves.
     """
 
@@ -116,7 +115,6 @@ class Simulated:
     by_control: np.ndarray
     slopes: Mapping[str, np.ndarray] = field(default_factory=dict)
     failures: Sequence[SimulationFailure] = ()
-    interpolation_error: Mapping[str, float] = field(default_factory=dict)
     runs: Sequence[SimulatedGroup] = ()
 
     def slope(self, key: str) -> np.ndarray:
@@ -206,7 +204,6 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
     by_control = np.full(len(listed), np.nan)
     slopes: dict[str, np.ndarray] = {}
     failures: list[SimulationFailure] = []
-    errors: dict[str, float] = {}
     for run in runs:
         mine = np.isin(test, run.group.tests)
         for name in set(column[mine]):
@@ -218,8 +215,6 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
                 if read == name:
                     own = slopes.setdefault(key, np.zeros(len(listed)))
                     own[at] = run.route.at_rows(slope, count)[place[at]]
-        for name, error in run.route.errors(run.result.columns).items():
-            errors[name] = max(errors.get(name, 0.0), error)
         if run.result.failure_class is not None and np.isnan(readings[mine]).any():
             failures.append(
                 SimulationFailure(
@@ -230,7 +225,7 @@ def _assembled(measurement: Measurement, case: Case, runs: Sequence[SimulatedGro
                 )
             )
     by_control /= np.sqrt(_in_a_mean(measurement))[place]
-    return Simulated(case, readings, by_control, slopes, failures, errors, runs)
+    return Simulated(case, readings, by_control, slopes, failures, runs)
 
 
 def _in_a_mean(measurement: Measurement) -> np.ndarray:

@@ -9,10 +9,11 @@ import pytest
 from scipy.integrate import dblquad
 
 from dolfingrip.diagnosis.core import sampling
+from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.discrepancy import Along, kernel
 from dolfingrip.diagnosis.core.emulator import linear, places, trained
-from dolfingrip.diagnosis.core.evidence import Case, Level
+from dolfingrip.diagnosis.core.evidence import Level
 from dolfingrip.diagnosis.core.search import search, searched_again
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.emulator import Emulator, Mended, Stacked
-from dolfingrip.diagnosis.core.evidence import Case
 from dolfingrip.diagnosis.core.numbers import causes
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity

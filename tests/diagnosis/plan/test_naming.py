@@ -11,8 +11,8 @@ import scipy.linalg
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.decision import decide
-from dolfingrip.diagnosis.core.evidence import Case
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement

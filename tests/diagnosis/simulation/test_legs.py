@@ -49,22 +49,6 @@ def test_what_was_not_reached_has_no_number() -> None:
     assert np.isnan(made.weights(0)).all()
 
 
-@pytest.mark.parametrize("kink", [0.0, 0.02])
-def test_error_is_about_what_it_is(kink: float) -> None:
-    """Of a curve of the finger's character, smooth or with bellows that touch at 140 kPa."""
-
-    def curve(p: np.ndarray) -> np.ndarray:
-        return 4 * np.sin(p / 200) + kink * np.maximum(p - 143, 0)
-
-    stops, rows_at = np.linspace(0, 250, 11), np.linspace(0, 250, 300)
-    made = leg(stops, rows_at)
-    real = float(np.abs(made.weights(11) @ curve(stops) - curve(rows_at)).max())
-    told = made.error(curve(stops))
-    print("kink", kink, "real", real, "told", told)
-    assert real / 2 < told < 20 * real
-    assert leg(stops, stops).error(curve(stops)) == 0.0
-
-
 def test_a_route_puts_legs_together() -> None:
     up = Leg(np.array([0, 1, 2]), np.array([0.0, 10, 20]), np.array([0, 1]), np.array([0.0, 15]))
     wait = Leg(np.array([2, 3]), np.array([2.0, 12.0]), np.array([2]), np.array([7.0]))

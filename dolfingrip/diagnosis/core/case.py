@@ -1,0 +1,128 @@
+"""The readings of a measurement, and what could explain them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.policy import POLICY
+
+Subset = tuple[str, ...]
+"""Names of causes, in the order of the case."""
+
+
+def joint_name(subset: Subset) -> str:
+    """Name of the emulator of what causes change together."""
+    return "together: " + " with ".join(subset)
+
+
+GROUND = "ground"
+"""Name of the columns that the model's own numbers change."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Readings, and what could explain them.
+
+    Attributes:
+        value: y, shape (n,).
+        base: y₀ as configured, shape (n,).
+        scaled: whether a reading is proportional to the moduli, shape (n,).
+        modulus_std: relative standard deviation of all moduli.
+        emulators: of the causes, by name.
+        covariance: of noise and nuisances, shape (n, n).
+        kernel: of the discrepancy at a level of 1, shape (n, n).
+        boxes: ranges of ζ of each cause, (d, 2).
+        joint: what causes change together beyond the sum of what each changes alone, a polynomial
+            of the numbers of all.
+        local: ranges of ζ, (d, 2), of causes whose joint polynomial holds there alone, and holds
+            what each emulator misses, too.
+        rig: which of the causes are numbers of the rig; they come last in every subset.
+        scale_names: what a factor of all readings in proportion to the moduli may be.
+        ground: what the model's own numbers change of readings that are not ``scaled``: all
+            moduli, and others that are fitted in every hypothesis. None where ``scaled`` tells all.
+        ground_box: ranges of ζ of the model's own numbers, (m, 2); that of the moduli first.
+        ground_names: what each of them is named where it is far out; ``scale_names`` where empty.
+    """
+
+    value: np.ndarray
+    base: np.ndarray
+    scaled: np.ndarray
+    modulus_std: float
+    emulators: Mapping[str, Emulator]
+    covariance: np.ndarray
+    kernel: np.ndarray
+    boxes: Mapping[str, np.ndarray]
+    joint: Mapping[Subset, Emulator] = field(default_factory=dict)
+    local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
+    rig: frozenset[str] = frozenset()
+    scale_names: tuple[str, ...] = ("modulus",)
+    ground: Emulator | None = None
+    ground_box: np.ndarray = field(default_factory=lambda: np.array([[-8.0, 8.0]]))
+    ground_names: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def own(self) -> int:
+        """Count of the model's own numbers, which come first in every ζ."""
+        return len(self.ground_box)
+
+    def rows(self, kept: np.ndarray) -> Case:
+        """The case of some of the readings."""
+        return Case(
+            self.value[kept], self.base[kept], self.scaled[kept], self.modulus_std,
+            {name: each.rows(kept) for name, each in self.emulators.items()},
+            self.covariance[np.ix_(kept, kept)], self.kernel[np.ix_(kept, kept)], self.boxes,
+            {pair: each.rows(kept) for pair, each in self.joint.items()}, self.local, self.rig,
+            self.scale_names, None if self.ground is None else self.ground.rows(kept),
+            self.ground_box, self.ground_names,
+        )  # fmt: skip
+
+    def effects(self, subset: Subset) -> Subset:
+        """Causes that are no numbers of the rig."""
+        return tuple(name for name in subset if name not in self.rig)
+
+    def parts(self, subset: Subset) -> list[tuple[str, Emulator, np.ndarray]]:
+        """Emulators of a hypothesis: name, function, and which of ζ it depends on."""
+        found: list[tuple[str, Emulator, np.ndarray]] = []
+        if self.ground is not None:
+            found.append((GROUND, self.ground, np.arange(self.own)))
+        at = self.own
+        for name in subset:
+            d = len(self.boxes[name])
+            each = self.emulators[name]
+            found.append((name, each, np.r_[np.array(each.takes, int), np.arange(at, at + d)]))
+            at += d
+        together = self.effects(subset)
+        if together in self.joint:
+            d = sum(len(self.boxes[name]) for name in together)
+            both = np.arange(self.own, self.own + d)
+            found.append((joint_name(together), self.joint[together], both))
+        return found
+
+    def box(self, subset: Subset) -> np.ndarray:
+        """Ranges of ζ of a hypothesis' causes, (d, 2)."""
+        together = self.effects(subset)
+        if together not in self.local:
+            return np.vstack([np.zeros((0, 2)), *(self.boxes[name] for name in subset)])
+        own = [self.boxes[name] for name in subset if name in self.rig]
+        return np.vstack([self.local[together], *own])
+
+    def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """c and dc/dζ; far from 1 it loses less probability than a normal logarithm would."""
+        t = POLICY.tail
+        # draws go where no fit does
+        inside = np.clip(zeta, *self.ground_box[0])
+        log = self.modulus_std * np.sinh(t * inside) / t
+        slope = self.modulus_std * np.cosh(t * inside)
+        return np.exp(log), np.exp(log) * slope
+
+    def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
+        """Readings at ζ, shape (n,)."""
+        change = self.base.copy()
+        for _, emulator, own in self.parts(subset):
+            change = change + emulator.columns @ emulator.at(zeta[None, own])[0]
+        c, _ = self.factor(zeta[0])
+        return np.asarray(np.where(self.scaled, c, 1.0) * change)
