@@ -43,12 +43,14 @@ class Prior:
         spread: standard deviation, in the same unit; for a list, of each entry.
         source: where it comes from; it says so if it is an engineering guess.
         positive: whether it is log-normal instead of normal.
+        least: smallest magnitude, where values nearer to 0 are not allowed.
     """
 
     mean: float
     spread: float
     source: str
     positive: bool = False
+    least: float = 0.0
 
     @property
     def _sigma(self) -> float:
@@ -58,7 +60,8 @@ class Prior:
     def at(self, zeta: float) -> float:
         """Value at a standard normal number ζ."""
         if not self.positive:
-            return self.mean + self.spread * zeta
+            value = self.mean + self.spread * zeta
+            return value if abs(value) >= self.least else math.copysign(self.least, value)
         return self.mean * math.exp(self._sigma * zeta - self._sigma**2 / 2)
 
     def zeta(self, value: float) -> float:

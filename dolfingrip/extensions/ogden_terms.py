@@ -9,7 +9,7 @@ from ufl.core.expr import Expr
 
 from dolfingrip.extensions.effect import Effect, Prior, StrainEnergy
 from dolfingrip.forms import ogden_terms
-from dolfingrip.sections.laws.ogden import check_terms
+from dolfingrip.sections.laws.ogden import ALPHA, check_terms
 
 if TYPE_CHECKING:
     from dolfingrip.extensions.site import Site
@@ -37,7 +37,7 @@ class OgdenTerms(Effect):
     mu_MPa: Annotated[Terms, Prior(0.2, 0.2, "engineering guess")] = Field(
         (0.2,), description="shear modulus of each term; of either sign"
     )
-    alpha: Annotated[Terms, Prior(-3.0, 1.5, "engineering guess")] = Field(
+    alpha: Annotated[Terms, Prior(-3.0, 1.5, "engineering guess", least=ALPHA[0])] = Field(
         (-3.0,), description="exponent of the stretches of each term; not 0"
     )
 
