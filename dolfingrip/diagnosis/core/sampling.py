@@ -80,8 +80,10 @@ def drawn(
         steady = abs(found.log_integral - before) < POLICY.steady
         if found.effective >= POLICY.effective and (steady or found.effective > len(log) / 2):
             return found
-        before = found.log_integral
-        tempered = _tempered(log, 2 * len(mode) + 2)
+        before, least = found.log_integral, 2 * len(mode) + 2
+        if np.isfinite(log).sum() < least:  # nearly all are where the density is 0
+            continue
+        tempered = _tempered(log, least)
         middle = tempered @ places
         spread = np.cov(places.T, aweights=tempered, ddof=0).reshape(spread.shape)
     return found if found.effective >= POLICY.effective / 2 else None
@@ -89,13 +91,15 @@ def drawn(
 
 def _tempered(log: np.ndarray, least: int) -> np.ndarray:
     """Weights raised to the largest power up to 1 by which so many draws count."""
+    inside = np.isfinite(log)
+    log = np.where(inside, log - log.max(), 0.0)  # a power of 0 leaves −∞ undefined
     low, high = 0.0, 1.0
     for _ in range(20):
         power = 0.5 * (low + high)
-        weights = np.exp(power * (log - log.max()))
+        weights = inside * np.exp(power * log)
         enough = weights.sum() ** 2 / (weights**2).sum() >= least
         low, high = (power, high) if enough else (low, power)
-    weights = np.exp(low * (log - log.max()))
+    weights = inside * np.exp(low * log)
     return np.asarray(weights / weights.sum())
 
 

@@ -138,6 +138,20 @@ def test_draws_follow_a_curved_ridge() -> None:
     assert found.weights @ found.places[:, 1] == pytest.approx(1.0, abs=0.25)
 
 
+@pytest.mark.parametrize("width", [0.3, 0.2, 0.15, 0.01])
+def test_draws_of_a_density_in_a_corner(width: float) -> None:
+    """Few draws are where a box of density 1/width² is, or none: its integral is 1 if they tell."""
+
+    def log_density(at: np.ndarray) -> np.ndarray:
+        inside = ((at >= 0) & (at <= width)).all(axis=1)
+        return np.where(inside, -2 * np.log(width), -np.inf)
+
+    print("seed", SEED)
+    found = sampling.drawn(log_density, np.zeros(2), np.eye(2), np.random.default_rng(SEED))
+    assert found is None or found.log_integral == pytest.approx(0.0, abs=0.2)
+    assert found is not None or width < 0.1
+
+
 def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
     """Five standard deviations off, it is the cause itself, and no effect is named for it."""
     own = case(1.6 * drawn(), WAVES)
