@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.emulator import Emulator
-from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
 """Names of causes, in the order of the case."""
@@ -112,11 +112,10 @@ class Case:
 
     def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """c and dc/dζ; far from 1 it loses less probability than a normal logarithm would."""
-        t = POLICY.tail
         # draws go where no fit does
         inside = np.clip(zeta, *self.ground_box[0])
-        log = self.modulus_std * np.sinh(t * inside) / t
-        slope = self.modulus_std * np.cosh(t * inside)
+        log = self.modulus_std * tails.off(inside)
+        slope = self.modulus_std * tails.rate(inside)
         return np.exp(log), np.exp(log) * slope
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:

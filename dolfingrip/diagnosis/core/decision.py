@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior
@@ -128,8 +129,7 @@ def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
     The probability is that of a prior as wide as that of the rig's numbers.
     """
     fit, case = posterior.best(NONE, level=0.0), posterior.case
-    t = POLICY.tail
-    off = np.abs(np.sinh(t * fit.zeta[: case.own]) / t)
+    off = np.abs(tails.off(fit.zeta[: case.own]))
     place = int(np.argmax(off))
     if off[place] < POLICY.visible_sigma:  # as an effect of which so little is seen
         return 0.0, _grounds(case)[place]

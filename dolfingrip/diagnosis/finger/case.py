@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.emulator import Mended
 from dolfingrip.diagnosis.core.evidence import Fit
@@ -22,7 +23,6 @@ from dolfingrip.diagnosis.finger.first_pass import (
     without_its_end,
 )
 from dolfingrip.diagnosis.finger.model import (
-    far,
     fitted_moduli,
     fitted_walls,
     model_case,
@@ -69,7 +69,7 @@ class FingerCase:
 
     def walls(self, zeta: float | np.ndarray) -> np.ndarray:
         """Thickness of the walls by that configured."""
-        return np.asarray(1 + self.wall_std * far(zeta))
+        return np.asarray(1 + self.wall_std * tails.off(zeta))
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """The configuration at a fit's numbers, as with ``--set``."""

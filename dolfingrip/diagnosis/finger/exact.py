@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from dolfingrip.config import ConfigError
+from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.unknowns import FAR
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 
@@ -67,7 +67,7 @@ def simulated(
     slopes[:, 0] = by_log * float(dc / c)
     if finger.wall_std:
         key, wall_mm = finger.wall()
-        rate = float(np.cosh(POLICY.tail * fit.zeta[1]))
+        rate = float(tails.rate(fit.zeta[1]))
         slopes[:, 1] = run.slopes.get(key, none) * wall_mm * finger.wall_std * rate
     return run.readings, slopes
 

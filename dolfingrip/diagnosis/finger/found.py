@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.coupon.found import (
     CouponDiagnosis,
@@ -18,7 +19,6 @@ from dolfingrip.diagnosis.coupon.found import (
 )
 from dolfingrip.diagnosis.coupon.found import fitted as fitted_readings
 from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
-from dolfingrip.diagnosis.finger.model import far
 from dolfingrip.diagnosis.outcome import Parameter
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
@@ -59,7 +59,7 @@ class FingerDiagnosis(CouponDiagnosis):
         case = self.coupons.case
         found = {"modulus": float(np.log(case.factor(fit.zeta[0])[0]) / case.modulus_std)}
         if self.coupons.wall_std:
-            found[WALL] = float(far(fit.zeta[1]))
+            found[WALL] = float(tails.off(fit.zeta[1]))
         return found | self.coupons.nuisances(fit)
 
     def rig(self, fit: Fit) -> list[OfTheRig]:

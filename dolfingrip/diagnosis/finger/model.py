@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from dolfingrip.diagnosis.core import discrepancy
+from dolfingrip.diagnosis.core import discrepancy, tails
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.evidence import Level
@@ -17,16 +17,6 @@ from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.walls import PART
-
-
-def far(zeta: float | np.ndarray) -> np.ndarray:
-    """Standard deviations that the walls are off by; far out they lose less than a normal one."""
-    return np.asarray(np.sinh(POLICY.tail * np.asarray(zeta)) / POLICY.tail)
-
-
-def near(off: np.ndarray) -> np.ndarray:
-    """ζ of so many standard deviations."""
-    return np.asarray(np.arcsinh(POLICY.tail * off) / POLICY.tail)
 
 
 def wall_std(simulation: FingerSimulation) -> float:
@@ -45,7 +35,7 @@ def model_case(simulation: FingerSimulation, off: CouponErrors) -> Case:
     free = same_material(measurement, simulation.config) and std > 0
     std = std if free else 1e-6
     ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
-    box = near(ends / std)[None] if free else np.array([[-1.0, 1.0]])
+    box = tails.zeta_of(ends / std)[None] if free else np.array([[-1.0, 1.0]])
     case = Case(
         listed["value"].to_numpy(), simulation.base.readings, np.zeros(n, bool), std, {},
         off.covariance, discrepancy.kernel(off.along), {}, ground_box=box,
@@ -63,16 +53,16 @@ def model_case(simulation: FingerSimulation, off: CouponErrors) -> Case:
                 for w in walls]  # fmt: skip
         values.append([np.nan_to_num(each - simulation.base.readings) for each in told])
     told_values = np.array(values)
-    zeta = near(walls / spread)[:, None] if spread else np.zeros((1, 0))
+    zeta = tails.zeta_of(walls / spread)[:, None] if spread else np.zeros((1, 0))
     slopes = np.zeros((len(nodes), len(zeta), zeta.shape[1], n))
     if spread:
         slopes[:] = np.nan
-    own = [Coordinate(far, amplitude=False)] if spread else []
+    own = [Coordinate(tails.off, amplitude=False)] if spread else []
     every = Simulations(zeta, told_values, slopes, nodes)
     takes = tuple(range(1 + len(own)))
     ground = trained_on(every, own, off.noise, takes, exact=True)
     if spread:
-        end = float(near(np.array(POLICY.walls_reach)))
+        end = float(tails.zeta_of(np.array(POLICY.walls_reach)))
         box = np.vstack([box, [[-end, end]]])
     names = (("modulus",), (WALLS,))[: len(box)]
     return replace(case, ground=ground, ground_box=box, ground_names=names)
@@ -102,7 +92,7 @@ def fitted_walls(plain: Case, spread: float) -> float:
         plain: the model without causes.
         spread: relative standard deviation of the walls.
     """
-    walls = 1 + spread * float(far(_fitted(plain)[1]))
+    walls = 1 + spread * float(tails.off(_fitted(plain)[1]))
     step = PART / 2
     return float(np.round(step * np.round(walls / step), 9))
 
