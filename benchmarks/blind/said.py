@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.case import Case, Hidden
+from dolfingrip.diagnosis.answer.found import Diagnosis
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.search import Posterior
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 
 COLUMNS = (
     "protocol", "kind", "number", "wide", "hidden", "outsider", "outsider_strength", "sigma",
@@ -38,8 +38,8 @@ class Bench[C]:
     """
 
     drawn: Callable[[str, str, int], C]
-    diagnosed: Callable[[C], CouponDiagnosis]
-    exact: Callable[[C, CouponDiagnosis], Decision | None] = lambda case, found: None
+    diagnosed: Callable[[C], Diagnosis]
+    exact: Callable[[C, Diagnosis], Decision | None] = lambda case, found: None
 
 
 def grow[T: Hidden](
@@ -102,9 +102,9 @@ def left_by_one(posterior: Posterior) -> float:
     return float(np.sqrt(max(min(fit.misfit for fit in alone) - n, 0.0)))
 
 
-def _ranks[T: Hidden](case: Case[T], found: CouponDiagnosis) -> dict[str, str]:
+def _ranks[T: Hidden](case: Case[T], found: Diagnosis) -> dict[str, str]:
     """Rank of the true numbers among draws of the hypothesis that is true."""
-    posterior, model = found.posterior, found.coupons.case
+    posterior, model = found.posterior, found.analysed.case
     fits = [
         (p, fit)
         for p, fit in zip(posterior.probability, posterior.fits, strict=True)

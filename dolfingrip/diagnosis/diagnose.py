@@ -12,8 +12,8 @@ from pathlib import Path
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import selection
+from dolfingrip.diagnosis.answer.found import Diagnosis
 from dolfingrip.diagnosis.coupon.diagnose import diagnose_coupons
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.coupon.simulation import in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -50,9 +50,7 @@ class Settings:
     progress: Progress = silent
 
 
-def diagnose(
-    files: Sequence[Path], config: Config, out: Path, settings: Settings
-) -> CouponDiagnosis:
+def diagnose(files: Sequence[Path], config: Config, out: Path, settings: Settings) -> Diagnosis:
     """Find out what the simulation gets wrong about measured data, and why.
 
     Args:
@@ -84,7 +82,7 @@ def diagnose(
 
 def judged(
     measurement: Measurement, config: Config, workers: Workers, settings: Settings
-) -> CouponDiagnosis:
+) -> Diagnosis:
     """The same for readings that are there, with workers of the caller's."""
     if in_closed_form(measurement, config):
         return diagnose_coupons(
@@ -95,7 +93,7 @@ def judged(
     )
 
 
-def _compare_downstream(found: CouponDiagnosis, folder: Path, out: Path, workers: Workers) -> None:
+def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:
     try:
         with workers.pool() as pool:
             found.downstream = compare(folder, found.config, found.extended, out, pool)

@@ -9,8 +9,8 @@ from typing import Any
 
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import page
-from dolfingrip.diagnosis.coupon import results
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
+from dolfingrip.diagnosis.answer import results
+from dolfingrip.diagnosis.answer.found import Diagnosis
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Written:
     pictures: dict[str, Any]
 
 
-def write(found: CouponDiagnosis, data: Sequence[Path], out: Path) -> Written:
+def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     """Write all files but the pictures into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
     try:

@@ -91,9 +91,9 @@ def of_a_diagnosis(file: Path, out: Path) -> None:
     measurement = selected(read([file]), Config())[0]
     settings = Settings(effects=("bulk_modulus", "ogden_terms"))
     found = judged(measurement, Config(), Here(out / "simulations"), settings)
-    mine = (found.coupons.simulation.measurement.listed()["column"] == NAME).to_numpy()
-    assert np.isfinite(found.coupons.case.base[mine]).all()
-    np.testing.assert_allclose(found.coupons.errors.noise[mine], 0.006, rtol=0.5)
+    mine = (found.analysed.simulation.measurement.listed()["column"] == NAME).to_numpy()
+    assert np.isfinite(found.analysed.case.base[mine]).all()
+    np.testing.assert_allclose(found.analysed.errors.noise[mine], 0.006, rtol=0.5)
     print(found.decision)
     assert found.decision.first == ("bulk_modulus",)
     drawn = pictures.draw(write_diagnosis(found, [file], out).pictures, out)

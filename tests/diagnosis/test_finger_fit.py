@@ -10,8 +10,9 @@ from diagnosis import hidden_bending
 from diagnosis.simulation.here import Here
 
 from dolfingrip import config as configuration
+from dolfingrip.diagnosis.answer.found import fitted
 from dolfingrip.diagnosis.cautions import MESH_UNKNOWN
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, fitted
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.outcome import DiagnosisFile
@@ -48,8 +49,8 @@ def test_hidden_softening_is_found_at_its_strength(softened: CouponDiagnosis) ->
     wide = strength.high - strength.low
     assert strength.low - 0.5 * wide < HIDDEN_MPa < strength.high + 0.5 * wide
     assert wide < HIDDEN_MPa
-    left = softened.coupons.case.value - fitted(softened.coupons, fit)
-    assert np.abs(left / softened.coupons.errors.noise).max() == pytest.approx(0, abs=3.5)
+    left = softened.analysed.case.value - fitted(softened.analysed, fit)
+    assert np.abs(left / softened.analysed.errors.noise).max() == pytest.approx(0, abs=3.5)
 
 
 def test_what_is_written_is_what_was_fitted(softened: CouponDiagnosis, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from diagnosis.simulation.here import Here
 from experiments import small
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.coupon.found import fitted
+from dolfingrip.diagnosis.answer.found import fitted
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
@@ -139,8 +139,8 @@ def test_a_fit_finds_the_walls(base: BaseSimulation, store: Path, tmp_path: Path
     modulus_MPa, wall_mm = numbers["material.mu_MPa"], numbers["finger.wall_mm"]
     assert wall_mm.low < 0.92 * finger().finger.wall_mm < wall_mm.high
     assert modulus_MPa.low < 0.9 * finger().material.mu_MPa < modulus_MPa.high
-    left = found.coupons.case.value - fitted(found.coupons, found.decision.best)
-    assert np.abs(left / found.coupons.errors.noise).max() < 1.0
+    left = found.analysed.case.value - fitted(found.analysed, found.decision.best)
+    assert np.abs(left / found.analysed.errors.noise).max() < 1.0
     # both are in what is delivered
     assert found.extended.finger.wall_mm == pytest.approx(wall_mm.value)
     assert found.extended.material.mu_MPa == pytest.approx(modulus_MPa.value)
@@ -166,7 +166,7 @@ def test_walls_far_from_those_configured_are_simulated(
     true = with_walls(base.measurement, store, 1.2, 0.9)
     measured = written_with(tmp_path, true)
     found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
-    assert found.coupons.simulation.walls.known.keys() >= {0.9, 1.0, 1.1, 1.2}
+    assert found.analysed.simulation.walls.known.keys() >= {0.9, 1.0, 1.1, 1.2}
     assert (found.decision.answer, found.decision.first) == ("cause", ("wall_offset",))
     numbers = {each.key: each for each in found.numbers(found.decision.best)}
     print(numbers)

@@ -87,7 +87,7 @@ def columns(proposal: Proposal) -> set[str]:
 
 def test_additions_with_a_camera(tied: CouponDiagnosis, tmp_path: Path) -> None:
     """Where there is none yet it takes its minutes; where there is one it goes on seeing."""
-    found = by_name(tied.coupons.simulation.measurement)
+    found = by_name(tied.analysed.simulation.measurement)
     seen = {name: each for name, each in found.items() if each.kind == "coupon_width"}
     assert len(seen) == 3
     for name, each in seen.items():

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from benchmarks.blind.case import stiffened
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
+from dolfingrip.diagnosis import selection
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.parameter import scaled
 
@@ -47,6 +48,11 @@ class Protocol:
     travel_mm: np.ndarray
     cycle: np.ndarray
     branch: np.ndarray
+
+    @property
+    def read(self) -> np.ndarray:
+        """Rows at which the force is read: not in the toe, as the default command has it."""
+        return self.travel_mm >= selection.TOE * GAUGE_mm
 
 
 def _protocol(name: str, specimens: int, ramps: list[tuple[float, float, int, float]]) -> Protocol:
@@ -200,7 +206,7 @@ def configured() -> Config:
 
 
 def measured(protocol: Protocol, truth: Truth, rng: np.random.Generator) -> list[np.ndarray]:
-    """Forces (N) of each specimen."""
+    """Forces (N) of each specimen, at the rows that are read."""
     base = configured()
     config = base.overridden(
         [*scaled(base, truth.modulus), *stiffened(truth.causes, truth.modulus)]
@@ -228,7 +234,7 @@ def measured(protocol: Protocol, truth: Truth, rng: np.random.Generator) -> list
             pull.force_N = pull.force_N + SHAPE * size * _smooth(protocol, rng)
             pull.force_N = pull.force_N + slope * NOISE_mm * rng.standard_normal(len(slope))
             pull.force_N = pull.force_N + NOISE_N * rng.standard_normal(len(slope))
-        found.append(pull.force_N)
+        found.append(pull.force_N[protocol.read])
     return found
 
 
@@ -268,9 +274,11 @@ def write(protocol: Protocol, forces: list[np.ndarray], folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     lines = ["experiment,specimen,cycle,branch,time_s,displacement_mm,force_N"]
     for number, force in enumerate(forces):
-        rows = zip(protocol.cycle, protocol.branch, protocol.time_s, protocol.travel_mm, force,
+        shown = np.full(len(protocol.read), "", dtype=object)
+        shown[protocol.read] = [f"{each:.5f}" for each in force]
+        rows = zip(protocol.cycle, protocol.branch, protocol.time_s, protocol.travel_mm, shown,
                    strict=True)  # fmt: skip
-        lines += [f"coupon,S{number + 1},{c},{b},{t:.3f},{x:.4f},{f:.5f}" for c, b, t, x, f in rows]
+        lines += [f"coupon,S{number + 1},{c},{b},{t:.3f},{x:.4f},{f}" for c, b, t, x, f in rows]
     file = folder / f"{protocol.name}.csv"
     file.write_text("\n".join(lines) + "\n", encoding="utf-8")
     file.with_suffix(".toml").write_text(TOLD, encoding="utf-8")

@@ -38,8 +38,8 @@ def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> CouponDiagnosis
 
 def exact(bench: Bench, case: Case[Truth], found: CouponDiagnosis) -> Decision:
     """The answer under the true covariance, and without a discrepancy, which is not there."""
-    model, off = found.coupons.case, found.coupons.errors
-    listed = found.coupons.simulation.measurement.listed()
+    model, off = found.analysed.case, found.analysed.errors
+    listed = found.analysed.simulation.measurement.listed()
     specimen = listed["specimen"].to_numpy()
     same = specimen[:, None] == specimen
     signal = off.signal

@@ -9,13 +9,14 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause, causes
 from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.coupon.covariance import CouponErrors, errors
+from dolfingrip.diagnosis.coupon.covariance import errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
@@ -38,9 +39,14 @@ class CouponCase:
 
     case: Case
     causes: dict[str, Cause]
-    errors: CouponErrors
+    errors: Errors
     simulation: CouponSimulation
     unseen: tuple[str, ...]
+
+    @property
+    def measurement(self) -> Measurement:
+        """The readings, and how they were taken."""
+        return self.simulation.measurement
 
     def exact(self, fit: Fit) -> np.ndarray:
         """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
@@ -158,7 +164,7 @@ def _beyond(coupons: CouponCase, effects: Subset, box: np.ndarray, part: float =
     return trained(zeta[solved], together[solved], coupons.errors.noise, box)
 
 
-def _emulated(simulation: CouponSimulation, cause: Cause, off: CouponErrors) -> Emulator | None:
+def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:
     """The emulator of a cause; None where no reading feels it."""
     box = cause.box()
     count = POLICY.training[min(len(box), len(POLICY.training)) - 1]

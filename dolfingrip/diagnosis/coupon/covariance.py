@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import pandas as pd
 import scipy.linalg
 
 from dolfingrip.channels import DISPLACEMENT
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Scatter, Shared
 from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
@@ -20,71 +19,8 @@ from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
 from dolfingrip.parameter import named
 
-SLACK: Final = "coupon_slack_mm"
 
-
-@dataclass(frozen=True, eq=False)
-class Scatter:
-    """How far the specimens differ from one another.
-
-    Attributes:
-        scale: relative standard deviation of their stiffness.
-        told_scale: as the laboratory told, or usual.
-        shape: individual deviation, by the root mean square of a channel.
-        estimated: whether the readings of several specimens tell these.
-    """
-
-    scale: float
-    told_scale: float
-    shape: float
-    estimated: bool
-
-
-@dataclass(frozen=True, eq=False)
-class Shared:
-    """A number of the rig that all coupons share, known to a standard deviation.
-
-    Attributes:
-        name: as the laboratory tells it.
-        unit: of the number.
-        std: told, or usual, in that unit.
-        change: of the readings by one standard deviation, shape (n,).
-    """
-
-    name: str
-    unit: str
-    std: float
-    change: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class CouponErrors:
-    """Everything but causes that readings of coupons differ by.
-
-    Attributes:
-        covariance: shape (n, n).
-        noise: of instruments and gauge, standard deviations, shape (n,).
-        along: where the readings lie, for a discrepancy that all specimens share.
-        signal: a smooth curve through the readings, shape (n,).
-        shared: what the coupons share of the rig.
-        fitted: covariance of what a fit gives the rig and each coupon: slack, stiffness; (n, n).
-        scatter: of the specimens.
-        sentences: where the noise comes from.
-        guessed: whether the noise is a guess.
-    """
-
-    covariance: np.ndarray
-    noise: np.ndarray
-    along: Along
-    signal: np.ndarray
-    shared: tuple[Shared, ...]
-    fitted: np.ndarray
-    scatter: Scatter
-    sentences: tuple[str, ...]
-    guessed: bool
-
-
-def errors(simulation: CouponSimulation) -> CouponErrors:
+def errors(simulation: CouponSimulation) -> Errors:
     """The covariance of a measurement's coupons."""
     measurement = simulation.measurement
     listed = measurement.listed()
@@ -117,7 +53,7 @@ def errors(simulation: CouponSimulation) -> CouponErrors:
     stiff = scatter.scale * signal
     fitted = fitted + np.outer(stiff, stiff) * (specimen[:, None] == specimen)
     guessed = any("guess" in sentence for sentence in told.sentences)
-    return CouponErrors(
+    return Errors(
         covariance + apart, noise, along, signal, shared, fitted, scatter, told.sentences, guessed
     )
 
@@ -233,9 +169,11 @@ def between(
 ) -> tuple[Scatter, np.ndarray]:
     """What one specimen differs from another by: its stiffness, and its own smooth deviation.
 
-    Of several specimens the sizes are those that make their differences most probable: a curve that
-    all have in common is taken out first (restricted likelihood; Patterson & Thompson, Biometrika
-    58, 1971), so that no hypothesis about it matters.
+    Of several specimens their differences tell both: a curve that all have in common is taken out
+    first (restricted likelihood; Patterson & Thompson, Biometrika 58, 1971), so that no hypothesis
+    about it matters. The stiffness' size is the most probable. The shape's variance is the expected
+    one: of few specimens the most probable is often 0, and what two have in common by chance would
+    be taken for a cause.
     """
     listed = measurement.listed()
     specimen = listed["specimen"].to_numpy()
@@ -251,15 +189,24 @@ def between(
             POLICY.single_shape**2 * shape,
         )
     common = _common(listed, along)
-    found: tuple[float, float, float] | None = None
-    for factor in POLICY.specimen_scales:
-        for level in POLICY.specimen_shapes:
-            total = covariance + (factor * told) ** 2 * stiff + level**2 * shape
-            likelihood = _restricted(total, common, listed["value"].to_numpy())
-            if found is None or likelihood > found[0] + 0.5:
-                found = likelihood, factor * told, level
-    assert found is not None
-    _, scale, level = found
+    levels = np.array(POLICY.specimen_shapes)
+    likelihood = np.array([
+        [
+            _restricted(
+                covariance + (factor * told) ** 2 * stiff + level**2 * shape, common,
+                listed["value"].to_numpy(),
+            )
+            for level in levels
+        ]
+        for factor in POLICY.specimen_scales
+    ])  # fmt: skip
+    best = 0
+    for number, of in enumerate(likelihood.max(axis=1)):
+        if of > likelihood[best].max() + 0.5:
+            best = number
+    scale = POLICY.specimen_scales[best] * told
+    weights = np.exp(likelihood[best] - likelihood[best].max())
+    level = float(np.sqrt(weights @ levels**2 / weights.sum()))
     return (
         Scatter(scale, told, level, estimated=True), scale**2 * stiff + level**2 * shape,
     )  # fmt: skip

@@ -8,13 +8,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.core.case import Subset
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior, pairs_above, search, searched_again
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case, refined, with_pairs
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, exact
-from dolfingrip.diagnosis.coupon.gain import held_out
+from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.coupon.next_experiment import next_experiments
 from dolfingrip.diagnosis.coupon.simulation import Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -73,7 +73,7 @@ def diagnose_coupons(
     if quick or decision.answer != "cause":
         return found
     say("measuring the gain on readings that are left out")
-    found.held_out = held_out(coupons, posterior, exact)
+    found.held_out = held_out(coupons, posterior)
     say("looking for the next experiment")
     found.next = next_experiments(coupons, posterior, decision)
     return found
@@ -82,7 +82,7 @@ def diagnose_coupons(
 def _left(coupons: CouponCase, fit: Fit) -> float:
     """Largest difference between emulator and exact simulation at a fit, by the noise."""
     told = coupons.case.predicted(fit.subset, fit.zeta)
-    return float(np.abs((exact(coupons, fit) - told) / coupons.errors.noise).max())
+    return float(np.abs((coupons.exact(fit) - told) / coupons.errors.noise).max())
 
 
 def _far_off(coupons: CouponCase, posterior: Posterior) -> list[Fit]:
@@ -104,7 +104,7 @@ def _far_off(coupons: CouponCase, posterior: Posterior) -> list[Fit]:
 
 
 def _cautions(found: CouponDiagnosis) -> list[str]:
-    scatter = found.coupons.errors.scatter
+    scatter = found.analysed.errors.scatter
     told = []
     if scatter.estimated and scatter.scale > 1.5 * scatter.told_scale:
         told.append(

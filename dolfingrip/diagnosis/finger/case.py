@@ -9,12 +9,12 @@ import numpy as np
 import scipy.linalg
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.errors import Errors, Shared
 from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.emulator import Mended
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.coupon.covariance import CouponErrors, Shared
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.errors import errors
 from dolfingrip.diagnosis.finger.first_pass import (
@@ -57,11 +57,16 @@ class FingerCase:
 
     case: Case
     causes: dict[str, Cause]
-    errors: CouponErrors
+    errors: Errors
     simulation: FingerSimulation
     unseen: tuple[str, ...]
     failed: dict[str, str]
     wall_std: float
+
+    @property
+    def measurement(self) -> Measurement:
+        """The readings, and how they were taken."""
+        return self.simulation.measurement
 
     def factor(self, fit: Fit) -> float:
         """Of all moduli, by those configured."""
@@ -240,7 +245,7 @@ def finger_case(
 
 def _model(
     measurement: Measurement, config: Config, workers: Workers, say: Callable[[str], None]
-) -> tuple[FingerSimulation, CouponErrors, Case]:
+) -> tuple[FingerSimulation, Errors, Case]:
     """The model without causes, simulated where its moduli and walls follow the readings."""
     rough, configured = first_pass(measurement, config, workers, say)
     for _ in range(POLICY.passes):

@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
+from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.cautions import MESH_UNKNOWN, not_reached
 from dolfingrip.diagnosis.core.case import Subset
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior, search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
-from dolfingrip.diagnosis.coupon.gain import held_out
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.finger.case import FingerCase, finger_case
@@ -65,14 +65,10 @@ def diagnose_fingers(
     if quick or decision.answer != "cause":
         return found
     say("measuring the gain on readings that are left out")
-    found.held_out = held_out(finger, posterior, _predicted)  # type: ignore[arg-type]
+    found.held_out = held_out(finger, posterior)
     found.next, failed = next_experiments(finger, posterior, decision, say)
     found.warnings += failed
     return found
-
-
-def _predicted(finger: FingerCase, fit: Fit) -> np.ndarray:
-    return finger.case.predicted(fit.subset, fit.zeta)
 
 
 def verified(
@@ -150,7 +146,7 @@ def _leading(posterior: Posterior, known: set[Subset]) -> Fit:
 
 def _cautions(found: FingerDiagnosis) -> list[str]:
     told = []
-    finger = found.coupons
+    finger = found.analysed
     if not finger.simulation.base.mesh.size:
         told.append(MESH_UNKNOWN)
     told += [f"{name} could not be tried: {why}" for name, why in finger.failed.items()]

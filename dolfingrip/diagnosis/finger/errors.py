@@ -8,7 +8,7 @@ from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.coupon.covariance import (
     SLACK,
-    CouponErrors,
+    Errors,
     Scatter,
     Shared,
     between,
@@ -26,7 +26,7 @@ FITTED = ("modulus",)
 """Nuisances that every hypothesis fits."""
 
 
-def errors(simulation: FingerSimulation) -> CouponErrors:
+def errors(simulation: FingerSimulation) -> Errors:
     """The covariance of a finger's readings, and of coupons beside it."""
     measurement, base = simulation.measurement, simulation.base
     listed = measurement.listed()
@@ -61,7 +61,7 @@ def errors(simulation: FingerSimulation) -> CouponErrors:
         coupon = (listed["experiment"] == "coupon").to_numpy()
         more = POLICY.single_shape**2 * discrepancy.kernel(along) * np.outer(coupon, coupon)
     guessed = any("guess" in sentence for sentence in told.sentences)
-    return CouponErrors(
+    return Errors(
         covariance + more,
         noise,
         along,

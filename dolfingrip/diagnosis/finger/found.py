@@ -8,16 +8,16 @@ from typing import ClassVar
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core import tails
-from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.coupon.found import (
-    CouponDiagnosis,
+from dolfingrip.diagnosis.answer.found import (
+    Diagnosis,
     OfTheRig,
     by_hessian,
     estimated,
     times,
 )
-from dolfingrip.diagnosis.coupon.found import fitted as fitted_readings
+from dolfingrip.diagnosis.answer.found import fitted as fitted_readings
+from dolfingrip.diagnosis.core import tails
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
 from dolfingrip.diagnosis.outcome import Parameter
 from dolfingrip.diagnosis.policy import POLICY
@@ -26,47 +26,47 @@ from dolfingrip.parameter import find, moduli
 
 
 @dataclass(eq=False)
-class FingerDiagnosis(CouponDiagnosis):
+class FingerDiagnosis(Diagnosis):
     """Everything that was found about fingers, and coupons beside them."""
 
-    coupons: FingerCase  # type: ignore[assignment]
+    analysed: FingerCase
 
     load: ClassVar[str] = "pressure"
     beside: ClassVar[str] = "what else the rig may be off by"
 
     def configured(self) -> dict[str, float]:
-        applied = self.coupons.simulation.applied
+        applied = self.analysed.simulation.applied
         keys = [key for key in moduli(applied) if "bulk" not in key]
         found = {each.key: each.value(applied) for each in find(applied, keys)}
-        if self.coupons.wall_std:
-            key, wall_mm = self.coupons.wall()
+        if self.analysed.wall_std:
+            key, wall_mm = self.analysed.wall()
             found[key] = wall_mm
         return found
 
     def fitted(self, fit: Fit) -> str:
         sigma = abs(self.nuisances(fit)["modulus"])
-        told = f"A modulus {times(self.coupons.factor(fit))} the configured one"
+        told = f"A modulus {times(self.analysed.factor(fit))} the configured one"
         if sigma > POLICY.far_sigma:
-            std = 100 * self.coupons.case.modulus_std
+            std = 100 * self.analysed.case.modulus_std
             told += f" (±{std:.2g} % was told: {sigma:.1f} standard deviations)"
-        if not self.coupons.wall_std:
+        if not self.analysed.wall_std:
             return f"{told} is fitted."
-        walls = 100 * (float(self.coupons.walls(fit.zeta[1])) - 1)
+        walls = 100 * (float(self.analysed.walls(fit.zeta[1])) - 1)
         way = "thicker" if walls > 0 else "thinner"
         return f"{told} and walls {abs(walls):.2g} % {way} than configured are fitted."
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
-        case = self.coupons.case
+        case = self.analysed.case
         found = {"modulus": float(np.log(case.factor(fit.zeta[0])[0]) / case.modulus_std)}
-        if self.coupons.wall_std:
+        if self.analysed.wall_std:
             found[WALL] = float(tails.off(fit.zeta[1]))
-        return found | self.coupons.nuisances(fit)
+        return found | self.analysed.nuisances(fit)
 
     def rig(self, fit: Fit) -> list[OfTheRig]:
         """Gain, zero, gap and others that are told; a cause's number is told as one."""
-        fitted = self.coupons.nuisances(fit)
+        fitted = self.analysed.nuisances(fit)
         found = []
-        for each in self.coupons.errors.shared:
+        for each in self.analysed.errors.shared:
             if not each.std or each.name.startswith("specimen_scale"):
                 continue
             size, unit = (1.0, each.unit) if each.unit else (100.0, "%")
@@ -76,12 +76,15 @@ class FingerDiagnosis(CouponDiagnosis):
         return found
 
     def as_configured(self) -> np.ndarray:
-        return self.coupons.simulation.configured
+        return self.analysed.simulation.configured
 
     def with_best_modulus(self) -> np.ndarray:
-        return fitted_readings(self.coupons, self.none)  # type: ignore[arg-type]
+        return fitted_readings(self.analysed, self.none)
 
-    def afterwards(self) -> str | None:
+    def hidden(self) -> str:
+        return ", ".join(self.analysed.unseen) or "nothing of the catalogue is hidden"
+
+    def afterwards(self) -> str:
         if self.decision.answer == "unknown":
             return "another channel, unloading, or a coupon: they would tell what kind it is of"
         if self.decision.answer == "none":
@@ -90,7 +93,7 @@ class FingerDiagnosis(CouponDiagnosis):
 
     def numbers(self, fit: Fit) -> list[Parameter]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
-        finger, case = self.coupons, self.coupons.case
+        finger, case = self.analysed, self.analysed.case
         draws, weights = fit.draws or by_hessian(fit)
         draws = np.vstack([fit.zeta, draws])
         weights = np.r_[0.0, weights]
@@ -117,11 +120,11 @@ class FingerDiagnosis(CouponDiagnosis):
     @property
     def extended(self) -> Config:
         """The finger as it was drawn for the tests, at the answer's numbers; no set-up."""
-        told = self.coupons.simulation.measurement.tests[0].setup.sections
+        told = self.analysed.simulation.measurement.tests[0].setup.sections
         drawn = {name: told[name] for name in DRAWN if name in told}
         config = self.config.changed(**drawn) if drawn else self.config
         return config.overridden(self.overrides(self.decision.best))
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """What makes the configuration the fitted one, as with ``--set``."""
-        return (*self.coupons.overrides(fit), *self.coupons.own_overrides(fit))
+        return (*self.analysed.overrides(fit), *self.analysed.own_overrides(fit))

@@ -11,7 +11,7 @@ from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.evidence import Level
 from dolfingrip.diagnosis.core.search import NONE, levels
-from dolfingrip.diagnosis.coupon.covariance import CouponErrors
+from dolfingrip.diagnosis.coupon.covariance import Errors
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import POLICY
@@ -26,7 +26,7 @@ def wall_std(simulation: FingerSimulation) -> float:
     return min(t.setup.nuisances[WALL] for t in simulation.measurement.tests)
 
 
-def model_case(simulation: FingerSimulation, off: CouponErrors) -> Case:
+def model_case(simulation: FingerSimulation, off: Errors) -> Case:
     """The case without causes, whose ground is the model at any moduli and walls."""
     measurement = simulation.measurement
     listed = measurement.listed()

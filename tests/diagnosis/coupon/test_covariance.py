@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.coupon.covariance import SLACK, CouponErrors, errors
+from dolfingrip.diagnosis.coupon.covariance import SLACK, Errors, errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.selection import selected
@@ -23,11 +23,11 @@ def simulation() -> CouponSimulation:
 
 
 @pytest.fixture(scope="module")
-def off(simulation: CouponSimulation) -> CouponErrors:
+def off(simulation: CouponSimulation) -> Errors:
     return errors(simulation)
 
 
-def test_the_slope_is_the_readings_own(simulation: CouponSimulation, off: CouponErrors) -> None:
+def test_the_slope_is_the_readings_own(simulation: CouponSimulation, off: Errors) -> None:
     """Against lines through the readings of all specimens, in windows of 2 mm.
 
     neo-Hooke, scaled to the force, is half as steep at the toe and a fifth too steep at the end.
@@ -42,14 +42,14 @@ def test_the_slope_is_the_readings_own(simulation: CouponSimulation, off: Coupon
         assert steep[near].mean() == pytest.approx(line[1], rel=0.1)
 
 
-def test_what_specimens_share_is_no_scatter(off: CouponErrors) -> None:
+def test_what_specimens_share_is_no_scatter(off: Errors) -> None:
     """Their own smooth deviations are 0.2 % of the force; a slip of the rig is in none of them."""
     assert off.scatter.estimated
     assert off.scatter.shape <= 0.004
     assert off.scatter.scale <= 0.03
 
 
-def test_a_slip_that_all_share_stays_in_the_rig(off: CouponErrors) -> None:
+def test_a_slip_that_all_share_stays_in_the_rig(off: Errors) -> None:
     """Slack of one coupon moves the others' by the part that the rig has."""
     (slack,) = (each for each in off.shared if each.name == SLACK)
     assert slack.std == pytest.approx(0.1 / np.sqrt(2))

@@ -13,10 +13,10 @@ from itertools import pairwise
 import numpy as np
 import scipy.linalg
 
+from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior, searched_again
-from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.outcome import Gain
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -73,39 +73,38 @@ class HeldOut:
 
 
 def held_out(
-    coupons: CouponCase,
+    analysed: Analysed,
     whole: Posterior,
-    exact: Callable[[CouponCase, Fit], np.ndarray],
     told: Callable[[str], None] = lambda text: None,
 ) -> HeldOut:
     """Leave out each specimen in turn, and bands and branches where there are some."""
-    listed = coupons.simulation.measurement.listed()
+    listed = analysed.measurement.listed()
     channel = listed["column"].to_numpy()
     specimen = listed["specimen"].to_numpy()
     folds = []
-    parts = list(_parts(coupons))
+    parts = list(_parts(analysed))
     for number, (kind, part) in enumerate(parts):
         told(f"left out: {kind}, {number + 1} of {len(parts)}")
-        folds.append(_fold(coupons, whole, exact, kind, part))
+        folds.append(_fold(analysed, whole, kind, part))
     errors = []
     for kind in dict.fromkeys(fold.kind for fold in folds):
         for name in dict.fromkeys(channel):
             own = [fold for fold in folds if fold.kind == kind]
-            errors.append(_error(own, kind, str(name), channel == name, coupons.case.value))
-    return HeldOut(tuple(folds), tuple(errors), _scatter(coupons, channel, specimen))
+            errors.append(_error(own, kind, str(name), channel == name, analysed.case.value))
+    return HeldOut(tuple(folds), tuple(errors), _scatter(analysed, channel, specimen))
 
 
-def _parts(coupons: CouponCase) -> Iterator[tuple[str, np.ndarray]]:
-    listed = coupons.simulation.measurement.listed()
+def _parts(analysed: Analysed) -> Iterator[tuple[str, np.ndarray]]:
+    listed = analysed.measurement.listed()
     specimen = listed["specimen"].to_numpy()
     names = list(dict.fromkeys(specimen))
     if len(names) > 1:
         for name in names:
             yield SPECIMENS, specimen == name
     else:
-        edges = np.quantile(coupons.errors.along.load, [0, 1 / 3, 2 / 3, 1])
+        edges = np.quantile(analysed.errors.along.load, [0, 1 / 3, 2 / 3, 1])
         for low, high in pairwise(edges):
-            part = (coupons.errors.along.load >= low) & (coupons.errors.along.load <= high)
+            part = (analysed.errors.along.load >= low) & (analysed.errors.along.load <= high)
             if 0 < part.sum() < len(part):
                 yield BANDS, part
     ways = (listed["cycle"].astype(str) + listed["branch"].astype(str)).to_numpy()
@@ -116,13 +115,12 @@ def _parts(coupons: CouponCase) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _fold(
-    coupons: CouponCase,
+    analysed: Analysed,
     whole: Posterior,
-    exact: Callable[[CouponCase, Fit], np.ndarray],
     kind: str,
     part: np.ndarray,
 ) -> Fold:
-    case = coupons.case
+    case = analysed.case
     rest = searched_again(case.rows(~part), whole)
     decision = decide(rest)
     chosen = decision.best
@@ -144,11 +142,11 @@ def _fold(
         factor = float(prediction[own] @ case.value[own]) / square if square > 0 else 1.0
         return np.where(own, factor, 1.0) * prediction
 
-    cause = exact(coupons, chosen) if decision.answer == "cause" else exact(coupons, plain)
+    cause = analysed.exact(chosen) if decision.answer == "cause" else analysed.exact(plain)
     return Fold(
         kind, part, chosen.subset, scale(case.base),
-        scale(conditioned(exact(coupons, plain), 0.0)),
-        scale(conditioned(exact(coupons, free), free.level)),
+        scale(conditioned(analysed.exact(plain), 0.0)),
+        scale(conditioned(analysed.exact(free), free.level)),
         scale(conditioned(cause, 0.0)), _log_odds(whole, rest),
     )  # fmt: skip
 
@@ -202,13 +200,13 @@ def _error(
     )  # fmt: skip
 
 
-def _scatter(coupons: CouponCase, channel: np.ndarray, specimen: np.ndarray) -> dict[str, float]:
+def _scatter(analysed: Analysed, channel: np.ndarray, specimen: np.ndarray) -> dict[str, float]:
     """How far each specimen is from a smooth curve through the others, its scale fitted."""
     names = list(dict.fromkeys(specimen))
     if len(names) == 1:
         return {}
-    case, along = coupons.case, coupons.errors.along
-    listed = coupons.simulation.measurement.listed()
+    case, along = analysed.case, analysed.errors.along
+    listed = analysed.measurement.listed()
     ways = (listed["cycle"].astype(str) + listed["branch"].astype(str)).to_numpy()
     squares: dict[str, list[np.ndarray]] = {}
     for name in names:

@@ -1,4 +1,4 @@
-"""The ten lines that the page of coupons begins with."""
+"""The ten lines that the page begins with."""
 
 from __future__ import annotations
 
@@ -9,19 +9,13 @@ import pandas as pd
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis import brief, outcome
+from dolfingrip.diagnosis.answer.errors import SLACK
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, fitted
+from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.coupon.covariance import SLACK
-from dolfingrip.diagnosis.coupon.found import (
-    CouponDiagnosis,
-    OfTheRig,
-    exact,
-    fitted,
-)
-from dolfingrip.diagnosis.coupon.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import named
 
 ONE_OF = {
@@ -34,7 +28,7 @@ WIDTH_OF_A_BAND = 0.25
 """Of the largest load, of which the page says where something is left."""
 
 
-def ten_lines(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) -> outcome.Brief:
+def ten_lines(found: Diagnosis, result: outcome.DiagnosisFile, out: Path) -> outcome.Brief:
     """All of them."""
     decision = found.decision
     named = decision.answer == "cause"
@@ -45,7 +39,7 @@ def ten_lines(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) 
         check=_check(found),
         not_explained=_left(found),
         also_possible=_also(found),
-        cannot_be_seen=_unseen(found),
+        cannot_be_seen=found.hidden(),
         assumed=_assumed(found),
         do_next=_next(found),
         use_it=f"dolfingrip bend --config {out / 'extended.toml'}"
@@ -54,9 +48,9 @@ def ten_lines(found: CouponDiagnosis, result: outcome.DiagnosisFile, out: Path) 
     )
 
 
-def _configured(found: CouponDiagnosis) -> str:
+def _configured(found: Diagnosis) -> str:
     """What is off as configured, and what was fitted for it."""
-    value, simulated = found.coupons.case.value, found.as_configured()
+    value, simulated = found.analysed.case.value, found.as_configured()
     come = np.isfinite(simulated)
     off = (value - simulated)[come]
     share = 100 * float(np.sqrt(np.mean(off**2) / np.mean(value[come] ** 2))) if come.any() else 0.0
@@ -80,7 +74,7 @@ def _of_the_rig(each: OfTheRig) -> str:
     return f"{each.name} is off by {each.value:+.2g} {each.unit} ({told})"
 
 
-def _result(found: CouponDiagnosis) -> str:
+def _result(found: Diagnosis) -> str:
     decision = found.decision
     sure = chance(decision.probability)
     if decision.answer != "cause" and decision.probability < POLICY.likelier:
@@ -98,12 +92,12 @@ def _result(found: CouponDiagnosis) -> str:
                 f"{_percent(100 * decision.unexplained)} of what the model misses stays then."
             )
         return told
-    if len(decision.first) > 1 and decision.first == found.coupons.case.scale_names:
+    if len(decision.first) > 1 and decision.first == found.analysed.case.scale_names:
         return (
             "Nothing else is off: either the material is so much stiffer or softer, or the "
             f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."
         )
-    if decision.first in found.coupons.case.ground_names:
+    if decision.first in found.analysed.case.ground_names:
         return f"Nothing else is off: {brief.one_of(decision.first)}; probability {sure}."
     told = brief.one_of(decision.first)
     if decision.second:
@@ -118,12 +112,12 @@ def _result(found: CouponDiagnosis) -> str:
     )
 
 
-def _size(found: CouponDiagnosis) -> str:
+def _size(found: Diagnosis) -> str:
     fit = found.decision.best
     numbers = ", ".join(_number(e) for e in found.numbers(fit))
-    change = exact(found.coupons, fit) - exact(found.coupons, _without(found, fit))
-    place = int(np.argmax(np.abs(change / found.coupons.errors.noise)))
-    listed = found.coupons.simulation.measurement.listed().iloc[place]
+    change = found.analysed.exact(fit) - found.analysed.exact(_without(found, fit))
+    place = int(np.argmax(np.abs(change / found.analysed.errors.noise)))
+    listed = found.analysed.measurement.listed().iloc[place]
     channel = CHANNELS[str(listed["column"])]
     if not fit.subset:
         return numbers
@@ -134,12 +128,12 @@ def _size(found: CouponDiagnosis) -> str:
     )
 
 
-def _fit(found: CouponDiagnosis) -> str:
-    case = found.coupons.case
+def _fit(found: Diagnosis) -> str:
+    case = found.analysed.case
     before, plain = found.as_configured(), found.with_best_modulus()
-    after = fitted(found.coupons, found.decision.best)
+    after = fitted(found.analysed, found.decision.best)
     named = bool(found.decision.best.subset)
-    noise = by_channel(found, found.coupons.errors.noise)
+    noise = by_channel(found, found.analysed.errors.noise)
     parts = []
     for name, at in channels(found).items():
         unit = CHANNELS[name].unit
@@ -154,7 +148,7 @@ def _fit(found: CouponDiagnosis) -> str:
     return "; ".join(parts)
 
 
-def _check(found: CouponDiagnosis) -> str:
+def _check(found: Diagnosis) -> str:
     held = found.held_out
     if held is None:
         return "not done: nothing was named" if found.decision.answer != "cause" else "not done"
@@ -177,21 +171,21 @@ def _check(found: CouponDiagnosis) -> str:
     )
 
 
-def _left(found: CouponDiagnosis) -> str:
+def _left(found: Diagnosis) -> str:
     decision = found.decision
     percent = 100 * decision.unexplained
     share = _percent(percent) if percent >= 0.01 else "less than 0.01 %"
     if decision.discrepancy < 0.5 or percent < 0.01:
         return f"{share}; what is left is no larger than noise and scatter"
-    case, along = found.coupons.case, found.coupons.errors.along
-    rest = (case.value - fitted(found.coupons, decision.best)) / found.coupons.errors.noise
+    case, along = found.analysed.case, found.analysed.errors.along
+    rest = (case.value - fitted(found.analysed, decision.best)) / found.analysed.errors.noise
     bands = np.minimum((along.load / WIDTH_OF_A_BAND).astype(int), int(1 / WIDTH_OF_A_BAND) - 1)
     worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
     low, high = 100 * worst * WIDTH_OF_A_BAND, 100 * (worst + 1) * WIDTH_OF_A_BAND
     return f"{share}, most of it between {low:.0f} and {high:.0f} % of the largest {found.load}"
 
 
-def _also(found: CouponDiagnosis) -> str:
+def _also(found: Diagnosis) -> str:
     decision = found.decision
     named = {*decision.first, *decision.second}
     rest = [
@@ -202,21 +196,7 @@ def _also(found: CouponDiagnosis) -> str:
     return ", ".join(rest) or "no other cause has a probability of 0.01 or more"
 
 
-def _unseen(found: CouponDiagnosis) -> str:
-    """What these coupons cannot feel, and what no coupon can."""
-    if found.load != CouponDiagnosis.load:
-        return ", ".join(found.coupons.unseen) or "nothing of the catalogue is hidden"
-    material = [n for n in found.coupons.unseen if effect(n).kind in ("elastic", "dissipative")]
-    rest = [n for n in found.coupons.unseen if n not in material]
-    told = []
-    if material:
-        told.append(f"{', '.join(material)} (other readings of coupons may tell)")
-    if rest:
-        told.append(f"what only a finger or another instrument feels: {', '.join(rest)}")
-    return "; ".join(told) or "nothing of the catalogue is hidden"
-
-
-def _assumed(found: CouponDiagnosis) -> str:
+def _assumed(found: Diagnosis) -> str:
     numbers = found.numbers(found.decision.best)
     configured = found.configured()
     parts = [
@@ -227,33 +207,18 @@ def _assumed(found: CouponDiagnosis) -> str:
     rig = found.rig(found.decision.best)
     parts += [f"{text[0].lower()}{text[1:]}" for text in map(_of_the_rig, rig)]
     parts.append(scatter(found))
-    if found.coupons.errors.guessed:
+    if found.analysed.errors.guessed:
         parts.append("the noise is a guess: tell it under [noise]")
     parts += found.warnings[:1]
     return "; ".join(parts)
 
 
-def _next(found: CouponDiagnosis) -> str:
-    decision = found.decision
+def _next(found: Diagnosis) -> str:
     if found.next:
         one = found.next[0]
         tells = "tells the causes apart" if one.splits else "may not tell all causes apart"
         return f"{one.name}: {one.minutes:.0f} minutes; it {tells}"
-    if (other := found.afterwards()) is not None:
-        return other
-    if decision.answer == "unknown":
-        return "a coupon, loading and unloading, at two rates: it would tell memory from elasticity"
-    if decision.answer == "none":
-        return "measure the finger: the coupons agree with the model"
-    if decision.first == found.coupons.case.scale_names:
-        return "measure the coupons' cross-section: it is told from the modulus by nothing else"
-    named = [n for n in (*decision.first, *decision.second) if n not in found.coupons.case.rig]
-    if _once(found) and any(effect(name).kind == "dissipative" for name in named):
-        return (
-            "a coupon, loading and unloading, with a wait of 60 s between: the curve's shape alone "
-            "tells memory here; a loop and a force that fades would prove it"
-        )
-    return "measure the finger: no other cause is nearly as probable as the first"
+    return found.afterwards()
 
 
 def unit_of(reading: pd.Series) -> str:
@@ -261,29 +226,29 @@ def unit_of(reading: pd.Series) -> str:
     return CHANNELS[CONTROL[str(reading["experiment"])]].unit
 
 
-def _without(found: CouponDiagnosis, fit: Fit) -> Fit:
+def _without(found: Diagnosis, fit: Fit) -> Fit:
     """The model at a fit's modulus without its causes."""
     none = found.none
     return Fit(
-        NONE, 0.0, none.log_evidence, fit.zeta[: found.coupons.case.own], none.hessian,
+        NONE, 0.0, none.log_evidence, fit.zeta[: found.analysed.case.own], none.hessian,
         none.misfit, none.strengths,
     )  # fmt: skip
 
 
-def channels(found: CouponDiagnosis) -> dict[str, np.ndarray]:
+def channels(found: Diagnosis) -> dict[str, np.ndarray]:
     """Which readings are of each channel."""
-    column = found.coupons.simulation.measurement.listed()["column"].to_numpy()
+    column = found.analysed.measurement.listed()["column"].to_numpy()
     return {str(name): column == name for name in dict.fromkeys(column)}
 
 
-def by_channel(found: CouponDiagnosis, values: np.ndarray) -> dict[str, float]:
+def by_channel(found: Diagnosis, values: np.ndarray) -> dict[str, float]:
     """Median of each channel's values."""
     return {name: float(np.median(values[at])) for name, at in channels(found).items()}
 
 
-def scatter(found: CouponDiagnosis) -> str:
+def scatter(found: Diagnosis) -> str:
     """How far specimens differ, in words."""
-    own = found.coupons.errors.scatter
+    own = found.analysed.errors.scatter
     if not own.estimated:
         share = f"{100 * own.shape:.2g} %" if own.shape else "nothing"
         return f"one specimen: its own deviation is taken as {share}"
@@ -291,12 +256,6 @@ def scatter(found: CouponDiagnosis) -> str:
         f"specimens differ by {100 * own.scale:.2g} % in stiffness and by "
         f"{100 * own.shape:.2g} % in shape, by their own differences"
     )
-
-
-def _once(found: CouponDiagnosis) -> bool:
-    """Whether each coupon was pulled once, and no more."""
-    listed = found.coupons.simulation.measurement.listed()
-    return len(listed.groupby(["cycle", "branch"])) == 1
 
 
 def _number(e: outcome.Parameter) -> str:

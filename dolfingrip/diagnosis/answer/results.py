@@ -1,4 +1,4 @@
-"""A diagnosis of coupons as data for ``diagnosis.json``, the page and the pictures."""
+"""A diagnosis as data for ``diagnosis.json``, the page and the pictures."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from dolfingrip import __version__
 from dolfingrip import config as configuration
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis import outcome
-from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.coupon.found import CouponDiagnosis, fitted
-from dolfingrip.diagnosis.coupon.ten_lines import (
+from dolfingrip.diagnosis.answer.found import Diagnosis, fitted
+from dolfingrip.diagnosis.answer.ten_lines import (
     WIDTH_OF_A_BAND,
     by_channel,
     chance,
@@ -23,10 +22,11 @@ from dolfingrip.diagnosis.coupon.ten_lines import (
     ten_lines,
     unit_of,
 )
+from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.policy import POLICY
 
 
-def extended_toml(found: CouponDiagnosis) -> str:
+def extended_toml(found: Diagnosis) -> str:
     """The configuration at the fitted numbers, these with intervals as comments before it."""
     fit = found.decision.best
     lines = [f"# dolfingrip diagnose: {_sentence(found)}", "# fitted, with 90 % intervals:"]
@@ -36,7 +36,7 @@ def extended_toml(found: CouponDiagnosis) -> str:
     return "\n".join(lines) + "\n" + configuration.dumps(found.extended)
 
 
-def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcome.DiagnosisFile:
+def outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.DiagnosisFile:
     """All that was found, by the schema."""
     decision, posterior = found.decision, found.posterior
     reference = posterior.best(NONE, level=0.0).log_evidence
@@ -52,7 +52,7 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
         version=__version__,
         data=tuple(data),
         quick=found.held_out is None,
-        readings=len(found.coupons.case.value),
+        readings=len(found.analysed.case.value),
         verdict=outcome.Verdict(
             answer=decision.answer, effects=decision.first, second=decision.second,
             probability=float(np.clip(decision.probability, 0, 1)),
@@ -78,8 +78,8 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
         ),
         sentences=tuple(_off(found)),
         noise=outcome.Noise(
-            std=by_channel(found, found.coupons.errors.noise),
-            sentences=(*found.coupons.errors.sentences, scatter(found)),
+            std=by_channel(found, found.analysed.errors.noise),
+            sentences=(*found.analysed.errors.sentences, scatter(found)),
         ),
         under_other_priors={
             name: _answer(each) for name, each in found.sensitivity.answers.items()
@@ -98,16 +98,16 @@ def outcome_of(found: CouponDiagnosis, data: Sequence[str], out: Path) -> outcom
     return result.model_copy(update={"brief": ten_lines(found, result, out)})
 
 
-def pictures(found: CouponDiagnosis) -> dict[str, Any]:
+def pictures(found: Diagnosis) -> dict[str, Any]:
     """Plain data for the report."""
-    listed = found.coupons.simulation.measurement.listed()
-    rows = found.coupons.simulation.measurement.readings
+    listed = found.analysed.measurement.listed()
+    rows = found.analysed.measurement.readings
     decision = found.decision
-    after = fitted(found.coupons, decision.best)
+    after = fitted(found.analysed, decision.best)
     readings = listed.rename(columns={"column": "channel"}).assign(
         displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
         pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
-        run=listed["test"], noise=found.coupons.errors.noise, configured=found.as_configured(),
+        run=listed["test"], noise=found.analysed.errors.noise, configured=found.as_configured(),
         before=found.with_best_modulus(), after=after,
     )  # fmt: skip
     return {
@@ -121,7 +121,7 @@ def pictures(found: CouponDiagnosis) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _sentence(found: CouponDiagnosis) -> str:
+def _sentence(found: Diagnosis) -> str:
     decision = found.decision
     sure = chance(decision.probability)
     if decision.answer != "cause" and decision.probability < POLICY.likelier:
@@ -141,14 +141,14 @@ def _answer(decision: Any) -> str:
     return " or ".join(decision.first) if decision.answer == "cause" else str(decision.answer)
 
 
-def _takes_part(found: CouponDiagnosis) -> float:
+def _takes_part(found: Diagnosis) -> float:
     first = set(found.decision.first)
-    if found.decision.first == found.coupons.case.scale_names:
+    if found.decision.first == found.analysed.case.scale_names:
         return found.decision.probability
     return sum(p for subset, p in found.decision.subsets.items() if first & set(subset))
 
 
-def _strength(found: CouponDiagnosis, name: str) -> float:
+def _strength(found: Diagnosis, name: str) -> float:
     best = max(
         (
             (p, dict(zip(fit.subset, fit.strengths, strict=True))[name])
@@ -160,11 +160,11 @@ def _strength(found: CouponDiagnosis, name: str) -> float:
     return float(best[1])
 
 
-def _off(found: CouponDiagnosis) -> list[str]:
+def _off(found: Diagnosis) -> list[str]:
     """Where the model is off with the modulus that leaves least, in words."""
-    case, along = found.coupons.case, found.coupons.errors.along
+    case, along = found.analysed.case, found.analysed.errors.along
     off = found.with_best_modulus() - case.value
-    listed = found.coupons.simulation.measurement.listed()
+    listed = found.analysed.measurement.listed()
     experiment, control = listed["experiment"].to_numpy(), np.abs(listed["control"].to_numpy())
     told = []
     for of in dict.fromkeys(experiment):
@@ -185,7 +185,7 @@ def _off(found: CouponDiagnosis) -> list[str]:
     return told
 
 
-def _changes(found: CouponDiagnosis) -> dict[str, Any]:
+def _changes(found: Diagnosis) -> dict[str, Any]:
     """What ``extended.toml`` changes, by section."""
     after = found.extended
     before = found.config.model_dump(mode="json", exclude_none=True)

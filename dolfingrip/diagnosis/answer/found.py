@@ -1,0 +1,178 @@
+"""What was found: the answer, fitted numbers and their intervals."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.analysed import Analysed
+from dolfingrip.diagnosis.answer.gain import HeldOut
+from dolfingrip.diagnosis.core.decision import Decision
+from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.core.search import NONE, Posterior
+from dolfingrip.diagnosis.core.sensitivity import Sensitivity
+from dolfingrip.diagnosis.outcome import Downstream, NextExperiment, Parameter
+from dolfingrip.diagnosis.policy import POLICY
+
+
+@dataclass(eq=False)
+class Diagnosis(ABC):
+    """Everything that was found.
+
+    Attributes:
+        config: the model that was diagnosed.
+        analysed: readings, emulators and covariance.
+        posterior: probabilities of all hypotheses.
+        decision: the answer.
+        sensitivity: answers under other priors.
+        left_by_emulator: largest difference of the emulator from the exact simulation at the
+            answer's numbers, by the noise.
+        held_out: errors on readings that were left out; None where nothing was.
+        next: additions, the best first.
+        suspicions: doubts about the data, a sentence each.
+        warnings: what else to beware of.
+        not_reached: tests with readings that the model does not reach, and why.
+        downstream: what the extended model changes about a campaign's designs.
+        simulated_s: time of all simulations.
+        load: what readings lie along.
+        beside: what is fitted beside the causes, in words.
+    """
+
+    config: Config
+    analysed: Analysed
+    posterior: Posterior
+    decision: Decision
+    sensitivity: Sensitivity
+    left_by_emulator: float
+    held_out: HeldOut | None = None
+    next: list[NextExperiment] = field(default_factory=list)
+    suspicions: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    not_reached: list[str] = field(default_factory=list)
+    simulated_s: float = 0.0
+    downstream: Downstream | None = None
+
+    load: ClassVar[str]
+    beside: ClassVar[str]
+
+    @property
+    def none(self) -> Fit:
+        """The model as it is, its modulus fitted."""
+        return self.posterior.best(NONE, level=0.0)
+
+    @abstractmethod
+    def numbers(self, fit: Fit) -> list[Parameter]:
+        """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
+
+    @abstractmethod
+    def configured(self) -> dict[str, float]:
+        """The model's own numbers that are fitted, as configured, by key."""
+
+    @abstractmethod
+    def fitted(self, fit: Fit) -> str:
+        """What of the model's own was fitted, in a sentence."""
+
+    @abstractmethod
+    def nuisances(self, fit: Fit) -> dict[str, float]:
+        """Fitted nuisances by their standard deviations."""
+
+    @abstractmethod
+    def rig(self, fit: Fit) -> list[OfTheRig]:
+        """Numbers of the rig at a fit."""
+
+    @abstractmethod
+    def as_configured(self) -> np.ndarray:
+        """(n,) readings of the model as configured; NaN where it does not come so far."""
+
+    @abstractmethod
+    def with_best_modulus(self) -> np.ndarray:
+        """(n,) readings of the model without causes, what is its own fitted."""
+
+    @abstractmethod
+    def hidden(self) -> str:
+        """Causes that the readings cannot feel, in words."""
+
+    @abstractmethod
+    def afterwards(self) -> str:
+        """What to do next where no cause is tied with another."""
+
+    @abstractmethod
+    def overrides(self, fit: Fit) -> tuple[str, ...]:
+        """What makes the configuration the fitted one, as with ``--set``."""
+
+    def share(self, change: np.ndarray) -> float:
+        """A change of the readings, (n,), by what the model as configured misses, both rms."""
+        off = self.analysed.case.value - self.as_configured()
+        come = np.isfinite(off)
+        missed = float(np.linalg.norm(off[come]))
+        return float(np.linalg.norm(change[come])) / missed if missed else 0.0
+
+    @property
+    def extended(self) -> Config:
+        """The configuration at the answer's numbers."""
+        return self.config.overridden(self.overrides(self.decision.best))
+
+
+def left(analysed: Analysed, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """What an exact simulation at a fit leaves of the readings, by C⁻¹ and itself, (n,) each."""
+    case = analysed.case
+    rest = case.value - analysed.exact(fit)
+    total = case.covariance + fit.level**2 * case.kernel
+    return np.asarray(np.linalg.solve(total, rest)), rest
+
+
+def fitted(analysed: Analysed, fit: Fit) -> np.ndarray:
+    """(n,) exact readings at a fit, with the slack and the stiffness that coupons have there."""
+    weighed, rest = left(analysed, fit)
+    return np.asarray(analysed.case.value - rest + analysed.errors.fitted @ weighed)
+
+
+@dataclass(frozen=True, slots=True)
+class OfTheRig:
+    """A number of the rig, as the readings tell it.
+
+    Attributes:
+        name, unit: of it.
+        told: standard deviation that it was told with.
+        value: difference from what was told.
+        share: what it changes by what the model misses as configured, root mean square.
+    """
+
+    name: str
+    unit: str
+    told: float
+    value: float
+    share: float
+
+    @property
+    def telling(self) -> bool:
+        """Whether it is far from what was told, or explains much of what the model misses."""
+        return abs(self.value) > POLICY.far_sigma * self.told or self.share >= POLICY.telling
+
+
+def by_hessian(fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """Draws from the normal distribution about the most probable numbers."""
+    rng = np.random.default_rng(0)
+    lower = np.linalg.cholesky(np.linalg.inv(fit.hessian))
+    draws = fit.zeta + rng.standard_normal((POLICY.draws, len(fit.zeta))) @ lower.T
+    return draws, np.full(POLICY.draws, 1 / POLICY.draws)
+
+
+def estimated(key: str, value: float, draws: np.ndarray, weights: np.ndarray) -> Parameter:
+    order = np.argsort(draws)
+    total = np.cumsum(weights[order])
+    tail = (1 - POLICY.interval) / 2
+    low, high = (float(draws[order][np.searchsorted(total, p)]) for p in (tail, 1 - tail - 1e-9))
+    value = float(value)
+    return Parameter(key=key, value=value, low=min(low, value), high=max(high, value))
+
+
+def times(factor: float) -> str:
+    """A factor in words."""
+    if 0.5 < factor < 2:
+        return f"{abs(100 * (factor - 1)):.2g} % {'above' if factor > 1 else 'below'}"
+    return f"{factor:.3g} times"
