@@ -29,6 +29,7 @@ VOLUME = (
     "experiment.control=volume", "experiment.max_volume_ratio=1.1",
     "experiment.step_volume_ratio=0.05",
 )  # fmt: skip
+TO_50_kPa = ("experiment.max_pressure_kPa=50", "experiment.step_kPa=25")
 ELASTIC, LASTING = 1e-5, 1e-3
 """Errors allowed, as parts of the readings' scales."""
 
@@ -60,8 +61,8 @@ def along(
 @pytest.mark.parametrize(
     ("experiment", "overrides", "allowed"),
     [
-        ("bending", ("extensions.gravity_pitch.pitch_deg=-40",
-                     "experiment.max_pressure_kPa=50", *sensitivities.INSTRUMENTS[:3]), ELASTIC),
+        ("bending", ("extensions.gravity_pitch.pitch_deg=-40", *TO_50_kPa,
+                     *sensitivities.INSTRUMENTS[:3]), ELASTIC),
         ("blocked_force", (*sensitivities.BLOCKED, *sensitivities.COMPLIANT), ELASTIC),
         ("bending", ("extensions.prony={}", "extensions.line_lag={}", *sensitivities.CYCLES),
          LASTING),
@@ -96,7 +97,7 @@ def test_derivatives_where_effects_do_nothing_are_those_of_starting_them() -> No
         "extensions.gent.inverse_J_m=0", "extensions.mooney_rivlin.C01_MPa=0",
         "extensions.line_lag.tau_s=0", "extensions.prony.g=[0]",
         "extensions.pressure_offset.offset_kPa=0", "extensions.angle_gain.gain=1",
-        "experiment.max_pressure_kPa=50", "experiment.unload=true", "contact.self_contact=false",
+        *TO_50_kPa, "experiment.unload=true", "contact.self_contact=false",
     )  # fmt: skip
     at = settings(*neutral)
     keys = [text.partition("=")[0] for text in neutral[:6]]
