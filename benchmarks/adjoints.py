@@ -36,7 +36,7 @@ Floats = NDArray[np.float64]
 NAMES = ("force_N", "angle_deg")
 PRESSURE_KPA = 250.0
 DIRECTIONS, SEED = 20, 33
-NEAR_MM, NEAR = 1e-6, 1e-6
+NEAR_MM, NEAR = 1e-6, 1e-5
 """Step of the differences along a random direction (mm), and along a dimension (of its scale)."""
 
 TIGHT = ("solver.atol_N=1e-10",)
@@ -85,7 +85,7 @@ class Blocked:
     def adjoints(self) -> FingerAdjoints:
         """Of force and angle."""
         readings = [self._observation.readings[name] for name in NAMES]
-        return FingerAdjoints(self.finger, readings)
+        return FingerAdjoints(self.finger, readings, self._newton)
 
     def difference(self, moving: Floats, step: float) -> Floats:
         """Central difference of the readings along a motion of the mesh."""
