@@ -1,5 +1,5 @@
 """Force and angle by all coordinates of the mesh, time and error: ``python -m
-benchmarks.adjoints``.
+benchmarks.adjoints``, with the name of a case for that alone.
 
 Blocked fingers at 250 kPa with self-contact. The time is processor time: of the load path, and of
 both adjoints together with their linear solver. Errors are against central differences of
@@ -9,7 +9,9 @@ dimension as parts of its derivative. Writes ``adjoints.csv``.
 
 from __future__ import annotations
 
+import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -163,14 +165,14 @@ def _errors(blocked: Blocked) -> dict[str, Any]:
     }
 
 
-def main() -> None:
-    """Measure all cases."""
+def main(names: Sequence[str]) -> None:
+    """Measure some cases, or all."""
     found = []
-    for name in CASES:
+    for name in names or CASES:
         found.append(measure(name))
         print(found[-1], flush=True)
         rows.write(HERE / "adjoints.csv", found)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from dolfingrip.design.gradient.problem import Held, Problem
     from dolfingrip.design.gradient.trial import Descent, Trial
+    from dolfingrip.meshes.solid import SolidMesh
 
 
 def design(
@@ -33,7 +34,8 @@ def design(
     """Find the best design by gradients: each step is accepted on finite elements.
 
     A run that was stopped goes on from OUT/simulations. OUT then holds design.json, design.toml
-    (a configuration), finger.stl, steps.csv, and pictures of finger, section and convergence.
+    (a configuration), finger.stl, steps.csv, and pictures of finger, section and convergence;
+    OUT/steps a picture of each accepted design, drawn as it is found.
     """
     one_process("--workers, without mpirun")
     from dolfingrip.design.gradient import run
@@ -52,7 +54,7 @@ def design(
     screen.print(_asked(problem), soft_wrap=True)
     with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
         compute = run.computed_in(folder, pool)
-        found = run.solve(problem, compute, _Said(screen, problem))
+        found = run.solve(problem, compute, _Said(screen, problem, out))
         wall_s = time.monotonic() - begun
         refined = None
         if refine:
@@ -106,14 +108,20 @@ def _asked(problem: Problem) -> str:
     return f"{word} {problem.objective}{limits}; {len(problem.variables)} parameters"
 
 
-class _Said:
-    """Prints a line for each design, and the section of accepted ones."""
+STEPS = "steps"
+"""Folder with a picture of each accepted design."""
 
-    def __init__(self, screen: Console, problem: Problem) -> None:
-        self._screen, self._problem = screen, problem
+
+class _Said:
+    """Prints a line for each design, and the section of accepted ones, which it also draws."""
+
+    def __init__(self, screen: Console, problem: Problem, out: Path) -> None:
+        self._screen, self._problem, self._out = screen, problem, out
+        self._start: SolidMesh | None = None
 
     def __call__(self, trial: Trial, limits: Sequence[tuple[Held, float]]) -> None:
         from dolfingrip.report.section_text import section_text
+        from dolfingrip.report.shape_change import draw_section
 
         most = self._problem.method.simulations
         if trial.failure:
@@ -126,6 +134,12 @@ class _Said:
         self._screen.print(f"{trial.simulations} of {most} simulations: {said}", soft_wrap=True)
         if trial.accepted:
             self._screen.print(section_text(trial.shape.mesh), end="\n")
+            self._start = self._start or trial.shape.mesh
+            file = self._out / STEPS / f"{trial.simulations:03d}.png"
+            name = self._problem.objective.name
+            title = f"{name} {trial.objective:.4g} after {trial.simulations} simulations"
+            if draw_section(trial.shape.mesh, self._start, title, file):
+                self._screen.print(f"picture: {file}", soft_wrap=True)
 
 
 def _draw(problem: Problem, found: Descent, out: Path) -> None:

@@ -6,6 +6,7 @@ answer is compared with differences of whole runs.
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Generator, Sequence
 from pathlib import Path
@@ -229,3 +230,8 @@ def test_command(tmp_path: Path) -> None:
     names = {each.name for each in (tmp_path / "out").iterdir()}
     assert {"finger.png", "section.png", "convergence.png", "finger.stl", "steps.csv"} <= names
     assert "█" in done.output
+    with (tmp_path / "out" / "steps.csv").open(encoding="utf-8") as file:
+        taken = [row for row in csv.DictReader(file) if row["accepted"] == "True"]
+    pictures = sorted(each.name for each in (tmp_path / "out" / "steps").iterdir())
+    assert pictures == [f"{int(each['simulations']):03d}.png" for each in taken]
+    assert all(each in done.output for each in pictures)
