@@ -182,11 +182,8 @@ def _print(told: dict[str, Any], found: Descent, screen: Console) -> None:
         between = f"{each['low']:g} to {each['high']:g}"
         table.add_row(key, f"{each['start']:.4g}", f"{each['value']:.4g}", between)
     screen.print(table)
-    if told["gain"] is not None:
-        screen.print(
-            f"{100 * told['gain']:+.1f} % with {told['simulations']} simulations: {told['ending']}",
-            soft_wrap=True,
-        )
+    gain = "" if told["gain"] is None else f"{100 * told['gain']:+.1f} % with "
+    screen.print(f"{gain}{told['simulations']} simulations: {told['ending']}", soft_wrap=True)
     refined = told.get("refined")
     if refined and refined["failure"]:
         screen.print(f"finer mesh: {refined['failure']}", style="red", soft_wrap=True)

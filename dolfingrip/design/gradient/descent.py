@@ -205,8 +205,11 @@ class Descender:
         held = ShapeLimits(self._limits(), self._range)
         step: Floats = np.zeros(len(here.scaled))
         held.at(here.shape, step)
-        for _ in range(POLICY.corrections):
-            step, _ = best_step(model, simulated, held.rows, box, POLICY.penalty)
+        n = len(step)
+        for number in range(POLICY.corrections):
+            aimed = number < POLICY.aimed
+            aim = model if aimed else Model(np.ones(1), -step[None], np.eye(n))
+            step, _ = best_step(aim, simulated, held.rows, box, POLICY.penalty)
             step = self._rounded(here.scaled + step) - here.scaled
             try:
                 shape = self._shapes.at(self._values(here.scaled + step))
@@ -214,7 +217,8 @@ class Descender:
             except ConfigError:
                 return None
             if worst <= POLICY.kept:
-                return step, model.at(np.zeros(len(step))) - model.at(step)
+                expected = model.at(np.zeros(n)) - model.at(step)
+                return (step, expected) if aimed or expected > 0 else None
             held.at(shape, step)
         return None
 

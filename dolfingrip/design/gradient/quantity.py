@@ -34,7 +34,11 @@ READINGS: Final[dict[str, Experiment]] = {
 OF_SHAPE: Final = ("cog_offset_mm", "mass_g", "least_wall_mm", "least_gap_mm", "overhang_deg")
 """Numbers of the unloaded shape; they take no simulation."""
 
-OF_MANY: Final = ("least_wall_mm", "least_gap_mm", "overhang_deg")
+SCALED_JACOBIAN: Final = "least_scaled_jacobian"
+"""Smallest determinant of unit vectors along the edges at a cell's corner, by the straight mesh's;
+1 of a box."""
+
+OF_MANY: Final = ("least_wall_mm", "least_gap_mm", "overhang_deg", SCALED_JACOBIAN)
 """Of these, extremes over the whole shape: they can be limited, not improved."""
 
 NO_GRADIENT: Final = {

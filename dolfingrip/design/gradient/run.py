@@ -28,6 +28,10 @@ REFINED: Final = 2
 """How often each cell is divided along each axis for the finer mesh."""
 
 
+NOTHING: Final = 1e-6
+"""Part of the best objective below which the start's has no gain that means anything."""
+
+
 @dataclass(slots=True)
 class Refined:
     """Start and best design on a finer mesh.
@@ -114,7 +118,8 @@ def facts(
     """Contents of ``design.json``."""
     word = "minimise" if problem.sign > 0 else "maximise"
     start, best = found.start, found.best
-    gain = best.objective / start.objective - 1 if start.objective else None
+    from_nothing = abs(start.objective) < NOTHING * abs(best.objective)
+    gain = None if from_nothing else best.objective / start.objective - 1
     limits = []
     for i, (limit, value) in enumerate(found.limits):
         left = limit.sign * (value - best.limits[i])
