@@ -38,7 +38,7 @@ def design(
     OUT/steps a picture of each accepted design, drawn as it is found.
     """
     one_process("--workers, without mpirun")
-    from dolfingrip.design.gradient import run
+    from dolfingrip.design.gradient import run, starts
     from dolfingrip.design.gradient.read import read
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
@@ -54,13 +54,16 @@ def design(
     screen.print(_asked(problem), soft_wrap=True)
     with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
         compute = run.computed_in(folder, pool)
-        found = run.solve(problem, compute, _Said(screen, problem, out))
+        every = starts.solve(problem, compute, _Said(screen, problem, out))
+        found = every.best(problem)
         wall_s = time.monotonic() - begun
         refined = None
         if refine:
             screen.print("start and result on a finer mesh")
             refined = run.refine(problem, found, compute)
     told = run.facts(problem, found, refined, wall_s)
+    if problem.method.starts > 1:
+        told |= every.facts(problem)
     run.write(told, found, out)
     _draw(problem, found, out)
     _print(told, found, screen)
@@ -118,12 +121,14 @@ class _Said:
     def __init__(self, screen: Console, problem: Problem, out: Path) -> None:
         self._screen, self._problem, self._out = screen, problem, out
         self._start: SolidMesh | None = None
+        self._number = 0
 
     def __call__(self, trial: Trial, limits: Sequence[tuple[Held, float]]) -> None:
         from dolfingrip.report.section_text import section_text
         from dolfingrip.report.shape_change import draw_section
 
         most = self._problem.method.simulations
+        self._number += 1
         if trial.failure:
             said = f"failed ({trial.failure.partition(':')[0]}), so the next step is shorter"
         else:
@@ -135,7 +140,7 @@ class _Said:
         if trial.accepted:
             self._screen.print(section_text(trial.shape.mesh), end="\n")
             self._start = self._start or trial.shape.mesh
-            file = self._out / STEPS / f"{trial.simulations:03d}.png"
+            file = self._out / STEPS / f"{self._number:03d}.png"
             name = self._problem.objective.name
             title = f"{name} {trial.objective:.4g} after {trial.simulations} simulations"
             if draw_section(trial.shape.mesh, self._start, title, file):
@@ -184,6 +189,15 @@ def _print(told: dict[str, Any], found: Descent, screen: Console) -> None:
     screen.print(table)
     gain = "" if told["gain"] is None else f"{100 * told['gain']:+.1f} % with "
     screen.print(f"{gain}{told['simulations']} simulations: {told['ending']}", soft_wrap=True)
+    for number, each in enumerate(told.get("starts", ()), 1):
+        ends = (
+            "" if "objective" not in each else f"{each['start']:.4g} to {each['objective']:.4g}, "
+        )
+        screen.print(f"start {number}: {ends}{each['ending']}", soft_wrap=True)
+    if "differ" in told:
+        between = [f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in told["differ"].items()]
+        shown = ", ".join(between[:SHOWN]) or "nothing"
+        screen.print(f"differs between the best designs: {shown}", soft_wrap=True)
     refined = told.get("refined")
     if refined and refined["failure"]:
         screen.print(f"finer mesh: {refined['failure']}", style="red", soft_wrap=True)

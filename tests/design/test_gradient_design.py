@@ -18,7 +18,8 @@ from typer.testing import CliRunner
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.app import app
-from dolfingrip.config import ConfigError
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.gradient import starts
 from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.policy import POLICY
@@ -140,6 +141,33 @@ def test_the_worst_scenario_counts(tmp_path: Path) -> None:
     moved = [put(config, {"morph.xi1": best.values[0] + by}) for by in (0.0, 0.1, -0.1)]
     assert best.objective == pytest.approx(min(map(Invented.force_N, moved)), rel=1e-9)
     assert best.objective > trials[0].objective
+
+
+def test_several_starts_and_what_differs(tmp_path: Path) -> None:
+    """One optimum: nothing differs. Two of equal height, at ξ1 = ±0.1 (mirrored): ξ1 differs."""
+    text = FORCE + TWO + "[method]\nsimulations = 30\nstarts = 4\n"
+    problem = read(written(tmp_path, text))
+    said: list[Trial] = []
+    found = starts.solve(problem, Invented(), lambda trial, limits: said.append(trial))
+    assert len(found.descents) == len(starts.begins(problem)) == 4
+    told = found.facts(problem)
+    assert told["differ"] == {}
+    assert all(each["as_good"] for each in told["starts"])
+    assert len({each["start"] for each in told["starts"]}) == 4
+    assert sum(each["simulations"] for each in told["starts"]) == len(said)
+    problem = read(written(tmp_path, text.replace("1.0]", "0.2]")))
+    found = starts.solve(problem, Twice(), lambda trial, limits: None)
+    low, high = found.facts(problem)["differ"]["morph.xi1"]
+    assert (low, high) == pytest.approx((-0.1, 0.1), abs=0.015)
+
+
+class Twice(Invented):
+    """Two best designs."""
+
+    @staticmethod
+    def force_N(config: Config) -> float:
+        """Largest at ξ = (±0.1, 0)."""
+        return 3.0 - 1000 * (config.morph.xi1**2 - 0.01) ** 2 - config.morph.xi2**2
 
 
 # -- the shape -----------------------------------------------------------------------------------

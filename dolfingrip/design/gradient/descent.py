@@ -52,8 +52,12 @@ class Descender:
 
     # -- the whole -------------------------------------------------------------------------------
 
-    def run(self) -> Descent:
+    def run(self, begin: Floats | None = None) -> Descent:
         """Descend.
+
+        Args:
+            begin: shape (variables,), scaled values to begin at; default: the problem's start, of
+                which limits count that were asked for as the start's.
 
         Raises:
             NoStart: one line.
@@ -61,14 +65,16 @@ class Descender:
         problem = self._problem
         starts = np.array([each.start for each in problem.variables])
         scaled = (starts - self._low) / self._range
-        given = self._shapes.at(self._values(scaled))
-        self._limit = [
-            given.value(each.quantity.name)
-            if each.limit is None and each.quantity.experiment is None
-            else (float("nan") if each.limit is None else each.limit)
-            for each in problem.limits
-        ]
-        here = self._simulated(self._into_limits(scaled))
+        self._spent, self._seconds = 0, 0.0
+        if not self._limit:
+            given = self._shapes.at(self._values(scaled))
+            self._limit = [
+                given.value(each.quantity.name)
+                if each.limit is None and each.quantity.experiment is None
+                else (float("nan") if each.limit is None else each.limit)
+                for each in problem.limits
+            ]
+        here = self._simulated(self._into_limits(scaled if begin is None else begin))
         if here.failure:
             raise NoStart(f"the start cannot be simulated: {here.failure}")
         here.accepted = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -11,10 +11,9 @@ from typing import Any, Final
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.design import rows
-from dolfingrip.design.gradient.descent import Descender
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
 from dolfingrip.design.gradient.front import Front
-from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.job import Answer, Job
@@ -69,15 +68,6 @@ def computed_in(folder: Path, pool: Pool) -> Compute:
         ]
 
     return compute
-
-
-def solve(
-    problem: Problem,
-    compute: Compute,
-    say: Callable[[Trial, Sequence[tuple[Held, float]]], None],
-) -> Descent:
-    """Find the best design; see :class:`Descender`."""
-    return Descender(problem, Simulations(problem, compute), say).run()
 
 
 def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
