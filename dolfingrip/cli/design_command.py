@@ -195,8 +195,8 @@ def _print(told: dict[str, Any], found: Descent, screen: Console) -> None:
         )
         screen.print(f"start {number}: {ends}{each['ending']}", soft_wrap=True)
     if "differ" in told:
-        between = [f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in told["differ"].items()]
-        shown = ", ".join(between[:SHOWN]) or "nothing"
+        apart = [f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in told["differ"].items()]
+        shown = ", ".join(apart[:SHOWN]) or "nothing"
         screen.print(f"differs between the best designs: {shown}", soft_wrap=True)
     refined = told.get("refined")
     if refined and refined["failure"]:

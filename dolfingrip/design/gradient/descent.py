@@ -203,7 +203,11 @@ class Descender:
     def _step(
         self, here: Trial, model: Model, simulated: Rows, radius: float
     ) -> tuple[Floats, float] | None:
-        """The best step in the box, and the gain it promises; None if it breaks the shape."""
+        """The best step in the box, and the gain it promises; None if it breaks the shape.
+
+        Where no simulated limit is there to be broken by a long step, the nearest step that keeps
+        the limits of the shape will do, too.
+        """
         box = (
             np.maximum(-radius, -here.scaled),
             np.minimum(radius, 1.0 - here.scaled),
@@ -212,9 +216,11 @@ class Descender:
         step: Floats = np.zeros(len(here.scaled))
         held.at(here.shape, step)
         n = len(step)
-        for number in range(POLICY.corrections):
-            aimed = number < POLICY.aimed
-            aim = model if aimed else Model(np.ones(1), -step[None], np.eye(n))
+        nearest = not len(simulated.values)
+        most = POLICY.aimed if nearest else POLICY.corrections
+        for number in range(most + nearest * POLICY.nearest):
+            aimed = number < most
+            aim = model if aimed else Model(np.ones(1), -POLICY.shorter * step[None], np.eye(n))
             step, _ = best_step(aim, simulated, held.rows, box, POLICY.penalty)
             step = self._rounded(here.scaled + step) - here.scaled
             try:

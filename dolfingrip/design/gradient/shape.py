@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from dolfingrip.parameter import Entry
 G_PER_MM3 = 1e-6
 """Grams of a cubic millimetre of 1 kg/m³."""
 
-BESIDE: dict[int, Ints] = {
+BESIDE: Final = {
     4: np.array([[0, 1, 2, 3]]),
     8: np.array(
         [
@@ -34,7 +35,7 @@ BESIDE: dict[int, Ints] = {
 }  # fmt: skip
 """Corners of a cell, each with the corners that edges join it with, by the number of corners."""
 
-SHORTEST_MM = 1e-6
+SHORTEST_MM: Final = 1e-6
 """Length of an edge below which it is a point."""
 
 PRINTED = ("skin", "cavity")
