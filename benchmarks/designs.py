@@ -1,7 +1,7 @@
 """Designs by gradients: what each step beyond the paper buys, random starts, the paper's front.
 
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
-and writes ``design_steps.csv``; ``starts`` begins at random places on a short, coarse finger and
+and writes ``design_steps.csv``; ``starts`` begins at twenty places on a short, coarse finger and
 writes ``design_starts.csv``; ``front`` compares what is learnt from gradients with what is learnt
 from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
 ``design_front.png``. All go on where they were stopped.

@@ -24,7 +24,7 @@ from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import SCALED_JACOBIAN
+from dolfingrip.design.gradient.quantity import FACING, SCALED_JACOBIAN
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.run import computed_in
 from dolfingrip.design.gradient.shape import Shapes
@@ -190,7 +190,7 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
     for name in ("mass_g", "cog_offset_mm"):
         expected = (ahead.value(name) - back.value(name)) / (2 * step)
         assert here.gradient(name) @ along == pytest.approx(expected, rel=1e-6), name
-    for name in ("least_wall_mm", "least_gap_mm", "overhang_deg", SCALED_JACOBIAN):
+    for name in (*FACING, "overhang_deg", SCALED_JACOBIAN):
         rows = here.rows(name)
         chosen = np.flatnonzero(rows > 1e-3)[:40]
         expected = ((ahead.rows(name) - back.rows(name)) / (2 * step))[chosen]

@@ -11,7 +11,7 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import SCALED_JACOBIAN
+from dolfingrip.design.gradient.quantity import FACING, SCALED_JACOBIAN
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import placed, straight
 from dolfingrip.meshes.cells import FACET_CORNERS
@@ -44,8 +44,8 @@ PRINTED = ("skin", "cavity")
 
 def _edges(mesh: SolidMesh, chosen: Ints | None = None) -> tuple[Ints, Floats, Floats]:
     """Corners (k, 4) with those beside them, edges (k, 3, 3) and their lengths (k, 3)."""
-    every = mesh.cells[:, BESIDE[mesh.shape.corners]].reshape(-1, 4)
-    every = every if chosen is None else every[chosen]
+    corners: Ints = mesh.cells[:, BESIDE[mesh.shape.corners]].reshape(-1, 4)
+    every = corners if chosen is None else corners[chosen]
     edges = mesh.points[every[:, 1:]] - mesh.points[every[:, :1]]
     # an edge may shrink to a point in a step that is tried
     return every, edges, np.maximum(np.linalg.norm(edges, axis=2), SHORTEST_MM)
@@ -75,12 +75,10 @@ class Shapes:
         self.geometry = adapted.geometry
         self.mesh = straight(adapted)
         self.scaled_jacobians = scaled_jacobians(self.mesh)
-        self.facing = dict.fromkeys(
-            ("least_wall_mm", "least_gap_mm"), Facing(np.empty((0, 2, 4, 3)))
-        )
+        self.facing = dict.fromkeys(FACING, Facing(np.empty((0, 2, 4, 3))))
         if adapted.mesh.file is None and adapted.hexahedra:
-            walls, gaps = facing(self.geometry, adapted.mesh)
-            self.facing = {"least_wall_mm": walls, "least_gap_mm": gaps}
+            found = facing(self.geometry, adapted.mesh)
+            self.facing = dict(zip(FACING, found, strict=True))
         facets = [self.mesh.facets[name] for name in PRINTED if name in self.mesh.facets]
         corners = FACET_CORNERS[facets[0].shape[1]]
         self.printed: Ints = np.concatenate(facets)[:, :corners]
