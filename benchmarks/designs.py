@@ -2,7 +2,8 @@
 
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
 and writes ``design_steps.csv``; ``starts`` begins at twenty places on a short, coarse finger and
-writes ``design_starts.csv``; ``front`` compares what is learnt from gradients with what is learnt
+writes ``design_starts.csv``; ``tube`` makes an actuator that bends of a bare tube and writes
+``design_tube.csv`` and ``design_tube.png``; ``front`` compares what is learnt from gradients with what is learnt
 from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
 ``design_front.png``. All go on where they were stopped.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -24,18 +26,21 @@ from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
 from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.quantity import FACING
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.trial import Descent
 from dolfingrip.diagnosis.diagnose import Settings, diagnose
 from dolfingrip.diagnosis.results import write
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
+from dolfingrip.report.shape_change import draw_section
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
 FINGER = EXAMPLES / "paper_finger.toml"
 PAPER = (EXAMPLES / "paper_design.toml").read_text(encoding="utf-8")
 FREE = (EXAMPLES / "free_design.toml").read_text(encoding="utf-8")
+TUBE = EXAMPLES / "tube_design.toml"
 ROBUST = "".join(
     f'\n[[scenarios]]\nchange = ["{change}"]\n'
     for change in (
@@ -168,7 +173,32 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
     return found
 
 
-PARTS = {"steps": steps, "starts": starts, "front": front}
+def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
+    """A row for each accepted design on the way from a tube."""
+    problem = read(TUBE)
+    compute = run.computed_in(out, pool)
+    begun = time.process_time()
+    one = several.solve(problem, compute, lambda trial, limits: None).best(problem)
+    own_s = time.process_time() - begun
+    found: list[dict[str, Any]] = [
+        {
+            "simulations": each.simulations,
+            "angle_deg": round(each.objective, 2),
+            **{name: round(each.shape.value(name), 3) for name in FACING[::2]},
+        }
+        for each in one.trials
+        if each.accepted
+    ]
+    rows.write(HERE / "design_tube.csv", found)
+    print(*found, sep="\n")
+    meshes = one.best.shape.mesh, one.start.shape.mesh
+    draw_section(*meshes, f"{one.best.objective:.1f}° at 60 kPa", HERE / "design_tube.png")
+    print(f"{one.ending}; simulations {one.seconds:.0f} s, steps {own_s:.0f} s of processor")
+    run.write(run.facts(problem, one, None, 0.0), one, out)
+    return found
+
+
+PARTS = {"steps": steps, "starts": starts, "tube": tube, "front": front}
 
 
 def main(arguments: Sequence[str]) -> None:
