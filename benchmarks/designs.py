@@ -3,8 +3,8 @@
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
 and writes ``design_steps.csv``; ``starts`` begins at twenty places on a short, coarse finger and
 writes ``design_starts.csv``; ``tube`` makes an actuator that bends of a bare tube and writes
-``design_tube.csv`` and ``design_tube.png``; ``front`` compares what is learnt from gradients with what is learnt
-from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
+``design_tube.csv`` and ``design_tube.png``; ``front`` compares what is learnt from gradients with
+what is learnt from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
 ``design_front.png``. All go on where they were stopped.
 """
 
