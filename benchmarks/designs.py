@@ -1,9 +1,10 @@
 """Designs by gradients: what each step beyond the paper buys, random starts, the paper's front.
 
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
-and writes ``design_steps.csv``; ``starts`` begins at random places on a short, coarse finger and
-writes ``design_starts.csv``; ``front`` compares what is learnt from gradients with what is learnt
-from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
+and writes ``design_steps.csv``; ``starts`` begins at twenty places on a short, coarse finger and
+writes ``design_starts.csv``; ``tube`` makes an actuator that bends of a bare tube and writes
+``design_tube.csv`` and ``design_tube.png``; ``front`` compares what is learnt from gradients with
+what is learnt from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
 ``design_front.png``. All go on where they were stopped.
 """
 
@@ -12,27 +13,34 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.fronts import front
-from dolfingrip.config import ConfigError
+from dolfingrip import config as configuration
 from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
+from dolfingrip.design.gradient import starts as several
 from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.quantity import FACING
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.trial import Descent
+from dolfingrip.diagnosis.diagnose import Settings, diagnose
+from dolfingrip.diagnosis.results import write
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
+from dolfingrip.report.shape_change import draw_section
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
+FINGER = EXAMPLES / "paper_finger.toml"
 PAPER = (EXAMPLES / "paper_design.toml").read_text(encoding="utf-8")
 FREE = (EXAMPLES / "free_design.toml").read_text(encoding="utf-8")
+TUBE = EXAMPLES / "tube_design.toml"
 ROBUST = "".join(
     f'\n[[scenarios]]\nchange = ["{change}"]\n'
     for change in (
@@ -42,16 +50,21 @@ ROBUST = "".join(
 )  # fmt: skip
 """±0.1 mm of wall, and ±10 % of the modulus."""
 
+COUPONS = EXAMPLES / "coupons" / "ninjaflex_uniaxial.csv"
+EXTENDED = "extended.toml"
+"""Stands for the model that a diagnosis of printed coupons writes; see :func:`_extended`."""
+
 STEPS = {
     "two numbers (the paper)": PAPER,
     "two numbers, mean of 100, 175 and 250 kPa": PAPER.replace("250.0", "[100.0, 175.0, 250.0]"),
     "two numbers, the worst of walls and moduli": PAPER.replace("= 15", "= 60") + ROBUST,
+    "two numbers, the worse of the model and a diagnosis's": PAPER.replace("= 15", "= 30")
+    + f'\n[[scenarios]]\nconfig = "{EXTENDED}"\n',
     "eleven numbers": FREE[: FREE.index("[free_form]")] + "[method]\nsimulations = 40\n",
     "eleven numbers and a free form": FREE,
 }
 """Design files by what they are."""
 
-STARTS, SEED = 20, 33
 SHORT = (
     "mesh.size_mm=6", "mesh.edge_size_mm=6", "finger.length_mm=38", "finger.bellows=2",
     "finger.gap_mm=0.6", "experiment.max_pressure_kPa=150",
@@ -74,6 +87,7 @@ finger.wall_mm = [0.8, 2.0]
 finger.gap_mm = [0.4, 1.2]
 [method]
 simulations = 12
+starts = 20
 """
 
 
@@ -86,14 +100,24 @@ def _read(text: str) -> Problem:
 
 
 def _solved(problem: Problem, out: Path, pool: Pool) -> Descent:
-    return run.solve(problem, run.computed_in(out, pool), lambda trial, limits: None)
+    compute = run.computed_in(out, pool)
+    return several.solve(problem, compute, lambda trial, limits: None).best(problem)
+
+
+def _extended(out: Path) -> Path:
+    """The extended model of the paper's finger by the diagnosis of eight printed coupons."""
+    file = out / EXTENDED
+    if not file.exists():
+        write(diagnose([COUPONS], configuration.load(FINGER), out, Settings()), [COUPONS], out)
+    return file.resolve()
 
 
 def steps(out: Path, pool: Pool) -> list[dict[str, Any]]:
     """A row for each problem."""
     found: list[dict[str, Any]] = []
+    extended = _extended(out / "diagnosis")
     for number, (name, text) in enumerate(STEPS.items()):
-        problem = _read(text)
+        problem = _read(text.replace(f'"{EXTENDED}"', f'"{extended}"'))
         one = _solved(problem, out / str(number), pool)
         told = run.facts(problem, one, None, 0.0)
         found.append(
@@ -116,24 +140,16 @@ def steps(out: Path, pool: Pool) -> list[dict[str, Any]]:
 
 
 def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
-    """A row for each random start."""
-    base = _read(START.format(set=list(SHORT)).replace("'", '"'))
-    random = np.random.default_rng(SEED)
+    """A row for each start, all on one mesh."""
+    problem = _read(START.format(set=list(SHORT)).replace("'", '"'))
+    every = several.solve(problem, run.computed_in(out, pool), lambda trial, limits: None)
+    told = every.facts(problem)
     found: list[dict[str, Any]] = []
-    for number in range(STARTS):
-        variables = tuple(
-            replace(each, start=float(random.uniform(each.low, each.high)))
-            for each in base.variables
-        )
-        row: dict[str, Any] = {"start": number}
-        try:
-            one = _solved(replace(base, variables=variables), out / f"start-{number}", pool)
-        except ConfigError as error:
-            row |= {"ending": str(error)}
-        else:
+    for number, (one, each) in enumerate(zip(every.descents, told["starts"], strict=True)):
+        row: dict[str, Any] = {"start": number, "ending": each["ending"]}
+        if one is not None:
             taken = [each.objective for each in one.trials if each.accepted]
             row |= {
-                "ending": one.ending,
                 "simulations": one.simulations,
                 "accepted": len(taken),
                 "rejected": sum(not each.accepted for each in one.trials),
@@ -141,23 +157,48 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
                 "every_accepted_step_improves": bool((np.diff(taken) > 0).all()),
                 "start_N": round(one.start.objective, 4),
                 "best_N": round(one.best.objective, 4),
+                "as_good": each["as_good"],
                 "cog_offset_mm": round(one.best.limits[0], 4),
                 "least_wall_mm": round(one.best.limits[1], 4),
                 **{
                     variable.key: round(float(value), 4)
-                    for variable, value in zip(variables, one.best.values, strict=True)
+                    for variable, value in zip(problem.variables, one.best.values, strict=True)
                 },
             }
         found.append(row)
         print(row, flush=True)
-        keys = max(found, key=len)
-        rows.write(
-            HERE / "design_starts.csv", [{key: each.get(key) for key in keys} for each in found]
-        )
+    print("differs between the best designs:", told["differ"] or "nothing")
+    keys = max(found, key=len)
+    rows.write(HERE / "design_starts.csv", [{key: each.get(key) for key in keys} for each in found])
     return found
 
 
-PARTS = {"steps": steps, "starts": starts, "front": front}
+def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
+    """A row for each accepted design on the way from a tube."""
+    problem = read(TUBE)
+    compute = run.computed_in(out, pool)
+    begun = time.process_time()
+    one = several.solve(problem, compute, lambda trial, limits: None).best(problem)
+    own_s = time.process_time() - begun
+    found: list[dict[str, Any]] = [
+        {
+            "simulations": each.simulations,
+            "angle_deg": round(each.objective, 2),
+            **{name: round(each.shape.value(name), 3) for name in FACING[::2]},
+        }
+        for each in one.trials
+        if each.accepted
+    ]
+    rows.write(HERE / "design_tube.csv", found)
+    print(*found, sep="\n")
+    meshes = one.best.shape.mesh, one.start.shape.mesh
+    draw_section(*meshes, f"{one.best.objective:.1f}° at 60 kPa", HERE / "design_tube.png")
+    print(f"{one.ending}; simulations {one.seconds:.0f} s, steps {own_s:.0f} s of processor")
+    run.write(run.facts(problem, one, None, 0.0), one, out)
+    return found
+
+
+PARTS = {"steps": steps, "starts": starts, "tube": tube, "front": front}
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -78,11 +78,12 @@ def _normals(corners: Floats) -> tuple[Floats, Floats]:
     return normal, np.linalg.norm(normal, axis=1)
 
 
-def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing]:
-    """The walls of the cavity, and the gaps between neighbouring parts, of a structured mesh."""
+def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing, Facing]:
+    """The cavity's walls, gaps between neighbouring parts, and hollows, of a structured mesh."""
     found = grid(dimensions, mesh)
     walls: list[Floats] = []
     gaps: list[Floats] = []
+    hollows: list[Floats] = []
     for axis in range(3):
         others = [each for each in range(3) if each != axis]
         kind = np.moveaxis(found.kind, axis, 0)
@@ -98,7 +99,9 @@ def facing(dimensions: Geometry, mesh: Mesh) -> tuple[Facing, Facing]:
                     walls.append(_faces(found.planes, axis, others, place, start, end))
                 elif inner == OUTSIDE and sides == {SOLID}:
                     gaps.append(_faces(found.planes, axis, others, place, start, end))
-    return Facing(_stacked(walls)), Facing(_stacked(gaps))
+                elif inner == CAVITY and sides == {SOLID}:
+                    hollows.append(_faces(found.planes, axis, others, place, start, end))
+    return Facing(_stacked(walls)), Facing(_stacked(gaps)), Facing(_stacked(hollows))
 
 
 def _stacked(found: list[Floats]) -> Floats:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from dolfingrip.design.gradient.problem import Held, Problem
     from dolfingrip.design.gradient.trial import Descent, Trial
+    from dolfingrip.meshes.solid import SolidMesh
 
 
 def design(
@@ -33,10 +34,11 @@ def design(
     """Find the best design by gradients: each step is accepted on finite elements.
 
     A run that was stopped goes on from OUT/simulations. OUT then holds design.json, design.toml
-    (a configuration), finger.stl, steps.csv, and pictures of finger, section and convergence.
+    (a configuration), finger.stl, steps.csv, and pictures of finger, section and convergence;
+    OUT/steps a picture of each accepted design, drawn as it is found.
     """
     one_process("--workers, without mpirun")
-    from dolfingrip.design.gradient import run
+    from dolfingrip.design.gradient import run, starts
     from dolfingrip.design.gradient.read import read
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
@@ -52,13 +54,16 @@ def design(
     screen.print(_asked(problem), soft_wrap=True)
     with resumable(screen, folder), Pool(Where(workers=workers)) as pool:
         compute = run.computed_in(folder, pool)
-        found = run.solve(problem, compute, _Said(screen, problem))
+        every = starts.solve(problem, compute, _Said(screen, problem, out))
+        found = every.best(problem)
         wall_s = time.monotonic() - begun
         refined = None
         if refine:
             screen.print("start and result on a finer mesh")
             refined = run.refine(problem, found, compute)
     told = run.facts(problem, found, refined, wall_s)
+    if problem.method.starts > 1:
+        told |= every.facts(problem)
     run.write(told, found, out)
     _draw(problem, found, out)
     _print(told, found, screen)
@@ -106,16 +111,24 @@ def _asked(problem: Problem) -> str:
     return f"{word} {problem.objective}{limits}; {len(problem.variables)} parameters"
 
 
-class _Said:
-    """Prints a line for each design, and the section of accepted ones."""
+STEPS = "steps"
+"""Folder with a picture of each accepted design."""
 
-    def __init__(self, screen: Console, problem: Problem) -> None:
-        self._screen, self._problem = screen, problem
+
+class _Said:
+    """Prints a line for each design, and the section of accepted ones, which it also draws."""
+
+    def __init__(self, screen: Console, problem: Problem, out: Path) -> None:
+        self._screen, self._problem, self._out = screen, problem, out
+        self._start: SolidMesh | None = None
+        self._number = 0
 
     def __call__(self, trial: Trial, limits: Sequence[tuple[Held, float]]) -> None:
         from dolfingrip.report.section_text import section_text
+        from dolfingrip.report.shape_change import draw_section
 
         most = self._problem.method.simulations
+        self._number += 1
         if trial.failure:
             said = f"failed ({trial.failure.partition(':')[0]}), so the next step is shorter"
         else:
@@ -126,6 +139,12 @@ class _Said:
         self._screen.print(f"{trial.simulations} of {most} simulations: {said}", soft_wrap=True)
         if trial.accepted:
             self._screen.print(section_text(trial.shape.mesh), end="\n")
+            self._start = self._start or trial.shape.mesh
+            file = self._out / STEPS / f"{self._number:03d}.png"
+            name = self._problem.objective.name
+            title = f"{name} {trial.objective:.4g} after {trial.simulations} simulations"
+            if draw_section(trial.shape.mesh, self._start, title, file):
+                self._screen.print(f"picture: {file}", soft_wrap=True)
 
 
 def _draw(problem: Problem, found: Descent, out: Path) -> None:
@@ -168,11 +187,17 @@ def _print(told: dict[str, Any], found: Descent, screen: Console) -> None:
         between = f"{each['low']:g} to {each['high']:g}"
         table.add_row(key, f"{each['start']:.4g}", f"{each['value']:.4g}", between)
     screen.print(table)
-    if told["gain"] is not None:
-        screen.print(
-            f"{100 * told['gain']:+.1f} % with {told['simulations']} simulations: {told['ending']}",
-            soft_wrap=True,
+    gain = "" if told["gain"] is None else f"{100 * told['gain']:+.1f} % with "
+    screen.print(f"{gain}{told['simulations']} simulations: {told['ending']}", soft_wrap=True)
+    for number, each in enumerate(told.get("starts", ()), 1):
+        ends = (
+            "" if "objective" not in each else f"{each['start']:.4g} to {each['objective']:.4g}, "
         )
+        screen.print(f"start {number}: {ends}{each['ending']}", soft_wrap=True)
+    if "differ" in told:
+        apart = [f"{key} {low:.4g} to {high:.4g}" for key, (low, high) in told["differ"].items()]
+        shown = ", ".join(apart[:SHOWN]) or "nothing"
+        screen.print(f"differs between the best designs: {shown}", soft_wrap=True)
     refined = told.get("refined")
     if refined and refined["failure"]:
         screen.print(f"finer mesh: {refined['failure']}", style="red", soft_wrap=True)

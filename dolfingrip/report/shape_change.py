@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from dolfingrip.meshes.solid import Floats, SolidMesh
+from dolfingrip.meshes.cells import FACET_CORNERS
+from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 from dolfingrip.report.fields import FieldMesh
 from dolfingrip.report.layout import save_pictures, trim
 from dolfingrip.report.render import CUT, SIDE, STRIP_MARGIN_PX
@@ -78,6 +80,47 @@ def draw_change(start: SolidMesh, best: SolidMesh, labels: Sequence[str], out: P
             )
         )
     return written
+
+
+def draw_section(mesh: SolidMesh, start: SolidMesh, title: str, file: Path) -> bool:
+    """Draw the section y = 0 of a half finger over that of the start, in a moment.
+
+    Args:
+        mesh: of the design.
+        start: the same mesh before.
+        title: text above it.
+        file: PNG.
+
+    Returns:
+        Whether there is a section to draw.
+    """
+    facets: Ints = mesh.facets.get("symmetry", np.empty((0, 3), dtype=np.int64))
+    if not len(facets):
+        return False
+    facets = facets[:, : FACET_CORNERS[facets.shape[1]]]
+    before, now = (each.points[:, [2, 0]] for each in (start, mesh))
+    with figure_theme():
+        both = np.concatenate([before[facets], now[facets]])
+        low, high = both.min(axis=(0, 1)) - 2.0, both.max(axis=(0, 1)) + 2.0
+        tall = 6.4 * (high[1] - low[1]) / (high[0] - low[0]) + 0.9
+        figure = Figure(figsize=(6.4, tall), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.subplots()
+        axes.add_collection(PolyCollection(list(now[facets]), fc=BLUE, ec=BLUE, lw=0.3, alpha=0.6))
+        axes.add_collection(LineCollection(list(before[_rim(facets)]), color=INK, lw=0.8))
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+        axes.set(xlabel="z (mm)", ylabel="x (mm)")
+        axes.set_title(title, fontsize=9)
+        file.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(file)
+    return True
+
+
+def _rim(facets: Ints) -> Ints:
+    """(k, 2) edges that one facet alone has."""
+    edges = np.stack([facets, np.roll(facets, -1, axis=1)], axis=-1).reshape(-1, 2)
+    found, count = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    return np.asarray(found[count == 1])
 
 
 def write_stl(mesh: SolidMesh, file: Path) -> None:

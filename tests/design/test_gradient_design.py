@@ -6,6 +6,7 @@ answer is compared with differences of whole runs.
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Generator, Sequence
 from pathlib import Path
@@ -17,11 +18,13 @@ from typer.testing import CliRunner
 
 from dolfingrip import config as configuration
 from dolfingrip.cli.app import app
-from dolfingrip.config import ConfigError
+from dolfingrip.config import Config, ConfigError
+from dolfingrip.design.gradient import starts
 from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.quantity import FACING, SCALED_JACOBIAN
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.run import computed_in
 from dolfingrip.design.gradient.shape import Shapes
@@ -140,6 +143,33 @@ def test_the_worst_scenario_counts(tmp_path: Path) -> None:
     assert best.objective > trials[0].objective
 
 
+def test_several_starts_and_what_differs(tmp_path: Path) -> None:
+    """One optimum: nothing differs. Two of equal height, at ξ1 = ±0.1 (mirrored): ξ1 differs."""
+    text = FORCE + TWO + "[method]\nsimulations = 30\nstarts = 4\n"
+    problem = read(written(tmp_path, text))
+    said: list[Trial] = []
+    found = starts.solve(problem, Invented(), lambda trial, limits: said.append(trial))
+    assert len(found.descents) == len(starts.begins(problem)) == 4
+    told = found.facts(problem)
+    assert told["differ"] == {}
+    assert all(each["as_good"] for each in told["starts"])
+    assert len({each["start"] for each in told["starts"]}) == 4
+    assert sum(each["simulations"] for each in told["starts"]) == len(said)
+    problem = read(written(tmp_path, text.replace("1.0]", "0.2]")))
+    found = starts.solve(problem, Twice(), lambda trial, limits: None)
+    low, high = found.facts(problem)["differ"]["morph.xi1"]
+    assert (low, high) == pytest.approx((-0.1, 0.1), abs=0.015)
+
+
+class Twice(Invented):
+    """Two best designs."""
+
+    @staticmethod
+    def force_N(config: Config) -> float:
+        """Largest at ξ = (±0.1, 0)."""
+        return 3.0 - 1000 * (config.morph.xi1**2 - 0.01) ** 2 - config.morph.xi2**2
+
+
 # -- the shape -----------------------------------------------------------------------------------
 
 
@@ -160,7 +190,7 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
     for name in ("mass_g", "cog_offset_mm"):
         expected = (ahead.value(name) - back.value(name)) / (2 * step)
         assert here.gradient(name) @ along == pytest.approx(expected, rel=1e-6), name
-    for name in ("least_wall_mm", "least_gap_mm", "overhang_deg"):
+    for name in (*FACING, "overhang_deg", SCALED_JACOBIAN):
         rows = here.rows(name)
         chosen = np.flatnonzero(rows > 1e-3)[:40]
         expected = ((ahead.rows(name) - back.rows(name)) / (2 * step))[chosen]
@@ -229,3 +259,8 @@ def test_command(tmp_path: Path) -> None:
     names = {each.name for each in (tmp_path / "out").iterdir()}
     assert {"finger.png", "section.png", "convergence.png", "finger.stl", "steps.csv"} <= names
     assert "█" in done.output
+    with (tmp_path / "out" / "steps.csv").open(encoding="utf-8") as file:
+        taken = [row for row in csv.DictReader(file) if row["accepted"] == "True"]
+    pictures = sorted(each.name for each in (tmp_path / "out" / "steps").iterdir())
+    assert pictures == [f"{int(each['simulations']):03d}.png" for each in taken]
+    assert all(each in done.output for each in pictures)

@@ -86,7 +86,7 @@ def test_moments_follow_their_gradients() -> None:
 def test_the_least_wall_is_the_distance_of_the_surfaces() -> None:
     """Against points spread densely over the cavity and the skin, which stay 0.1 mm apart."""
     config = bent(0.3)
-    walls, _ = facing(config.geometry, config.mesh)
+    walls, *_ = facing(config.geometry, config.mesh)
     corners = placed(walls.corners.reshape(-1, 3), config).reshape(walls.corners.shape)
     least = walls.distances(corners).min()
     mesh = solid(config)

@@ -52,8 +52,12 @@ class Descender:
 
     # -- the whole -------------------------------------------------------------------------------
 
-    def run(self) -> Descent:
+    def run(self, begin: Floats | None = None) -> Descent:
         """Descend.
+
+        Args:
+            begin: shape (variables,), scaled values to begin at; default: the problem's start, of
+                which limits count that were asked for as the start's.
 
         Raises:
             NoStart: one line.
@@ -61,14 +65,16 @@ class Descender:
         problem = self._problem
         starts = np.array([each.start for each in problem.variables])
         scaled = (starts - self._low) / self._range
-        given = self._shapes.at(self._values(scaled))
-        self._limit = [
-            given.value(each.quantity.name)
-            if each.limit is None and each.quantity.experiment is None
-            else (float("nan") if each.limit is None else each.limit)
-            for each in problem.limits
-        ]
-        here = self._simulated(self._into_limits(scaled))
+        self._spent, self._seconds = 0, 0.0
+        if not self._limit:
+            given = self._shapes.at(self._values(scaled))
+            self._limit = [
+                given.value(each.quantity.name)
+                if each.limit is None and each.quantity.experiment is None
+                else (float("nan") if each.limit is None else each.limit)
+                for each in problem.limits
+            ]
+        here = self._simulated(self._into_limits(scaled if begin is None else begin))
         if here.failure:
             raise NoStart(f"the start cannot be simulated: {here.failure}")
         here.accepted = True
@@ -197,7 +203,11 @@ class Descender:
     def _step(
         self, here: Trial, model: Model, simulated: Rows, radius: float
     ) -> tuple[Floats, float] | None:
-        """The best step in the box, and the gain it promises; None if it breaks the shape."""
+        """The best step in the box, and the gain it promises; None if it breaks the shape.
+
+        Where no simulated limit is there to be broken by a long step, the nearest step that keeps
+        the limits of the shape will do, too.
+        """
         box = (
             np.maximum(-radius, -here.scaled),
             np.minimum(radius, 1.0 - here.scaled),
@@ -205,8 +215,13 @@ class Descender:
         held = ShapeLimits(self._limits(), self._range)
         step: Floats = np.zeros(len(here.scaled))
         held.at(here.shape, step)
-        for _ in range(POLICY.corrections):
-            step, _ = best_step(model, simulated, held.rows, box, POLICY.penalty)
+        n = len(step)
+        nearest = not len(simulated.values)
+        most = POLICY.aimed if nearest else POLICY.corrections
+        for number in range(most + nearest * POLICY.nearest):
+            aimed = number < most
+            aim = model if aimed else Model(np.ones(1), -POLICY.shorter * step[None], np.eye(n))
+            step, _ = best_step(aim, simulated, held.rows, box, POLICY.penalty)
             step = self._rounded(here.scaled + step) - here.scaled
             try:
                 shape = self._shapes.at(self._values(here.scaled + step))
@@ -214,7 +229,8 @@ class Descender:
             except ConfigError:
                 return None
             if worst <= POLICY.kept:
-                return step, model.at(np.zeros(len(step))) - model.at(step)
+                expected = model.at(np.zeros(n)) - model.at(step)
+                return (step, expected) if aimed or expected > 0 else None
             held.at(shape, step)
         return None
 

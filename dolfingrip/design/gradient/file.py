@@ -71,6 +71,9 @@ class Method(Section):
     radius: float = Field(
         0.25, gt=0, le=1, description="first step in each variable, as a part of its range"
     )
+    starts: int = Field(
+        1, ge=1, le=100, description="number of starts; those beyond the first are random"
+    )
 
 
 class Front(Section):

@@ -21,6 +21,11 @@ class DescentPolicy:
         kept: the same for limits of the unloaded shape.
         corrections: largest number of times that limits of the shape are linearised anew for one
             step.
+        aimed, nearest: the same where no simulated limit is held, and further ones in which the
+            nearest step within the limits is sought: the best one may jump from one to another.
+        shorter: factor of the step that the nearest one is sought to; no step at all keeps them.
+        least_scaled_jacobian: which every cell of the mesh keeps at its corners.
+        near_scaled_jacobian: cells within this of it are among the limits of a step.
         near_mm: walls and gaps within this distance of their limit are among the limits of a step.
         most_rows: largest number of pairs of faces among them at first.
         bundle: number of earlier designs whose simulated limits, made linear there, count too.
@@ -40,6 +45,11 @@ class DescentPolicy:
     broken: float = 1e-4
     kept: float = 1e-6
     corrections: int = 8
+    aimed: int = 3
+    nearest: int = 11
+    shorter: float = 0.9
+    least_scaled_jacobian: float = 0.15
+    near_scaled_jacobian: float = 0.15
     near_mm: float = 0.6
     most_rows: int = 120
     bundle: int = 8

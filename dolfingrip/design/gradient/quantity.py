@@ -31,10 +31,17 @@ READINGS: Final[dict[str, Experiment]] = {
 }
 """Readings with gradients, each with the experiment that is run for it unless another is named."""
 
-OF_SHAPE: Final = ("cog_offset_mm", "mass_g", "least_wall_mm", "least_gap_mm", "overhang_deg")
+FACING: Final = ("least_wall_mm", "least_gap_mm", "least_hollow_mm")
+"""Least distances of faces that stand opposite each other: of walls, gaps, and inside a cavity."""
+
+OF_SHAPE: Final = ("cog_offset_mm", "mass_g", *FACING, "overhang_deg")
 """Numbers of the unloaded shape; they take no simulation."""
 
-OF_MANY: Final = ("least_wall_mm", "least_gap_mm", "overhang_deg")
+SCALED_JACOBIAN: Final = "least_scaled_jacobian"
+"""Smallest determinant of unit vectors along the edges at a cell's corner, by the straight mesh's;
+1 of a box."""
+
+OF_MANY: Final = (*FACING, "overhang_deg", SCALED_JACOBIAN)
 """Of these, extremes over the whole shape: they can be limited, not improved."""
 
 NO_GRADIENT: Final = {

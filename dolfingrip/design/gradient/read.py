@@ -10,7 +10,7 @@ from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.design.gradient.file import File, FreeForm, Front, Limit, Objective, Scenario
 from dolfingrip.design.gradient.problem import Condition, Held, Problem, Variable
-from dolfingrip.design.gradient.quantity import OF_MANY
+from dolfingrip.design.gradient.quantity import FACING, OF_MANY
 from dolfingrip.parameter import Entry, find
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import checked
@@ -92,7 +92,7 @@ def _limits(asked: Sequence[Limit]) -> list[Held]:
         of = limit.quantity("constraints.of", limit.of)
         if limit.at_most is None and limit.at_least is None:
             raise ConfigError(f"constraints.of = {limit.of}: allowed: with at_most or at_least")
-        if of.name in ("least_wall_mm", "least_gap_mm") and limit.at_most is not None:
+        if of.name in FACING and limit.at_most is not None:
             raise ConfigError(f"constraints.of = {of.name}: allowed: at_least")
         if of.name == "overhang_deg" and limit.at_least is not None:
             raise ConfigError("constraints.of = overhang_deg: allowed: at_most")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -11,10 +11,9 @@ from typing import Any, Final
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
 from dolfingrip.design import rows
-from dolfingrip.design.gradient.descent import Descender
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
 from dolfingrip.design.gradient.front import Front
-from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.jobs import run as jobs
 from dolfingrip.jobs.job import Answer, Job
@@ -26,6 +25,10 @@ FOLDER: Final = "simulations"
 
 REFINED: Final = 2
 """How often each cell is divided along each axis for the finer mesh."""
+
+
+NOTHING: Final = 1e-6
+"""Part of the best objective below which the start's has no gain that means anything."""
 
 
 @dataclass(slots=True)
@@ -67,15 +70,6 @@ def computed_in(folder: Path, pool: Pool) -> Compute:
     return compute
 
 
-def solve(
-    problem: Problem,
-    compute: Compute,
-    say: Callable[[Trial, Sequence[tuple[Held, float]]], None],
-) -> Descent:
-    """Find the best design; see :class:`Descender`."""
-    return Descender(problem, Simulations(problem, compute), say).run()
-
-
 def refine(problem: Problem, found: Descent, compute: Compute) -> Refined:
     """Solve start and best design again on a finer mesh, without gradients."""
 
@@ -114,7 +108,8 @@ def facts(
     """Contents of ``design.json``."""
     word = "minimise" if problem.sign > 0 else "maximise"
     start, best = found.start, found.best
-    gain = best.objective / start.objective - 1 if start.objective else None
+    from_nothing = abs(start.objective) < NOTHING * abs(best.objective)
+    gain = None if from_nothing else best.objective / start.objective - 1
     limits = []
     for i, (limit, value) in enumerate(found.limits):
         left = limit.sign * (value - best.limits[i])

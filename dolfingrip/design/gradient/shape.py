@@ -5,25 +5,56 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.quantity import FACING, SCALED_JACOBIAN
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import placed, straight
 from dolfingrip.meshes.cells import FACET_CORNERS
 from dolfingrip.meshes.dimensions import moved
 from dolfingrip.meshes.measures import moment_gradients, moments
-from dolfingrip.meshes.solid import Floats, Ints
+from dolfingrip.meshes.solid import Floats, Ints, SolidMesh
 from dolfingrip.meshes.walls import Facing, facing
 from dolfingrip.parameter import Entry
 
 G_PER_MM3 = 1e-6
 """Grams of a cubic millimetre of 1 kg/m³."""
 
+BESIDE: Final = {
+    4: np.array([[0, 1, 2, 3]]),
+    8: np.array(
+        [
+            [0, 1, 3, 4], [1, 2, 0, 5], [2, 3, 1, 6], [3, 0, 2, 7],
+            [4, 7, 5, 0], [5, 4, 6, 1], [6, 5, 7, 2], [7, 6, 4, 3],
+        ]
+    ),
+}  # fmt: skip
+"""Corners of a cell, each with the corners that edges join it with, by the number of corners."""
+
+SHORTEST_MM: Final = 1e-6
+"""Length of an edge below which it is a point."""
+
 PRINTED = ("skin", "cavity")
 """Groups of facets that an overhang is looked for in."""
+
+
+def _edges(mesh: SolidMesh, chosen: Ints | None = None) -> tuple[Ints, Floats, Floats]:
+    """Corners (k, 4) with those beside them, edges (k, 3, 3) and their lengths (k, 3)."""
+    corners: Ints = mesh.cells[:, BESIDE[mesh.shape.corners]].reshape(-1, 4)
+    every = corners if chosen is None else corners[chosen]
+    edges = mesh.points[every[:, 1:]] - mesh.points[every[:, :1]]
+    # an edge may shrink to a point in a step that is tried
+    return every, edges, np.maximum(np.linalg.norm(edges, axis=2), SHORTEST_MM)
+
+
+def scaled_jacobians(mesh: SolidMesh) -> Floats:
+    """Determinants of unit vectors along the edges at each corner of each cell, shape (k,)."""
+    _, edges, length = _edges(mesh)
+    return np.asarray(np.linalg.det(edges / length[..., None]))
 
 
 class Shapes:
@@ -43,12 +74,11 @@ class Shapes:
         adapted = self.start.adapted()
         self.geometry = adapted.geometry
         self.mesh = straight(adapted)
-        self.facing = dict.fromkeys(
-            ("least_wall_mm", "least_gap_mm"), Facing(np.empty((0, 2, 4, 3)))
-        )
+        self.scaled_jacobians = scaled_jacobians(self.mesh)
+        self.facing = dict.fromkeys(FACING, Facing(np.empty((0, 2, 4, 3))))
         if adapted.mesh.file is None and adapted.hexahedra:
-            walls, gaps = facing(self.geometry, adapted.mesh)
-            self.facing = {"least_wall_mm": walls, "least_gap_mm": gaps}
+            found = facing(self.geometry, adapted.mesh)
+            self.facing = dict(zip(FACING, found, strict=True))
         facets = [self.mesh.facets[name] for name in PRINTED if name in self.mesh.facets]
         corners = FACET_CORNERS[facets[0].shape[1]]
         self.printed: Ints = np.concatenate(facets)[:, :corners]
@@ -133,6 +163,8 @@ class Shape:
         """All distances of walls or gaps (mm), or overhangs of facets (deg), shape (rows,)."""
         if name == "overhang_deg":
             return self._overhang()
+        if name == SCALED_JACOBIAN:
+            return scaled_jacobians(self.mesh) / self._all.scaled_jacobians
         found = self._all.facing[name]
         return found.distances(self._corners(found.corners)).ravel()
 
@@ -142,6 +174,8 @@ class Shape:
             return np.empty((len(self._all.variables), 0))
         if name == "overhang_deg":
             return self._overhang_slopes(chosen)
+        if name == SCALED_JACOBIAN:
+            return self._scaled_jacobian_slopes(chosen)
         found = self._all.facing[name]
         pairs, inverse = np.unique(chosen // 4, return_inverse=True)
         here = Facing(found.corners[pairs])
@@ -153,6 +187,19 @@ class Shape:
     def _corners(self, corners: Floats) -> Floats:
         flat = self._on_planes(corners.reshape(-1, 3))
         return placed(flat, self.config).reshape(corners.shape)
+
+    def _scaled_jacobian_slopes(self, chosen: Ints) -> Floats:
+        nodes, edges, length = _edges(self.mesh, chosen)
+        unit = edges / length[..., None]
+        whole = np.linalg.det(unit)
+        # the cofactor of each edge, less what makes that edge longer alone
+        across = np.stack(
+            [np.cross(unit[:, (i + 1) % 3], unit[:, (i + 2) % 3]) for i in range(3)], axis=1
+        )
+        by_edge = (across - whole[:, None, None] * unit) / length[..., None]
+        moving = self._velocity[:, nodes[:, 1:]] - self._velocity[:, nodes[:, :1]]
+        found = np.einsum("pkei,kei->pk", moving, by_edge)
+        return np.asarray(found / self._all.scaled_jacobians[chosen])
 
     def _normals(self, facets: Ints) -> tuple[Floats, Floats, Floats]:
         x = self.mesh.points[facets]

@@ -9,7 +9,7 @@ import numpy as np
 from dolfingrip.design.gradient.evaluation import Floats
 from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Held
-from dolfingrip.design.gradient.quantity import OF_MANY
+from dolfingrip.design.gradient.quantity import OF_MANY, SCALED_JACOBIAN, Quantity
 from dolfingrip.design.gradient.shape import Shape
 from dolfingrip.design.gradient.subproblem import Rows
 
@@ -17,6 +17,13 @@ from dolfingrip.design.gradient.subproblem import Rows
 def size_of(limit: float) -> float:
     """What a limit's excess is a part of."""
     return abs(limit) if abs(limit) > 1e-9 else 1.0
+
+
+CELLS = (
+    Held(Quantity(SCALED_JACOBIAN, None), -1.0, POLICY.least_scaled_jacobian),
+    POLICY.least_scaled_jacobian,
+)
+"""The limit that the mesh itself sets."""
 
 
 class ShapeLimits:
@@ -31,7 +38,8 @@ class ShapeLimits:
     """
 
     def __init__(self, limits: Iterable[tuple[Held, float]], ranges: Floats) -> None:
-        self._limits = [each for each in limits if each[0].quantity.experiment is None]
+        asked = [each for each in limits if each[0].quantity.experiment is None]
+        self._limits = [*asked, CELLS]
         self._range, self._n = ranges, len(ranges)
         self._chosen: dict[int, set[int]] = {}
         self.rows = Rows.none(self._n)
@@ -61,7 +69,9 @@ class ShapeLimits:
     def _choose(self, i: int, above: Floats, size: float) -> np.ndarray:
         """Rows that a step may break: the nearest ones, and those that one has broken."""
         known = self._chosen.setdefault(i, set())
-        near = np.flatnonzero(above > -POLICY.near_mm / size)
+        of_cells = self._limits[i][0].quantity.name == SCALED_JACOBIAN
+        within = POLICY.near_scaled_jacobian if of_cells else POLICY.near_mm
+        near = np.flatnonzero(above > -within / size)
         known.update(map(int, near[np.argsort(-above[near], kind="stable")][: POLICY.most_rows]))
         return np.array(sorted(known), dtype=np.int64)
 

@@ -58,16 +58,20 @@ class FingerAdjoints:
     Args:
         finger: at a solution.
         readings: to derive; each may count from rest.
+        newton: solver of the finger's model, whose elimination order and pattern serve again;
+            default: a new one.
 
     Raises:
         HasHistory: one line, where the state remembers earlier ones.
     """
 
-    def __init__(self, finger: FingerModel, readings: Sequence[Reading]) -> None:
+    def __init__(
+        self, finger: FingerModel, readings: Sequence[Reading], newton: Newton | None = None
+    ) -> None:
         self._finger = finger
         self._readings = {reading.column: reading for reading in readings}
         model = finger.model
-        solve = Newton(model, finger.config.solver).linear()
+        solve = (newton or Newton(model, finger.config.solver)).linear()
         self._adjoints = {
             name: Adjoint(model, lambda: solve, _raw(reading))
             for name, reading in self._readings.items()

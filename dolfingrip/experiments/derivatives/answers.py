@@ -273,7 +273,7 @@ class _Path:
         def at(*readings: Reading) -> tuple[float, list[dict[str, float]]]:
             if not self._parameters:
                 return moved.value(), []
-            adjoints = FingerAdjoints(self._finger, readings)
+            adjoints = FingerAdjoints(self._finger, readings, self._rig.newton)
             slopes = adjoints.by_parameters(self._config, self._parameters)
             return moved.value(), [slopes[each.column] for each in readings]
 
@@ -300,7 +300,8 @@ class _Path:
         names = [name for name in columns if name != PRESSURE.name]
         if where is not None and where not in names:
             names.append(where)
-        adjoints = FingerAdjoints(self._finger, [self._readings[name] for name in names])
+        wanted = [self._readings[name] for name in names]
+        adjoints = FingerAdjoints(self._finger, wanted, self._rig.newton)
         slopes = adjoints.by_parameters(self._config, self._parameters)
         if where is None:
             return slopes

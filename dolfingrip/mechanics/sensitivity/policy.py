@@ -16,8 +16,8 @@ class SensitivityPolicy:
         adjoint_change: likewise for the adjoint, whose differences are of second order. They are of
             two points on one side, since some parameters allow smaller values only.
         along_mm: largest motion of a node along the adjoint state for the derivative by all
-            coordinates, a central difference. It is small against the distances of contact, and
-            leaves ten digits of forces.
+            coordinates, a central difference. It is small against the distances of contact; ten
+            times smaller, rounding of the contact's part is 1e-5 of a force's derivative.
         corrections: largest number of corrections where terms have lagged quantities, as friction
             has normal forces, whose change the tangent leaves out; each is a solve with the present
             tangent.
@@ -27,7 +27,7 @@ class SensitivityPolicy:
 
     change: float = 1e-7
     adjoint_change: float = 1e-5
-    along_mm: float = 1e-6
+    along_mm: float = 1e-5
     corrections: int = 30
     close: float = 1e-6
     stalled: float = 0.9
