@@ -14,7 +14,6 @@ import sysconfig
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -82,35 +81,8 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ.setdefault("CFLAGS", _compiled_header())
 
 
-def _quicker_analysis() -> None:
-    """The same analysis of forms by FFCx with fewer searches: a fifth of its time.
-
-    It looks each node up among all of a form's, whose numbers it has in a table, and computes a
-    facet's integration points anew for each of a form's tables.
-    """
-    from ffcx.ir import representationutils
-    from ffcx.ir.analysis.valuenumbering import ValueNumberer
-
-    def node_symbols(self: Any, node: Any) -> Any:
-        return self.V_symbols[self.G.e2i[node]]
-
-    ValueNumberer.get_node_symbols = node_symbols
-
-    computed: dict[Any, Any] = {}
-    compute = representationutils.map_facet_points
-
-    def points(of_facet: Any, facet: int, cell: str) -> Any:
-        key = of_facet.tobytes(), of_facet.shape, facet, cell
-        if key not in computed:
-            computed[key] = compute(of_facet, facet, cell)
-        return computed[key].copy()
-
-    representationutils.map_facet_points = points
-
-
 def pytest_collection_finish() -> None:
     """What modules and tests hold lasts until the end: no search for cycles looks at it again."""
-    _quicker_analysis()
     gc.collect()
     gc.freeze()
     gc.set_threshold(BETWEEN_COLLECTIONS)

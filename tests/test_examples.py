@@ -95,7 +95,7 @@ def test_diagnose_actuator(tmp_path: Path) -> None:
     extended = config.load(tmp_path / "extended.toml")
     assert extended.cast.chamber_width_mm == pytest.approx(8 + 2 * sigma)
     measured = pd.read_csv(tmp_path / "bending.csv")
-    top = {"max_pressure_kPa": float(measured["pressure_kPa"].max()), "step_kPa": 2.0}
+    top = {"max_pressure_kPa": float(measured["pressure_kPa"].max()), "step_kPa": 4.0}
     bent = run("bending", extended.changed(experiment=top))
     angle_deg = CubicSpline(bent.column("pressure_kPa"), bent.column("chord_angle_deg"))
     off_deg = angle_deg(measured["pressure_kPa"]) - measured["chord_angle_deg"]

@@ -60,8 +60,9 @@ def next_experiments(
 def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     """The hypotheses that could each be the answer, by their causes, the most probable first."""
     total: dict[tuple[str, ...], float] = {}
+    named = {*decision.first, *decision.second}
     for p, fit in zip(posterior.probability, posterior.fits, strict=True):
-        if fit.subset and set(fit.subset) & set(decision.first):
+        if named & set(fit.subset):
             total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
     least = POLICY.rival * max(total.values(), default=0.0)
     likely = {subset: p for subset, p in total.items() if p > least}

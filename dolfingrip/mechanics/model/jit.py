@@ -11,7 +11,10 @@ from typing import Any
 
 import basix.ufl
 import ffcx.codegeneration.jit
+import numpy as np
 import ufl
+from ffcx.ir import representationutils
+from ffcx.ir.analysis.valuenumbering import ValueNumberer
 
 from dolfingrip.mechanics.model import element_matrices
 
@@ -63,6 +66,29 @@ def _loaded_once(module_name: str, names: list[str], cache_dir: Path, timeout: i
 
 
 ffcx.codegeneration.jit.get_cached_module = _loaded_once
+
+
+# FFCx looks each node of a form up among all of them, though it has their numbers in a table, and
+# computes a facet's integration points anew for each of a form's tables: together a third of a long
+# form's analysis.
+def _symbols(numbers: Any, node: Any) -> Any:
+    return numbers.V_symbols[numbers.G.e2i[node]]
+
+
+ValueNumberer.get_node_symbols = _symbols
+
+_points: dict[tuple[bytes, tuple[int, ...], int, str], np.ndarray] = {}
+_facet_points = representationutils.map_facet_points
+
+
+def _points_once(points: np.ndarray, facet: int, cell: str) -> np.ndarray:
+    key = points.tobytes(), points.shape, facet, cell
+    if key not in _points:
+        _points[key] = _facet_points(points, facet, cell)
+    return _points[key].copy()
+
+
+representationutils.map_facet_points = _points_once
 
 
 def _processor() -> str:
