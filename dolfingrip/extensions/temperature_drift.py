@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 import ufl
@@ -50,7 +50,7 @@ class TemperatureDrift(Effect):
     def strain_energy(self, base: StrainEnergy, site: Site) -> StrainEnergy:
         keys = ("modulus_per_degC", "warming_degC", "tau_s")
         slope, warming, tau = (site.constant(self, key) for key in keys)
-        factor = 1 + slope * warming * (1 - ufl.exp(-site.time_s / tau))
+        factor = _factor(slope, warming, ufl.exp(-site.time_s / tau))
 
         def density(strain: Expr) -> Expr:
             return factor * base(strain)
@@ -58,5 +58,10 @@ class TemperatureDrift(Effect):
         return density
 
     def moduli_at(self, time_s: np.ndarray) -> np.ndarray:
-        warm = self.warming_degC * (1 - np.exp(-time_s / self.tau_s))
-        return np.asarray(1 + self.modulus_per_degC * warm)
+        left = np.exp(-time_s / self.tau_s)
+        return np.asarray(_factor(self.modulus_per_degC, self.warming_degC, left))
+
+
+def _factor(slope: Any, warming: Any, left: Any) -> Any:
+    """Of all moduli, where the part ``left`` of the warming is still to come."""
+    return 1 + slope * warming * (1 - left)

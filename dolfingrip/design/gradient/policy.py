@@ -10,7 +10,7 @@ class DescentPolicy:
     """How steps are chosen and judged. Variables are scaled to their ranges, 0 to 1.
 
     Attributes:
-        first_radius, largest_radius, least_radius: of the box around a design in which the model is
+        largest_radius, least_radius: of the box around a design in which the model is
             trusted.
         failed, rejected: factor of the radius after a solve that failed, and after a step that did
             not improve.
@@ -34,7 +34,6 @@ class DescentPolicy:
             computes the same designs.
     """
 
-    first_radius: float = 0.25
     largest_radius: float = 1.0
     least_radius: float = 1e-3
     failed: float = 0.4

@@ -21,10 +21,17 @@ from typing import Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
+from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.covariance import Covariance, Matrix, Vector
 from dolfingrip.diagnosis.additions.protocols import Proposal
+from dolfingrip.diagnosis.core.decision import Decision
+from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.core.search import Posterior
+from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.outcome import NextExperiment
+from dolfingrip.diagnosis.policy import POLICY
 
 TIED: Final = float(np.log(20.0))
 """Expected log Bayes factor below which two effects are not told apart."""
@@ -167,3 +174,33 @@ class Comparison:
             gain_per_minute=float((weights * useful).sum() / proposal.minutes),
             chance=chance_alone(self.probability, self.now, then, unseen),
         )  # fmt: skip
+
+
+def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
+    """The hypotheses that could each be the answer, by their causes, the most probable first."""
+    total: dict[tuple[str, ...], float] = {}
+    named = {*decision.first, *decision.second}
+    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+        if named & set(fit.subset):
+            total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
+    least = POLICY.rival * max(total.values(), default=0.0)
+    likely = {subset: p for subset, p in total.items() if p > least}
+    # two causes of which one is tied alone are the same answer
+    alone = [
+        (p, posterior.best(subset)) for subset, p in likely.items()
+        if not any(set(other) < set(subset) for other in likely)
+    ]  # fmt: skip
+    return sorted(alone, key=lambda each: -each[0])[: POLICY.compared]
+
+
+def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) -> np.ndarray:
+    """Noise of another measurement's readings: the median of their channel's so far.
+
+    Args:
+        measured: so far.
+        noise: of its readings, shape (n,).
+        other: whose readings are to be made.
+    """
+    by_column = pd.Series(noise).groupby(measured.listed()["column"].to_numpy()).median()
+    columns = other.listed()["column"]
+    return np.array([by_column.get(name, CHANNELS[name].noise) for name in columns])

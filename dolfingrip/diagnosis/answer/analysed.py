@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -10,7 +10,6 @@ import numpy as np
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 
 
@@ -19,8 +18,6 @@ class Analysed(Protocol):
 
     @property
     def case(self) -> Case: ...
-    @property
-    def causes(self) -> Mapping[str, Cause]: ...
     @property
     def errors(self) -> Errors: ...
     @property

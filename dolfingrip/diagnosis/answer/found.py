@@ -94,7 +94,7 @@ class Diagnosis(ABC):
 
     @abstractmethod
     def hidden(self) -> str:
-        """Causes that the readings cannot feel, in words."""
+        """Causes that the readings cannot feel, in words; empty where they feel all."""
 
     @abstractmethod
     def afterwards(self) -> str:

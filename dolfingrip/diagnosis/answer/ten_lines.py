@@ -39,7 +39,7 @@ def ten_lines(found: Diagnosis, result: outcome.DiagnosisFile, out: Path) -> out
         check=_check(found),
         not_explained=_left(found),
         also_possible=_also(found),
-        cannot_be_seen=found.hidden(),
+        cannot_be_seen=found.hidden() or "nothing of the catalogue is hidden",
         assumed=_assumed(found),
         do_next=_next(found),
         use_it=f"dolfingrip bend --config {out / 'extended.toml'}"

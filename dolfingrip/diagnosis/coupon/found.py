@@ -109,7 +109,7 @@ class CouponDiagnosis(Diagnosis):
             told.append(f"{', '.join(material)} (other readings of coupons may tell)")
         if rest:
             told.append(f"what only a finger or another instrument feels: {', '.join(rest)}")
-        return "; ".join(told) or "nothing of the catalogue is hidden"
+        return "; ".join(told)
 
     def afterwards(self) -> str:
         decision, rig = self.decision, self.analysed.case.rig
@@ -129,7 +129,7 @@ class CouponDiagnosis(Diagnosis):
 
     def _once(self) -> bool:
         """Whether each coupon was pulled once, and no more."""
-        listed = self.analysed.simulation.measurement.listed()
+        listed = self.analysed.measurement.listed()
         return len(listed.groupby(["cycle", "branch"])) == 1
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:

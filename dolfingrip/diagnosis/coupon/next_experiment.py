@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import pandas as pd
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.additions.worth import Comparison, Tied
+from dolfingrip.diagnosis.additions.worth import Comparison, Tied, tied, usual_noise
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
-from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.outcome import NextExperiment
-from dolfingrip.diagnosis.policy import POLICY
 
 STEP = 0.05
 """Of ζ, by which readings are differentiated."""
@@ -57,23 +54,6 @@ def next_experiments(
     return sorted(found, key=lambda worth: worth.rank)
 
 
-def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
-    """The hypotheses that could each be the answer, by their causes, the most probable first."""
-    total: dict[tuple[str, ...], float] = {}
-    named = {*decision.first, *decision.second}
-    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
-        if named & set(fit.subset):
-            total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
-    least = POLICY.rival * max(total.values(), default=0.0)
-    likely = {subset: p for subset, p in total.items() if p > least}
-    # two causes of which one is tied alone are the same answer
-    alone = [
-        (p, posterior.best(subset)) for subset, p in likely.items()
-        if not any(set(other) < set(subset) for other in likely)
-    ]  # fmt: skip
-    return sorted(alone, key=lambda each: -each[0])[: POLICY.compared]
-
-
 def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
     """Exact readings of a hypothesis with derivatives by its numbers, the modulus' last."""
     case = coupons.case
@@ -106,19 +86,6 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
             slopes.append(factor * own)
     first = np.where(scaled, dc, 0.0) * (base + change)
     return Tied(fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
-
-
-def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) -> np.ndarray:
-    """Noise of another measurement's readings: the median of their channel's so far.
-
-    Args:
-        measured: so far.
-        noise: of its readings, shape (n,).
-        other: whose readings are to be made.
-    """
-    by_column = pd.Series(noise).groupby(measured.listed()["column"].to_numpy()).median()
-    columns = other.listed()["column"]
-    return np.array([by_column.get(name, CHANNELS[name].noise) for name in columns])
 
 
 def _specimen(coupons: CouponCase, readings: np.ndarray) -> np.ndarray:

@@ -56,7 +56,7 @@ def diagnose_fingers(
     decision, under = sensitivity(posterior)
     found = FingerDiagnosis(config, finger, posterior, decision, under, left)
     base = finger.simulation.base
-    kept = finger.simulation.measurement
+    kept = finger.measurement
     told = finger.simulation.configured
     shown = np.where(np.isfinite(told), told, base.readings)
     found.suspicions = [each.sentence() for each in suspicions(kept, shown)]
@@ -86,7 +86,7 @@ def verified(
         fit = _leading(posterior, known)
         name = " with ".join(fit.subset) or "the model"
         try:
-            exact = simulated(finger, fit, finger.simulation.measurement)
+            exact = simulated(finger, fit, finger.measurement)
         except ConfigError as error:
             say(f"a simulation at fitted numbers failed: {error}")
             return finger, posterior, float("nan")
@@ -117,7 +117,7 @@ def _own_numbers_verified(
         overrides = (*finger.overrides(fit), *finger.own_overrides(fit))
         simulation = finger.simulation
         (run,) = simulate(
-            simulation.measurement, simulation.config, [Case(overrides, ())], simulation.workers
+            simulation.measurement, simulation.config, [Case(overrides)], simulation.workers
         )
         if not np.isfinite(run.readings).all():
             say("the finger's own numbers, as fitted, could not be simulated")

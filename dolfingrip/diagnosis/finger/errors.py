@@ -4,18 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Scatter, Shared
 from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.discrepancy import Along
-from dolfingrip.diagnosis.coupon.covariance import (
-    SLACK,
-    Errors,
-    Scatter,
-    Shared,
-    between,
-    drifting,
-    followed,
-    lying,
-)
+from dolfingrip.diagnosis.coupon.covariance import between, drifting, followed, lying
 from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.policy import POLICY

@@ -82,7 +82,7 @@ class FingerDiagnosis(Diagnosis):
         return fitted_readings(self.analysed, self.none)
 
     def hidden(self) -> str:
-        return ", ".join(self.analysed.unseen) or "nothing of the catalogue is hidden"
+        return ", ".join(self.analysed.unseen)
 
     def afterwards(self) -> str:
         if self.decision.answer == "unknown":
@@ -120,7 +120,7 @@ class FingerDiagnosis(Diagnosis):
     @property
     def extended(self) -> Config:
         """The finger as it was drawn for the tests, at the answer's numbers; no set-up."""
-        told = self.analysed.simulation.measurement.tests[0].setup.sections
+        told = self.analysed.measurement.tests[0].setup.sections
         drawn = {name: told[name] for name in DRAWN if name in told}
         config = self.config.changed(**drawn) if drawn else self.config
         return config.overridden(self.overrides(self.decision.best))

@@ -9,10 +9,9 @@ import numpy as np
 from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis.additions.memory import shows
 from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
-from dolfingrip.diagnosis.additions.worth import MODEL_ERROR, Comparison, Tied
+from dolfingrip.diagnosis.additions.worth import MODEL_ERROR, Comparison, Tied, tied, usual_noise
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.search import Posterior
-from dolfingrip.diagnosis.coupon.next_experiment import tied, usual_noise
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.outcome import NextExperiment
