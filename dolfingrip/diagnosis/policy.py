@@ -37,6 +37,8 @@ class Policy:
         curved_degree: degree of a finger's polynomials, at most.
         curved_share: most monomials by the number of values and derivatives.
         slope_weight: weight of a derivative by ζ beside a value.
+        shortest_step: shortest step of a simulation, by the longest; beyond its last stop nothing is
+            read.
         finger_places: simulations of a finger by the number of a cause's arguments.
         far_places: simulations of a nuisance that is far from what was told.
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
@@ -107,6 +109,7 @@ class Policy:
     curved_degree: int = 4
     curved_share: float = 0.7
     slope_weight: float = 0.5
+    shortest_step: float = 1 / 8
     finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
     far_places: int = 6
     finger_reach: float = 2.5

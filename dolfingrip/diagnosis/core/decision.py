@@ -58,8 +58,8 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     probably than not, and first where no effect is.
 
     Something that the catalogue lacks may look like one of its causes. What stays beside them tells
-    how alike the two are: causes are no more probable than the share that they explain, and the
-    answer is unknown where they explain less than half.
+    how alike the two are: causes are no more probable than the share that they explain, either of
+    two sets of what the other leaves, and the answer is unknown where they explain less than half.
 
     Args:
         posterior: probabilities of all hypotheses.
@@ -88,11 +88,19 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     claim = _mass(mass, first, second)
     if second and claim < POLICY.claimed:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()
-        claim = _mass(mass, first, second)
+        claim = _mass(mass, first)
     rig = max(case.rig & set(posterior.names) - {*first}, key=inclusion.__getitem__, default=None)
-    if not second and not single and rig and _mass(mass, first, (rig,)) >= POLICY.claimed:
-        second, claim = (rig,), _mass(mass, first, (rig,))
-    unexplained, discrepancy = _unexplained(posterior, seen)
+    if first and not second and not single and rig and _mass(mass, first, (rig,)) >= POLICY.claimed:
+        second = (rig,)
+    if second:
+        stays = {one: _stays(posterior, seen, one, other)
+                 for one, other in ((first, second), (second, first))}  # fmt: skip
+        worse = max(stays, key=stays.__getitem__)
+        claim = min(_mass(mass, first, second), 1 - stays[worse])
+        if claim < POLICY.claimed:
+            first, second = first if worse == second else second, ()
+            claim = _mass(mass, first)
+    unexplained, discrepancy = _stays(posterior, seen), _discrepancy(seen)
     unknown = mass[NONE] - none
     answer: Answer = "cause"
     probability = claim
@@ -139,7 +147,9 @@ def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
     return float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50)))), _grounds(case)[place]
 
 
-def _mass(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...]) -> float:
+def _mass(
+    mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()
+) -> float:
     """Probability that a member of each set takes part."""
     return sum(
         p for subset, p in mass.items()
@@ -232,18 +242,34 @@ def _leading(
     return posterior.best(max(total, key=lambda subset: total[subset]))
 
 
-def _unexplained(
-    posterior: Posterior, seen: list[tuple[float, Subset, Fit]]
-) -> tuple[float, float]:
-    """Share of χ² that stays where a discrepancy is on, and the probability that it is."""
+def _discrepancy(seen: list[tuple[float, Subset, Fit]]) -> float:
+    """The probability that something stays beside the causes."""
+    return sum(p for p, _, fit in seen if fit.level > 0)
+
+
+def _stays(
+    posterior: Posterior,
+    seen: list[tuple[float, Subset, Fit]],
+    names: tuple[str, ...] = (),
+    beside: tuple[str, ...] = (),
+) -> float:
+    """Share of χ² that stays, where a discrepancy is on, of what is missed without causes.
+
+    Args:
+        posterior: probabilities of all hypotheses.
+        seen: each hypothesis' probability, visible causes and fit.
+        names: of what is missed without one of these; all causes where empty.
+        beside: pairs with one of these alone are asked; all hypotheses where empty.
+    """
     n = len(posterior.case.value)
-    off = {fit.subset: fit for fit in posterior.fits if fit.level == 0}
-    missed = off[NONE].misfit - n
-    share, discrepancy = 0.0, 0.0
+    off = {fit.subset: fit.misfit - n for fit in posterior.fits if fit.level == 0}
+    share, total = 0.0, 0.0
     for p, _, fit in seen:
-        if fit.level == 0:
+        own = set(fit.subset)
+        if names and not (own & set(names) and own & set(beside)):
             continue
-        discrepancy += p
-        if missed > 0:
-            share += p * float(np.clip((off[fit.subset].misfit - n) / missed, 0.0, 1.0))
-    return share, discrepancy
+        total += p
+        missed = off[tuple(each for each in fit.subset if names and each not in names)]
+        if fit.level > 0 and missed > 0:
+            share += p * float(np.clip(off[fit.subset] / missed, 0.0, 1.0))
+    return share / total if total else 1.0

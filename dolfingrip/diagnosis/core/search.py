@@ -144,7 +144,7 @@ def one_at_a_time(every: Mapping[float, Level], before: dict[Key, np.ndarray]) -
 def searched_again(
     case: Case, whole: Posterior, rng: np.random.Generator | None = None
 ) -> Posterior:
-    """The posterior over those causes that were likely before.
+    """The posterior over those causes that were likely before, and over parts of likely pairs.
 
     Args:
         case: the same, with some of the readings or with better emulators.
@@ -155,10 +155,11 @@ def searched_again(
     total: dict[Subset, float] = defaultdict(float)
     for p, fit in zip(whole.probability, whole.fits, strict=True):
         total[fit.subset] += float(p)
+    likely = [set(subset) for subset, p in total.items() if not subset or p > POLICY.kept]
     fits = [
         every[fit.level].of(fit.subset).fit([fit.zeta])
         for fit in whole.fits
-        if not fit.subset or total[fit.subset] > POLICY.kept
+        if any(set(fit.subset) <= each for each in likely)
     ]
     return _weighed(case, fits, every, whole.names, rng)
 

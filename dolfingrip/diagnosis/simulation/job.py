@@ -12,6 +12,7 @@ import numpy as np
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, from_dict
 from dolfingrip.diagnosis.data.columns import NUMBERS, READINGS
+from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.experiments.decisive import decisive, digest_of
 from dolfingrip.jobs import job as jobs
 from dolfingrip.jobs.job import Data, JobFailure, content_key
@@ -128,8 +129,11 @@ def simulate(experiment: str, config: Data, gradients: Sequence[str]) -> Data:
     from dolfingrip.experiments import run
     from dolfingrip.experiments.results import record
 
-    # states beyond a snap are not what was measured up to there, and cost most of the time
-    plain = from_dict(config).changed(experiment={"snaps": False})
+    # States beyond a snap are not what was measured up to there, and cost most of the time. How far
+    # a path goes beyond its last stop is never read.
+    given = from_dict(config)
+    shortest = max(given.solver.min_step_kPa, POLICY.shortest_step * given.solver.max_step_kPa)
+    plain = given.changed(experiment={"snaps": False}, solver={"min_step_kPa": shortest})
     result = run(experiment, plain, comm=MPI.COMM_SELF, gradients=gradients or None)
     curve: dict[str, list[float]] = {}
     for name in NUMBERS:

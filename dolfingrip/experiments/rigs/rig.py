@@ -59,8 +59,7 @@ class Rig(ABC):
             self.longest(),
             passable=self.passable,
             observers=observers,
-            damped=self.jumps,
-            snaps=self.snaps,
+            damped=self.jumps and self.snaps,
         )
 
     @abstractmethod

@@ -42,13 +42,15 @@ class LimitPointSearch:
         highest, start = self._pressure.value, control.value
         smallest = LIMIT_POINT.first * start
         volume, step, last = start, smallest, model.state()
+        failed = 0
         try:
             for _ in range(LIMIT_POINT.most):
                 control.set(volume + step)
                 if not newton.solve().converged:
                     model.restore(last)
                     step /= LIMIT_POINT.shorter
-                    if step < smallest:
+                    failed += 1
+                    if step < smallest or failed == LIMIT_POINT.failures:
                         break
                     continue
                 pressure = self._pressure.value

@@ -62,7 +62,8 @@ class LoadPath:
         observers: called after each converged step, before it is accepted.
         over: called after each accepted step; if it returns true, the path ends there.
         damped: whether a failed step is solved again with damping, which may jump to another state.
-        snaps: whether it is where ``passable`` says yes; if not, the path ends there without it.
+            If not, ``passable`` is called where a step fails first, and the path ends there at once
+            if it says yes.
         policy: numbers behind its decisions.
     """
 
@@ -75,7 +76,6 @@ class LoadPath:
         observers: Sequence[Observer] = (),
         over: Callable[[], bool] = lambda: False,
         damped: bool = True,
-        snaps: bool = True,
         policy: PathPolicy | None = None,
     ) -> None:
         self.newton = newton
@@ -86,7 +86,7 @@ class LoadPath:
         self._passable = passable
         self.observers = observers
         self._over = over
-        self._damped, self._snaps = damped, snaps
+        self._damped = damped
         self._policy = policy = policy or PathPolicy()
         self._length = 1.0  # of the longest step
         self._by_error = False  # whether the prediction's error tells the next one
@@ -154,7 +154,7 @@ class LoadPath:
                 soft = (
                     away
                     or self._is_soft(at(done - back), back * whole, good)
-                    or self._passable(at(reach))
+                    or (self._turns is None and self._passable(at(reach)))
                 )
                 failure = Failure(_classify(solve, rejected, soft), at(done))
                 return Arrival(iterations, steps, failure)
@@ -201,8 +201,8 @@ class LoadPath:
 
         A step that fails is solved again with damping. If damping has not helped towards this
         target it is left out, except for the ``last`` step that is tried: beyond a limit point a
-        damped solve takes many iterations to run away. So a path that must not snap asks first
-        whether there is one.
+        damped solve takes many iterations to run away. A path without damping asks first whether
+        there is one.
         """
         before = None
         if self._policy.from_equilibrium:
@@ -210,13 +210,14 @@ class LoadPath:
         again = last or not self._policy.halves_first
         solve = self.newton.solve(guess, before=before, again=again)
         gives_up = (self._lost or self._policy.halves_first) and not last
-        if solve.converged or not self._damped or gives_up:
+        if solve.converged or (self._damped and gives_up):
+            return solve
+        if not self._damped:
+            if self._turns is None:
+                self.model.restore(good)
+                self._turns = self._passable(controls)
             return solve
         self.model.restore(good)
-        if not self._snaps and self._turns is None:
-            self._turns = self._passable(controls)
-        if self._turns:
-            return solve
         self.model.prescribe(controls)
         damped = self.newton.solve(damped=True)
         self._lost = not damped.converged

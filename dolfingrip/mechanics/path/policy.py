@@ -63,6 +63,7 @@ class LimitPointPolicy:
         longest: longest step of the volume, relative to the cavity's.
         most: largest number of steps; together they are about the cavity's volume.
         shorter: factor by which a step that fails is shortened.
+        failures: of steps, after which the search ends.
         fall: part of the pressure by which it must fall after a maximum.
     """
 
@@ -70,6 +71,7 @@ class LimitPointPolicy:
     longest: float = 0.1
     most: int = 20
     shorter: float = 4.0
+    failures: int = 3
     fall: float = 1e-4
 
 
