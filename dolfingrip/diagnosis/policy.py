@@ -24,6 +24,9 @@ class Policy:
         claimed: probability from which on a cause is named: odds of three to one.
         likelier: probability from which on a second cause is named beside a first, or a number of
             the model itself that is far out.
+        doubt: power of the share that causes explain which their probability does not exceed. What
+            the catalogue lacks is followed by one of its causes up to a twentieth often: of coupons'
+            causes beside which a tenth stays, less than half are the hidden ones.
         tail: how fast a modulus far from the configured one loses probability: ln c =
             s sinh(tail ζ)/tail for a standard deviation s.
         far: width of the prior of a number of the rig, or of all moduli, that is far from what was
@@ -98,6 +101,7 @@ class Policy:
     credible: float = 0.99
     claimed: float = 0.75
     likelier: float = 0.5
+    doubt: float = 2.0
     tail: float = 0.9
     far: float = 4.0
     far_sigma: float = 3.0

@@ -106,9 +106,9 @@ def _result(found: Diagnosis) -> str:
     least = found.sensitivity.least
     doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""
     share = "all" if explained > 99.95 else f"{explained:.3g} %"
+    named = "The cause of the rest" if decision.probability >= POLICY.likelier else "Nearest comes"
     return (
-        f"The cause of the rest: {told}; probability {sure}{doubt}. It explains {share} of what "
-        "the model misses."
+        f"{named}: {told}; probability {sure}{doubt}. It explains {share} of what the model misses."
     )
 
 

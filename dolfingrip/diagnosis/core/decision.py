@@ -26,7 +26,7 @@ class Decision:
         first: causes that the readings cannot tell apart, the most probable first.
         second: of a second cause; empty where none is named.
         nearest: causes that would be named if they left less; empty where they are.
-        probability: of the answer; of causes no more than the share that they explain.
+        probability: of the answer; of causes the less, the more stays beside them.
         inclusion: probability that each cause takes part and is visible.
         none: probability that nothing is to be seen.
         unknown: probability that something is off of which no visible cause takes part.
@@ -58,8 +58,8 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     probably than not, and first where no effect is.
 
     Something that the catalogue lacks may look like one of its causes. What stays beside them tells
-    how alike the two are: causes are no more probable than the share that they explain, either of
-    two sets of what the other leaves, and the answer is unknown where they explain less than half.
+    how alike the two are: the more stays, the less probable the causes can be, either of two sets
+    by the share of what the other leaves. The answer is unknown where they explain less than half.
 
     Args:
         posterior: probabilities of all hypotheses.
@@ -96,7 +96,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
         stays = {one: _stays(posterior, seen, one, other)
                  for one, other in ((first, second), (second, first))}  # fmt: skip
         worse = max(stays, key=stays.__getitem__)
-        claim = min(_mass(mass, first, second), 1 - stays[worse])
+        claim = min(_mass(mass, first, second), _at_most(stays[worse]))
         if claim < POLICY.claimed:
             first, second = first if worse == second else second, ()
             claim = _mass(mass, first)
@@ -110,7 +110,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
         answer, probability = ("none", none) if none > unknown else ("unknown", unknown)
     nearest: tuple[str, ...] = ()
     if answer == "cause":
-        probability = min(claim, 1 - unexplained)
+        probability = min(claim, _at_most(unexplained))
         if 1 - unexplained < POLICY.likelier:
             answer, probability, nearest = "unknown", discrepancy, first
             unknown = max(unknown, discrepancy)
@@ -240,6 +240,11 @@ def _leading(
     if not total:
         return posterior.best(NONE)
     return posterior.best(max(total, key=lambda subset: total[subset]))
+
+
+def _at_most(stays: float) -> float:
+    """The largest probability of causes beside which so large a share stays."""
+    return float((1 - stays) ** POLICY.doubt)
 
 
 def _discrepancy(seen: list[tuple[float, Subset, Fit]]) -> float:

@@ -119,7 +119,7 @@ def test_a_cause_is_no_surer_than_the_share_that_it_explains() -> None:
     assert decision.answer == "cause"
     assert decision.first == ("bent",)
     assert 0.01 < decision.unexplained < 0.5
-    assert 0.5 < decision.probability <= 1 - decision.unexplained
+    assert 0.25 < decision.probability <= (1 - decision.unexplained) ** 2
 
 
 def test_draws_follow_a_curved_ridge() -> None:
