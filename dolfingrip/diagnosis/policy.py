@@ -24,9 +24,9 @@ class Policy:
         claimed: probability from which on a cause is named: odds of three to one.
         likelier: probability from which on a second cause is named beside a first, or a number of
             the model itself that is far out.
-        doubt: power of the share that causes explain which their probability does not exceed. What
-            the catalogue lacks is followed by one of its causes up to a twentieth often: of coupons'
-            causes beside which a tenth stays, less than half are the hidden ones.
+        doubt: causes are no more probable than this power of the share that they explain. What the
+            catalogue lacks is often followed by one of its causes: of coupons' causes beside which
+            a tenth stays, less than half are the hidden ones.
         tail: how fast a modulus far from the configured one loses probability: ln c =
             s sinh(tail ζ)/tail for a standard deviation s.
         far: width of the prior of a number of the rig, or of all moduli, that is far from what was
@@ -40,8 +40,8 @@ class Policy:
         curved_degree: degree of a finger's polynomials, at most.
         curved_share: most monomials by the number of values and derivatives.
         slope_weight: weight of a derivative by ζ beside a value.
-        shortest_step: shortest step of a simulation, by the longest; beyond its last stop nothing is
-            read.
+        shortest_step: shortest step of a simulation, by the longest; how far a path goes on beyond
+            its last stop is not read.
         finger_places: simulations of a finger by the number of a cause's arguments.
         far_places: simulations of a nuisance that is far from what was told.
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so

@@ -147,9 +147,7 @@ def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
     return float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50)))), _grounds(case)[place]
 
 
-def _mass(
-    mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()
-) -> float:
+def _mass(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()) -> float:
     """Probability that a member of each set takes part."""
     return sum(
         p for subset, p in mass.items()

@@ -16,7 +16,7 @@ from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause, causes
 from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.coupon.covariance import errors
+from dolfingrip.diagnosis.coupon.errors import errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Scatter, Shared
-from dolfingrip.diagnosis.core import discrepancy
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Shared, followed, lying, together
 from dolfingrip.diagnosis.core.discrepancy import Along
-from dolfingrip.diagnosis.coupon.covariance import between, drifting, followed, lying
-from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
 from dolfingrip.parameter import named
 
@@ -22,48 +18,18 @@ def errors(simulation: FingerSimulation) -> Errors:
     """The covariance of a finger's readings, and of coupons beside it."""
     measurement, base = simulation.measurement, simulation.base
     listed = measurement.listed()
-    told = instruments.noise(measurement)
-    covariance = np.diag(np.maximum(told.independent, 1e-9) ** 2) + drifting(listed, told)
     along = _along(simulation)
     signal = base.readings * followed(listed, along, base.readings)[0]
-    ratio = _steeper(base.readings, signal)
-    # one reading of the pressure or travel stands behind all readings of its row
-    steep = np.nan_to_num(base.by_control) * ratio
-    gauge = steep * told.control
-    row = listed["row"].to_numpy()
-    covariance += np.outer(gauge, gauge) * (row[:, None] == row)
-    noise = np.sqrt(np.diag(covariance))
-    fitted = (*FITTED, *([WALL] if simulation.walls is not None else []))
-    shared = [_shared(simulation, each) for each in base.nuisance_list if each.name not in fitted]
-    columns = [each.change for each in shared] + list(base.mesh.T)
+    steep = np.nan_to_num(base.by_control) * _steeper(base.readings, signal)
+    told = (*FITTED, *([WALL] if simulation.walls is not None else []))
+    shared = [_shared(simulation, each) for each in base.nuisance_list if each.name not in told]
+    columns = list(np.nan_to_num(base.mesh.T))
     for test in measurement.tests:
         if test.experiment == "coupon":
             own = np.where(listed["test"].to_numpy() == test.number, steep, 0.0)
             columns.append(own * test.setup.nuisances[SLACK])
-    fitted = np.zeros_like(covariance)
-    for column in columns:
-        own = np.nan_to_num(column)
-        fitted += np.outer(own, own)
-    covariance += fitted
-    told_scale = float(np.max([t.setup.nuisances["specimen_scale"] for t in measurement.tests]))
-    scatter, more = Scatter(0.0, told_scale, 0.0, estimated=False), np.zeros_like(covariance)
-    if len(set(listed["specimen"])) > 1 and len({t.experiment for t in measurement.tests}) == 1:
-        scatter, more = between(measurement, covariance, along, signal)
-    else:  # no simple law follows a coupon exactly
-        coupon = (listed["experiment"] == "coupon").to_numpy()
-        more = POLICY.single_shape**2 * discrepancy.kernel(along) * np.outer(coupon, coupon)
-    guessed = any("guess" in sentence for sentence in told.sentences)
-    return Errors(
-        covariance + more,
-        noise,
-        along,
-        signal,
-        tuple(shared),
-        fitted,
-        scatter,
-        told.sentences,
-        guessed,
-    )
+    rest = np.zeros((len(listed), len(listed))) + sum(np.outer(each, each) for each in columns)
+    return together(measurement, along, signal, steep, shared, rest)
 
 
 UNITS = {"pressure_offset_kPa": "kPa", "plate_gap_mm": "mm"}

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core import discrepancy, tails
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.evidence import Level
 from dolfingrip.diagnosis.core.search import NONE, levels
-from dolfingrip.diagnosis.coupon.covariance import Errors
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import POLICY

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.coupon.covariance import SLACK, Errors, errors
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors
+from dolfingrip.diagnosis.coupon.errors import errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.selection import selected
