@@ -26,7 +26,7 @@ class Policy:
             the model itself that is far out.
         doubt: causes are no more probable than this power of the share that they explain. What the
             catalogue lacks is often followed by one of its causes: of coupons' causes beside which
-            a tenth stays, less than half are the hidden ones.
+            a tenth stays, half are the hidden ones.
         tail: how fast a modulus far from the configured one loses probability: ln c =
             s sinh(tail ζ)/tail for a standard deviation s.
         far: width of the prior of a number of the rig, or of all moduli, that is far from what was
