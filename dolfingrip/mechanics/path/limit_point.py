@@ -28,7 +28,8 @@ class LimitPointSearch:
         self._model = model
         self._pressure = pressure
         self._volume = volume
-        self._settings = settings
+        few = min(settings.max_iterations, LIMIT_POINT.iterations)
+        self._settings = settings.model_copy(update={"max_iterations": few})
 
     def is_near(self, beyond_kPa: float) -> bool:
         """Whether the pressure rises to a maximum and falls; the model is left as it was.

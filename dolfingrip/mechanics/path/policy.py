@@ -64,6 +64,7 @@ class LimitPointPolicy:
         most: largest number of steps; together they are about the cavity's volume.
         shorter: factor by which a step that fails is shortened.
         failures: of steps, after which the search ends.
+        iterations: of a step, at most.
         fall: part of the pressure by which it must fall after a maximum.
     """
 
@@ -72,6 +73,7 @@ class LimitPointPolicy:
     most: int = 20
     shorter: float = 4.0
     failures: int = 3
+    iterations: int = 10
     fall: float = 1e-4
 
 
