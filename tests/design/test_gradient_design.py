@@ -43,7 +43,11 @@ from dolfingrip.parameter import put
         (FORCE.replace("force_N", "fours_N") + TWO, "objective = fours_N: allowed: force_N"),
         (FORCE.replace("at_p", "# at_p") + TWO, "objective = force_N: 0 places; allowed"),
         (FORCE + 'minimise = "mass_g"\n' + TWO, "objective: 2 quantities; allowed: one of"),
-        (FORCE.replace("force_N", "pickup_margin") + TWO, "no gradient: a grasp with friction"),
+        (FORCE.replace("force_N", "pickup_pressure_kPa") + TWO, "no gradient: a grasp with frict"),
+        (
+            FORCE.replace("force_N", "pickup_margin") + TWO,
+            "allowed: the objective, without a place",
+        ),
         ('[objective]\nmaximise = "least_wall_mm"\n' + TWO, "an extreme over the shape"),
         (FORCE, "parameters: none; allowed"),
         (FORCE + "[parameters]\nmorph.xi1 = [0.5, 0.1]\n", "xi1 = [0.5, 0.1]: allowed: low below"),

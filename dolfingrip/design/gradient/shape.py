@@ -166,6 +166,8 @@ class Shape:
         if name == SCALED_JACOBIAN:
             return scaled_jacobians(self.mesh) / self._all.scaled_jacobians
         found = self._all.facing[name]
+        if not len(found.corners):
+            return np.empty(0)
         return found.distances(self._corners(found.corners)).ravel()
 
     def row_gradients(self, name: str, chosen: Ints) -> Floats:
