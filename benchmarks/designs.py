@@ -3,7 +3,8 @@
 ``python -m benchmarks.designs steps`` solves the problems of :data:`STEPS` on the paper's finger
 and writes ``design_steps.csv``; ``starts`` begins at twenty places on a short, coarse finger and
 writes ``design_starts.csv``; ``tube`` makes an actuator that bends of a bare tube and writes
-``design_tube.csv`` and ``design_tube.png``; ``front`` compares what is learnt from gradients with
+``design_tube.csv`` and ``design_tube.png``; ``gripper`` searches for finger and pose together and
+writes ``design_gripper.csv``; ``front`` compares what is learnt from gradients with
 what is learnt from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
 ``design_front.png``. All go on where they were stopped.
 """
@@ -25,10 +26,11 @@ from dolfingrip import config as configuration
 from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
-from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.evaluation import Simulations
+from dolfingrip.design.gradient.problem import Held, Problem
 from dolfingrip.design.gradient.quantity import FACING
 from dolfingrip.design.gradient.read import read
-from dolfingrip.design.gradient.trial import Descent
+from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.diagnosis.diagnose import Settings, diagnose
 from dolfingrip.diagnosis.results import write
 from dolfingrip.jobs.cluster import Where
@@ -41,6 +43,7 @@ FINGER = EXAMPLES / "paper_finger.toml"
 PAPER = (EXAMPLES / "paper_design.toml").read_text(encoding="utf-8")
 FREE = (EXAMPLES / "free_design.toml").read_text(encoding="utf-8")
 TUBE = EXAMPLES / "tube_design.toml"
+GRIPPER = EXAMPLES / "gripper_design.toml"
 ROBUST = "".join(
     f'\n[[scenarios]]\nchange = ["{change}"]\n'
     for change in (
@@ -118,14 +121,17 @@ def steps(out: Path, pool: Pool) -> list[dict[str, Any]]:
     extended = _extended(out / "diagnosis")
     for number, (name, text) in enumerate(STEPS.items()):
         problem = _read(text.replace(f'"{EXTENDED}"', f'"{extended}"'))
+        begun = time.process_time()
         one = _solved(problem, out / str(number), pool)
+        own_s = time.process_time() - begun
         told = run.facts(problem, one, None, 0.0)
         found.append(
             {
                 "problem": name,
                 "numbers": len(problem.variables),
                 "simulations": one.simulations,
-                "simulations_s": round(one.seconds, 1),
+                "simulations_s": round(one.seconds, 1),  # of load paths, with derivatives
+                "steps_s": round(own_s, 1),  # of processor between them
                 "start_N": round(one.start.objective, 4),
                 "best_N": round(one.best.objective, 4),
                 "gain_percent": round(100 * told["gain"], 2),
@@ -198,7 +204,45 @@ def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
     return found
 
 
-PARTS = {"steps": steps, "starts": starts, "tube": tube, "front": front}
+def gripper(out: Path, pool: Pool) -> list[dict[str, Any]]:
+    """A row for each food: what the paper's gripper, its finger in the new pose, and both bear."""
+    problem = read(GRIPPER)
+    compute = run.computed_in(out, pool)
+    one = several.solve(problem, compute, _said).best(problem)
+    own = np.array([each.key.startswith("morph.") for each in problem.variables])
+    posed = np.where(own, one.start.values, one.best.values)
+    made = {
+        "paper's finger": one.start.values,
+        "paper's finger, new pose": posed,
+        "new finger and pose": one.best.values,
+    }
+    found: list[dict[str, Any]] = []
+    for name, values in made.items():
+        answer = Simulations(problem, compute).at(values, gradients=False)
+        for condition, by in zip(problem.conditions, answer.by_condition, strict=True):
+            found.append(
+                {
+                    "design": name,
+                    "food": condition.base.food.kind,
+                    "pickup_margin": round(by[problem.objective].value, 4) if by else None,
+                    **{
+                        variable.key: round(float(value), 4)
+                        for variable, value in zip(problem.variables, values, strict=True)
+                    },
+                }
+            )
+            print(found[-1], flush=True)
+    rows.write(HERE / "design_gripper.csv", found)
+    print(f"{one.ending}; {one.simulations} grasps, {one.seconds:.0f} s")
+    return found
+
+
+def _said(trial: Trial, limits: Sequence[tuple[Held, float]]) -> None:
+    margins = ", ".join(f"{-each:.3f}" for each in trial.signed)
+    print(f"{trial.simulations} grasps: {margins or trial.failure}", flush=True)
+
+
+PARTS = {"steps": steps, "starts": starts, "tube": tube, "gripper": gripper, "front": front}
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -19,11 +19,8 @@ import scipy.sparse as sp
 from scipy.interpolate import BSpline
 
 from dolfingrip.meshes.solid import Floats, SolidMesh
-from dolfingrip.sections.form import Form
+from dolfingrip.sections.form import DEGREE, Form
 from dolfingrip.sections.geometry.boxes import BoxSolid
-
-DEGREE = 2
-"""Of the splines along z."""
 
 _ROUNDS, _CLOSE_MM = 60, 1e-13
 

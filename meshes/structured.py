@@ -155,11 +155,11 @@ def _divide(
         if next_head <= next_tail:
             head.append(next_head)
             rest -= next_head
-            next_head *= growth
+            next_head = min(next_head * growth, size)
         else:
             tail.append(next_tail)
             rest -= next_tail
-            next_tail *= growth
+            next_tail = min(next_tail * growth, size)
     count = max(1, math.ceil(rest / size - 1e-9))
     return [*head, *[rest / count] * count, *reversed(tail)]
 

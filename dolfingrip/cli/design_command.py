@@ -39,6 +39,7 @@ def design(
     """
     one_process("--workers, without mpirun")
     from dolfingrip.design.gradient import run, starts
+    from dolfingrip.design.gradient.quantity import GRASP
     from dolfingrip.design.gradient.read import read
     from dolfingrip.jobs.cluster import Where
     from dolfingrip.jobs.pool import Pool
@@ -58,7 +59,7 @@ def design(
         found = every.best(problem)
         wall_s = time.monotonic() - begun
         refined = None
-        if refine:
+        if refine and problem.objective.experiment != GRASP:
             screen.print("start and result on a finer mesh")
             refined = run.refine(problem, found, compute)
     told = run.facts(problem, found, refined, wall_s)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Final
 
 from pydantic import Field
@@ -13,6 +15,27 @@ if TYPE_CHECKING:
 
 ACROSS: Final = 2
 """Numbers of a field across the finger, along x or y."""
+
+
+DEGREE: Final = 2
+"""Of the splines along z."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offset:
+    """What one offset moves.
+
+    Attributes:
+        axis: that its plane is across.
+        plane_mm: the plane's coordinate along that axis.
+        function: number of its function across the finger.
+        along: where on z its spline stands, 0 to 1 (Greville's abscissa); across z, its number.
+    """
+
+    axis: int
+    plane_mm: float
+    function: int
+    along: float
 
 
 class Form(Section):
@@ -38,3 +61,19 @@ class Form(Section):
     def of_plane(self, axis: int) -> int:
         """Number of offsets of one plane across an axis."""
         return ACROSS * (ACROSS if axis == 2 else self.along)
+
+    def each(self, solid: BoxSolid) -> Iterator[Offset]:
+        """What each offset of a solid's planes moves, in order."""
+        for axis in range(3):
+            for plane in solid.bent(axis):
+                for function in range(ACROSS):
+                    count = ACROSS if axis == 2 else self.along
+                    for i in range(count):
+                        along = float(i) if axis == 2 else self._abscissa(i)
+                        yield Offset(axis, float(plane), function, along)
+
+    def _abscissa(self, i: int) -> float:
+        """Mean of the knots inside the support of a spline, as a part of the finger's length."""
+        pieces = self.along - DEGREE
+        inside = [min(max(i + k - DEGREE, 0), pieces) for k in range(1, DEGREE + 1)]
+        return sum(inside) / DEGREE / pieces

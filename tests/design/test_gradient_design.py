@@ -43,7 +43,11 @@ from dolfingrip.parameter import put
         (FORCE.replace("force_N", "fours_N") + TWO, "objective = fours_N: allowed: force_N"),
         (FORCE.replace("at_p", "# at_p") + TWO, "objective = force_N: 0 places; allowed"),
         (FORCE + 'minimise = "mass_g"\n' + TWO, "objective: 2 quantities; allowed: one of"),
-        (FORCE.replace("force_N", "pickup_margin") + TWO, "no gradient: a grasp with friction"),
+        (FORCE.replace("force_N", "pickup_pressure_kPa") + TWO, "no gradient: a grasp with frict"),
+        (
+            FORCE.replace("force_N", "pickup_margin") + TWO,
+            "allowed: the objective, without a place",
+        ),
         ('[objective]\nmaximise = "least_wall_mm"\n' + TWO, "an extreme over the shape"),
         (FORCE, "parameters: none; allowed"),
         (FORCE + "[parameters]\nmorph.xi1 = [0.5, 0.1]\n", "xi1 = [0.5, 0.1]: allowed: low below"),
@@ -196,6 +200,47 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
         expected = ((ahead.rows(name) - back.rows(name)) / (2 * step))[chosen]
         slopes = along @ here.row_gradients(name, chosen)
         np.testing.assert_allclose(slopes, expected, rtol=1e-5, atol=1e-6, err_msg=name)
+
+
+# -- a free form
+
+TUBE = (Path(__file__).parents[2] / "examples" / "tube_design.toml").read_text(encoding="utf-8")
+
+
+def tube(folder: Path, text: str) -> Problem:
+    file = folder / "tube.toml"
+    file.write_text(text, encoding="utf-8")
+    return read(file)
+
+
+def test_a_rippled_tube(tmp_path: Path) -> None:
+    """Waves of the roof, a straight back, ends that stay, outer faces within their bounds."""
+    problem = tube(tmp_path, TUBE)
+    shape = Shapes(problem).at([each.start for each in problem.variables])
+    points = shape.mesh.points
+    roof = points[np.isclose(points[:, 1], 0) & (points[:, 0] > 15)]
+    inner = roof[(roof[:, 2] > 6) & (roof[:, 2] < 74)]
+    waves = np.cos(2 * np.pi * inner[:, 2] / 10.0)
+    assert np.corrcoef(waves, inner[:, 0])[0, 1] > 0.9
+    assert np.ptp(inner[:, 0]) == pytest.approx(2 * 0.32, rel=0.4)
+    assert points[:, 0].min() == 0.0
+    for end in (0.0, 80.0):
+        outline = points[np.isclose(points[:, 2], end)]
+        assert (outline[:, 0].max(), outline[:, 1].max()) == pytest.approx((16.0, 8.0))
+    ends = {(each.low, each.high) for each in problem.variables}
+    assert ends == {(-7.0, 7.0), (-7.0, 4.0)}
+    every = np.where([each.high == 4.0 for each in problem.variables], 4.0, 0.0)
+    grown = Shapes(problem).at(every).mesh.points
+    assert (grown[:, 0].max(), grown[:, 1].max()) == pytest.approx((20.0, 12.0), abs=1e-9)
+    assert shape.value("least_gap_mm") == np.inf  # a tube has no gaps
+
+
+def test_a_ripple_beyond_its_bounds(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"free_form: start = .* allowed: -0\.1 to 0\.1 mm"):
+        tube(tmp_path, TUBE.replace("most_mm = 7.0", "most_mm = 0.1"))
+    form = f'"form.along=3", "form.offsets_mm={[0.0] * 38}"'
+    with pytest.raises(ConfigError, match=r"free_form\.ripple_mm = 0\.32: allowed: without"):
+        tube(tmp_path, TUBE.replace('"experiment.step_kPa=10"', form))
 
 
 # -- runs

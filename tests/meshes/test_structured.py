@@ -11,6 +11,7 @@ from dolfingrip.meshes.measures import centroid
 from dolfingrip.meshes.quality import check
 from dolfingrip.meshes.solid import MeshError
 from dolfingrip.meshes.structured import grid, structured_mesh
+from dolfingrip.sections.geometry.cast import Cast
 
 FINGERS = {
     "reference": {},
@@ -68,6 +69,10 @@ def test_an_eighth_of_the_wall_at_edges() -> None:
 def test_largest_cell() -> None:
     for planes in grid(Finger(), Mesh(size_mm=3.0)).planes:
         assert np.diff(planes).max() <= 3.0 + 1e-12
+    # cells that grow from the ends of a long chamber grow up to that size, too
+    long = Cast(chambers=1, chamber_length_mm=72.0)
+    for planes in grid(long, Mesh(size_mm=4.0, edge_size_mm=0.5)).planes:
+        assert np.diff(planes).max() <= 4.0 + 1e-12
 
 
 def test_too_many_cells_are_refused() -> None:

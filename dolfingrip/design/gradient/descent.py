@@ -225,10 +225,16 @@ class Descender:
             step = self._rounded(here.scaled + step) - here.scaled
             try:
                 shape = self._shapes.at(self._values(here.scaled + step))
+                whole = True
+                while held.folds(shape) and np.abs(step).max() > POLICY.least_radius:
+                    whole, step = False, self._rounded(here.scaled + step / 2) - here.scaled
+                    shape = self._shapes.at(self._values(here.scaled + step))
+                if not whole:
+                    box = box[0] / 2, box[1] / 2
                 worst = held.worst(shape)
             except ConfigError:
                 return None
-            if worst <= POLICY.kept:
+            if whole and worst <= POLICY.kept:
                 expected = model.at(np.zeros(n)) - model.at(step)
                 return (step, expected) if aimed or expected > 0 else None
             held.at(shape, step)

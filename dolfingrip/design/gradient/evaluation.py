@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from dolfingrip.config import Config
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import Quantity
-from dolfingrip.design.gradient.simulate import job
+from dolfingrip.design.gradient.quantity import GRASP, Quantity
+from dolfingrip.design.gradient.simulate import grasp_job, job
 from dolfingrip.jobs.job import Answer, Data, Job
 
 Floats = NDArray[np.float64]
@@ -88,7 +88,8 @@ class Simulations:
             ConfigError: one line, where there is no such finger.
         """
         keys = [each.key for each in self._problem.variables] if gradients else []
-        jobs, owners = [], []
+        jobs: list[Job] = []
+        owners: list[tuple[int, list[Quantity], list[tuple[str, float]]]] = []
         for number, condition in enumerate(self._problem.conditions):
             config = condition.config(self._problem.variables, list(map(float, values)))
             made_for: Config | None = self._starts[number]
@@ -96,6 +97,10 @@ class Simulations:
                 config, made_for = finer(config), finer(self._starts[number])
             for experiment in self.experiments:
                 asked = [each for each in self.quantities if each.experiment == experiment]
+                if experiment == GRASP:
+                    jobs.append(grasp_job(config))
+                    owners.append((number, asked, []))
+                    continue
                 places = list(dict.fromkeys((q.where, value) for q in asked for value in q.values))
                 columns = list(dict.fromkeys(each.name for each in asked))
                 highest = max((v for column, v in places if column == "pressure_kPa"), default=0.0)
@@ -114,7 +119,11 @@ class Simulations:
                 found.failure = found.failure or f"{answer.failure_class}: {answer.failure}"
                 continue
             for one in asked:
-                found.by_condition[number][one] = self._mean(one, places, answer.result, gradients)
+                if one.experiment == GRASP:
+                    measured = _grasped(answer.result)
+                else:
+                    measured = self._mean(one, places, answer.result, gradients)
+                found.by_condition[number][one] = measured
         return found
 
     def _mean(
@@ -128,3 +137,9 @@ class Simulations:
             every = [[result["gradients"][i][one.name][key] for key in keys] for i in at]
             slopes = np.mean(every, axis=0)
         return Measured(value, np.asarray(slopes, dtype=float))
+
+
+def _grasped(result: Data) -> Measured:
+    """The margin of a grasp, which has no slopes."""
+    outputs = result["outputs"]
+    return Measured(float(outputs["margin"]) * float(outputs["picked_up"]), np.empty(0))

@@ -54,6 +54,16 @@ class FreeForm(Section):
 
     along: int = Field(5, ge=3, le=40, description="numbers of a field along the finger")
     most_mm: float = Field(0.5, gt=0, le=20, description="largest offset")
+    outwards_mm: float | None = Field(
+        None, ge=0, le=20, description="largest offset of outer faces outwards; default: most_mm"
+    )
+    ends: bool = Field(
+        True, description="whether outlines of clamp and tip face change, and planes across z"
+    )
+    ripple_mm: float = Field(
+        0.0, ge=0, le=20, description="amplitude of a ripple of the start, less at the contact face"
+    )
+    ripple_length_mm: float = Field(10.0, gt=0, le=500, description="wavelength of that ripple")
 
 
 class Scenario(Section):

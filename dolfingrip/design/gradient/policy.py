@@ -44,13 +44,13 @@ class DescentPolicy:
     broken: float = 1e-4
     kept: float = 1e-6
     corrections: int = 8
-    aimed: int = 3
+    aimed: int = 8
     nearest: int = 11
     shorter: float = 0.9
     least_scaled_jacobian: float = 0.15
-    near_scaled_jacobian: float = 0.15
-    near_mm: float = 0.6
-    most_rows: int = 120
+    near_scaled_jacobian: float = 0.5
+    near_mm: float = 1.5
+    most_rows: int = 400
     bundle: int = 8
     penalty: float = 20.0
     digits: int = 12

@@ -16,7 +16,13 @@ from dolfingrip.channels import (
 )
 from dolfingrip.config import ConfigError
 
-Experiment = Literal["bending", "blocked_force", "push"]
+Experiment = Literal["bending", "blocked_force", "push", "grasp"]
+
+GRASP: Final = "grasp"
+
+PICKUP_MARGIN: Final = "pickup_margin"
+"""How many times the food's weight the fingers can bear in any direction at a grasp's end; 0 where
+it was not picked up. It has no gradient: a grasp with friction remembers its way."""
 
 READINGS: Final[dict[str, Experiment]] = {
     FORCE.name: "blocked_force",
@@ -46,7 +52,6 @@ OF_MANY: Final = (*FACING, "overhang_deg", SCALED_JACOBIAN)
 
 NO_GRADIENT: Final = {
     "pickup_pressure_kPa": "a grasp with friction remembers its way, and has no adjoint",
-    "pickup_margin": "a grasp with friction remembers its way, and has no adjoint",
     "contact_gap_mm": "a smallest distance has kinks",
     "first_touch_kPa": "the first touch of bellows is a kink",
     "turning_point_kPa": "two lines that fit a curve have no adjoint",
@@ -72,7 +77,7 @@ class Quantity:
     values: tuple[float, ...] = ()
 
     def __str__(self) -> str:
-        if self.experiment is None:
+        if not self.where:
             return self.name
         at = ", ".join(f"{value:g}" for value in self.values)
         usual = READINGS.get(self.name) == self.experiment
@@ -100,8 +105,15 @@ def quantity(
         if places or experiment:
             raise ConfigError(f"{option} = {name}: of the unloaded shape; allowed: without a place")
         return Quantity(name, None)
+    if name == PICKUP_MARGIN:
+        if option != "objective" or places or experiment not in (None, GRASP):
+            raise ConfigError(
+                f"{option} = {name}: of a grasp at experiment.max_pressure_kPa; allowed: "
+                "the objective, without a place"
+            )
+        return Quantity(name, GRASP)
     if name not in (*READINGS, PRESSURE.name):
-        known = ", ".join([*READINGS, PRESSURE.name, *OF_SHAPE])
+        known = ", ".join([*READINGS, PRESSURE.name, *OF_SHAPE, PICKUP_MARGIN])
         raise ConfigError(f"{option} = {name}: allowed: {known}")
     if len(places) != 1:
         raise ConfigError(

@@ -8,13 +8,16 @@ from typing import Any
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.design.gradient.file import File, FreeForm, Front, Limit, Objective, Scenario
+from dolfingrip.design.gradient import free_form
+from dolfingrip.design.gradient.file import File, Front, Limit, Objective, Scenario
 from dolfingrip.design.gradient.problem import Condition, Held, Problem, Variable
-from dolfingrip.design.gradient.quantity import FACING, OF_MANY
-from dolfingrip.parameter import Entry, find
+from dolfingrip.design.gradient.quantity import FACING, GRASP, OF_MANY
+from dolfingrip.parameter import Entry, Parameter, find, named
 from dolfingrip.sections import tables
 from dolfingrip.sections.errors import checked
-from dolfingrip.sections.form import Form
+
+NO_NUMBERS = (Entry.CHOICE, Entry.INSTRUMENT, Entry.SUPPLY)
+"""Kinds of parameters that a finger has no gradient by."""
 
 
 def read(file: Path, overrides: Sequence[str] = ()) -> Problem:
@@ -41,13 +44,15 @@ def read(file: Path, overrides: Sequence[str] = ()) -> Problem:
         raise ConfigError(f"objective = {name}: an extreme over the shape; allowed: a constraint")
     limits = tuple(_limits(asked.constraints))
     if asked.free_form is not None:
-        base = _with_form(base, asked.free_form)
-    variables = tuple(_variables(base, asked))
+        base = free_form.begun(base, asked.free_form)
+    variables = tuple(_variables(base, asked, grasp=objective.experiment == GRASP))
     conditions = [Condition("nominal", base)]
     for number, scenario in enumerate(asked.scenarios, 1):
         conditions.append(_condition(file, asked, base, overrides, number, scenario))
     if asked.front is not None:
         _check_front(asked.front, limits)
+    if objective.experiment == GRASP:
+        _check_grasp(asked, limits)
     return Problem(sign, objective, limits, variables, tuple(conditions), asked.method, asked.front)
 
 
@@ -57,6 +62,21 @@ def _check_front(front: Front, limits: Sequence[Held]) -> None:
     for limit in limits:
         if limit.quantity.experiment is not None or limit.limit is None:
             raise ConfigError(f"constraints: {limit}: allowed with a front: numbers of the shape")
+
+
+def _check_grasp(asked: File, limits: Sequence[Held]) -> None:
+    """Refuse what a search without gradients has not.
+
+    Raises:
+        ConfigError: one line.
+    """
+    for limit in limits:
+        if limit.quantity.experiment is not None:
+            raise ConfigError(f"constraints: {limit}; allowed with a grasp: numbers of the shape")
+    if asked.front is not None or asked.free_form is not None or asked.method.starts > 1:
+        raise ConfigError(
+            "front, free_form, method.starts: allowed with an objective that has a gradient"
+        )
 
 
 def _beside(file: Path, other: Path | None) -> Path | None:
@@ -115,26 +135,12 @@ def _limits(asked: Sequence[Limit]) -> list[Held]:
     return found
 
 
-def _with_form(base: Config, asked: FreeForm) -> Config:
-    if base.form is not None:
-        return base
-    if base.mesh.file is not None:
-        raise ConfigError("free_form: allowed: with a finger that is made from dimensions")
-    boxes = base.geometry.boxes()
-    if boxes is None:
-        raise ConfigError("free_form: allowed: with a finger that is made of boxes")
-    count = Form(along=asked.along, offsets_mm=()).count(boxes)
-    return base.changed(form={"along": asked.along, "offsets_mm": (0.0,) * count})
-
-
-def _variables(base: Config, asked: File) -> list[Variable]:
+def _variables(base: Config, asked: File, *, grasp: bool) -> list[Variable]:
     found: list[Variable] = []
     for key, value in _flat(asked.parameters):
-        found += _ranged(base, key, value)
+        found += _ranged(base, key, value, grasp=grasp)
     if asked.free_form is not None:
-        most = asked.free_form.most_mm
-        for parameter in find(base, ["form.offsets_mm"]):
-            found.append(Variable(parameter, -most, most, parameter.value(base)))
+        found += free_form.variables(base, asked.free_form)
     if not found:
         raise ConfigError("parameters: none; allowed: section.key = [low, high], or [free_form]")
     return found
@@ -152,7 +158,17 @@ def _flat(data: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]:
     return found
 
 
-def _ranged(base: Config, key: str, value: Any) -> list[Variable]:
+def _parameters(base: Config, key: str, *, grasp: bool) -> list[Parameter]:
+    """Parameters of a key; of a grasp also the gripper's."""
+    if grasp and key.startswith("gripper."):
+        return [named(key, "parameters")]
+    try:
+        return find(base, [key])
+    except ConfigError as error:
+        raise ConfigError(str(error).replace("--parameters ", "parameters.")) from None
+
+
+def _ranged(base: Config, key: str, value: Any, *, grasp: bool) -> list[Variable]:
     option = f"parameters.{key}"
     start: Any = None
     if isinstance(value, Mapping):
@@ -166,12 +182,9 @@ def _ranged(base: Config, key: str, value: Any) -> list[Variable]:
     if not low < high:
         raise ConfigError(f"{option} = [{low:g}, {high:g}]: allowed: low below high")
     found = []
-    try:
-        parameters = find(base, [key])
-    except ConfigError as error:
-        raise ConfigError(str(error).replace("--parameters ", "parameters.")) from None
-    for parameter in parameters:
-        if parameter.entry in (Entry.CHOICE, Entry.INSTRUMENT, Entry.SUPPLY) or parameter.integer:
+    refused = (Entry.INSTRUMENT, Entry.SUPPLY) if grasp else NO_NUMBERS
+    for parameter in _parameters(base, key, grasp=grasp):
+        if parameter.entry in refused or parameter.integer:
             raise ConfigError(f"{option}: {parameter.entry}; allowed: a number of the finger")
         if parameter.field.annotation in (float, float | None):
             for bound in (low, high):

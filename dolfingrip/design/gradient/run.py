@@ -145,6 +145,7 @@ def facts(
         "wall_s": round(wall_s, 1),
         "simulations_s": round(found.seconds, 1),
         "conditions": [each.name for each in problem.conditions],
+        "by_condition": _by_condition(problem, found),
         "parameters": parameters,
     }
     if refined is not None:
@@ -157,6 +158,20 @@ def facts(
             "simulations": refined.simulations,
         }
     return _plain(told)
+
+
+def _by_condition(problem: Problem, found: Descent) -> list[dict[str, Any]]:
+    """The objective of start and best design under each condition."""
+    if len(found.best.signed) != len(problem.conditions):  # of the unloaded shape
+        return []
+    return [
+        {
+            "condition": each.name,
+            "start": problem.sign * float(found.start.signed[i]),
+            "objective": problem.sign * float(found.best.signed[i]),
+        }
+        for i, each in enumerate(problem.conditions)
+    ]
 
 
 def _plain(value: Any) -> Any:

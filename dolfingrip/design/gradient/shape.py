@@ -57,6 +57,11 @@ def scaled_jacobians(mesh: SolidMesh) -> Floats:
     return np.asarray(np.linalg.det(edges / length[..., None]))
 
 
+FINER: Final = 2
+"""How often cells are divided along each axis where walls, gaps and cells are looked at: what bends
+between the nodes of the mesh must keep limits, too."""
+
+
 class Shapes:
     """The unloaded shapes of a problem's designs, all on the mesh of its start.
 
@@ -65,6 +70,8 @@ class Shapes:
 
     Attributes:
         start: configuration of the start.
+        mesh: of the start, before any free form.
+        finer: the same with cells divided in two along each axis, as limits see it.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -74,11 +81,14 @@ class Shapes:
         adapted = self.start.adapted()
         self.geometry = adapted.geometry
         self.mesh = straight(adapted)
-        self.scaled_jacobians = scaled_jacobians(self.mesh)
+        self.finer = self.mesh
         self.facing = dict.fromkeys(FACING, Facing(np.empty((0, 2, 4, 3))))
         if adapted.mesh.file is None and adapted.hexahedra:
-            found = facing(self.geometry, adapted.mesh)
+            finer = adapted.changed(mesh={"refine": FINER * adapted.mesh.refine})
+            self.finer = straight(finer)
+            found = facing(self.geometry, finer.mesh)
             self.facing = dict(zip(FACING, found, strict=True))
+        self.scaled_jacobians = scaled_jacobians(self.finer)
         facets = [self.mesh.facets[name] for name in PRINTED if name in self.mesh.facets]
         corners = FACET_CORNERS[facets[0].shape[1]]
         self.printed: Ints = np.concatenate(facets)[:, :corners]
@@ -106,6 +116,12 @@ class Shape:
         self._adapted = config.adapted()
         self._straight = self._on_planes(shapes.mesh.points)
         self.mesh = replace(shapes.mesh, points=placed(self._straight, config))
+
+    @cached_property
+    def _finer(self) -> SolidMesh:
+        """The mesh on which cells are looked at."""
+        points = self._on_planes(self._all.finer.points)
+        return replace(self._all.finer, points=placed(points, self.config))
 
     def _on_planes(self, points: Floats) -> Floats:
         if self._adapted.mesh.file is not None:
@@ -164,8 +180,10 @@ class Shape:
         if name == "overhang_deg":
             return self._overhang()
         if name == SCALED_JACOBIAN:
-            return scaled_jacobians(self.mesh) / self._all.scaled_jacobians
+            return scaled_jacobians(self._finer) / self._all.scaled_jacobians
         found = self._all.facing[name]
+        if not len(found.corners):
+            return np.empty(0)
         return found.distances(self._corners(found.corners)).ravel()
 
     def row_gradients(self, name: str, chosen: Ints) -> Floats:
@@ -189,7 +207,7 @@ class Shape:
         return placed(flat, self.config).reshape(corners.shape)
 
     def _scaled_jacobian_slopes(self, chosen: Ints) -> Floats:
-        nodes, edges, length = _edges(self.mesh, chosen)
+        nodes, edges, length = _edges(self._finer, chosen)
         unit = edges / length[..., None]
         whole = np.linalg.det(unit)
         # the cofactor of each edge, less what makes that edge longer alone
@@ -197,7 +215,10 @@ class Shape:
             [np.cross(unit[:, (i + 1) % 3], unit[:, (i + 2) % 3]) for i in range(3)], axis=1
         )
         by_edge = (across - whole[:, None, None] * unit) / length[..., None]
-        moving = self._velocity[:, nodes[:, 1:]] - self._velocity[:, nodes[:, :1]]
+        used, at = np.unique(nodes, return_inverse=True)
+        velocity = self._slopes(self._on_planes(self._all.finer.points[used]))
+        at = at.reshape(nodes.shape)
+        moving = velocity[:, at[:, 1:]] - velocity[:, at[:, :1]]
         found = np.einsum("pkei,kei->pk", moving, by_edge)
         return np.asarray(found / self._all.scaled_jacobians[chosen])
 

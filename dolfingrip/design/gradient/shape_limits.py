@@ -85,6 +85,11 @@ class ShapeLimits:
             found.append(limit.sign * (shape.value(limit.quantity.name) - value) / size_of(value))
         return found
 
+    @staticmethod
+    def folds(shape: Shape) -> bool:
+        """Whether a cell is turned inside out, where its slopes lead nowhere."""
+        return shape.value(SCALED_JACOBIAN) <= 0
+
     def worst(self, shape: Shape) -> float:
         """By how much the worst limit is broken, as a part of its size; below 0 if all are kept."""
         return max(self._worsts(shape), default=-1.0)

@@ -7,6 +7,8 @@ from typing import Any, Final
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
+from dolfingrip.design.campaign import grasps
+from dolfingrip.design.campaign.plan import Plan
 from dolfingrip.experiments.decisive import decisive, digest_of
 from dolfingrip.jobs.job import Data, Job, JobFailure, content_key
 
@@ -91,3 +93,9 @@ def job(
     }
     arguments = {"config": plain, "made_for": reference, **asked}
     return Job(content_key(content), FUNCTION, arguments, {"experiment": experiment})
+
+
+def grasp_job(config: Config) -> Job:
+    """The job of a grasp, as campaigns have it."""
+    (found,) = Plan(config, (), ({},), grasps.QUANTITIES, grasps.OBJECTIVE).jobs()
+    return found

@@ -11,6 +11,8 @@ import numpy as np
 from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Compute, Simulations
 from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.quantity import GRASP
+from dolfingrip.design.gradient.search import Searcher
 from dolfingrip.design.gradient.trial import Descent, Trial
 
 SEED: Final = 33
@@ -86,11 +88,13 @@ def solve(
     compute: Compute,
     say: Callable[[Trial, Sequence[tuple[Held, float]]], None],
 ) -> Starts:
-    """Find the best design from each start; see :class:`.Descender`.
+    """Find the best design from each start by a :class:`.Descender`, of a grasp by a search.
 
     Raises:
         NoStart: one line, where the problem's own start has no design.
     """
+    if problem.objective.experiment == GRASP:
+        return Starts([Searcher(problem, Simulations(problem, compute), say).run()], [""])
     descender = Descender(problem, Simulations(problem, compute), say)
     found = Starts([descender.run()], [""])
     for begin in begins(problem)[1:]:

@@ -1,0 +1,171 @@
+"""Designs of a quantity without gradients: Gaussian processes say where the next one is simulated.
+
+Each condition, such as a food, has a process of its own; the worst condition counts. The next
+design is where the worst one is expected to improve most on the best design so far (Jones, Schonlau
+& Welch, J. Global Optim. 13, 1998), by draws from all processes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import qmc
+
+from dolfingrip.config import ConfigError
+from dolfingrip.design.gradient.descent import NoStart
+from dolfingrip.design.gradient.evaluation import Floats, Simulations
+from dolfingrip.design.gradient.problem import Held, Problem
+from dolfingrip.design.gradient.shape import Shapes
+from dolfingrip.design.gradient.trial import Descent, Trial
+from dolfingrip.design.surrogate.process import GradientProcess
+from dolfingrip.experiments.rigs.grasped import grasped
+from dolfingrip.experiments.rigs.gripper import stands_of
+
+
+@dataclass(frozen=True, slots=True)
+class SearchPolicy:
+    """The numbers of a search.
+
+    Attributes:
+        first: number of designs, the start among them, that are spread evenly before processes say
+            more.
+        candidates: number of designs all over the ranges among which the next one is chosen.
+        near, reach: number of those around the best one, and their standard deviation as a part of
+            the ranges.
+        draws: of each process.
+        enough: expected gain, as a part of the best objective, below which a search ends.
+        seed: of the candidates and draws.
+    """
+
+    first: int = 5
+    candidates: int = 2048
+    near: int = 1024
+    reach: float = 0.1
+    draws: int = 256
+    enough: float = 2e-3
+    seed: int = 1
+
+
+POLICY = SearchPolicy()
+
+
+class Searcher:
+    """Looks for the best design of a problem whose objective has no gradient.
+
+    Args:
+        problem: with limits of the unloaded shape alone.
+        simulations: of its designs.
+        say: called with each design that was simulated.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        simulations: Simulations,
+        say: Callable[[Trial, Sequence[tuple[Held, float]]], None] = lambda trial, limits: None,
+    ) -> None:
+        self._problem, self._simulations, self._say = problem, simulations, say
+        self._shapes = Shapes(problem)
+        self._foods = [grasped(each.base.food) for each in problem.conditions]
+        self._low = np.array([each.low for each in problem.variables])
+        self._range = np.array([each.high for each in problem.variables]) - self._low
+        self._random = np.random.default_rng(POLICY.seed)
+        self._limits: list[tuple[Held, float]] = []
+
+    def run(self) -> Descent:
+        """Simulate until no design promises more, or the simulations are spent.
+
+        Raises:
+            NoStart: one line, where the start cannot be simulated.
+        """
+        problem = self._problem
+        starts = np.array([each.start for each in problem.variables])
+        begin = (starts - self._low) / self._range
+        given = self._shapes.at(self._values(begin))
+        self._limits = [
+            (each, given.value(each.quantity.name) if each.limit is None else each.limit)
+            for each in problem.limits
+        ]
+        cost = len(problem.conditions)
+        designs = max(problem.method.simulations // cost, 1)
+        sobol = qmc.Sobol(len(begin), rng=POLICY.seed).random(POLICY.candidates)
+        everywhere = np.array([each for each in sobol if self._kept(each)]).reshape(-1, len(begin))
+        first = [begin, *everywhere[: POLICY.first - 1]]
+        trials: list[Trial] = []
+        spent, seconds = 0, 0.0
+        best: Trial | None = None
+        ending = "the largest number of simulations is reached"
+        while len(trials) < designs:
+            expected = 0.0
+            if len(trials) < len(first):
+                scaled = first[len(trials)]
+            else:
+                assert best is not None
+                scaled, expected = self._next(trials, best, everywhere)
+                if expected < POLICY.enough * abs(best.objective):
+                    ending = "no design promises more"
+                    break
+            values = self._values(scaled)
+            found = self._simulations.at(values, gradients=False)
+            spent, seconds = spent + found.simulations, seconds + found.seconds
+            trial = Trial(scaled, values, self._shapes.at(values), spent, expected=expected)
+            trial.failure = found.failure
+            trial.limits = [trial.shape.value(each.quantity.name) for each, _ in self._limits]
+            if not found.failure:
+                each = [by[problem.objective].value for by in found.by_condition]
+                trial.signed = problem.sign * np.array(each)
+                trial.objective = problem.sign * float(trial.signed.max())
+                trial.accepted = best is None or trial.signed.max() < best.signed.max()
+            if not trials and found.failure:
+                raise NoStart(f"the start cannot be simulated: {found.failure}")
+            trials.append(trial)
+            best = trial if trial.accepted else best
+            self._say(trial, self._limits)
+        assert best is not None
+        return Descent(trials, best, ending, self._limits, spent, seconds)
+
+    def _values(self, scaled: Floats) -> Floats:
+        return np.asarray(np.round(self._low + scaled * self._range, 6) + 0.0)
+
+    def _kept(self, scaled: Floats) -> bool:
+        """Whether there is such a finger, within the limits, and such a gripper for each food."""
+        values = self._values(scaled)
+        try:
+            shape = self._shapes.at(values)
+            for condition, food in zip(self._problem.conditions, self._foods, strict=True):
+                stands_of(condition.config(self._problem.variables, list(map(float, values))), food)
+        except ConfigError:
+            return False
+        return all(
+            limit.sign * (shape.value(limit.quantity.name) - value) <= 0
+            for limit, value in self._limits
+        )
+
+    def _next(
+        self, trials: Sequence[Trial], best: Trial, everywhere: Floats
+    ) -> tuple[Floats, float]:
+        """The design that is expected to gain most, and that gain."""
+        near = best.scaled + POLICY.reach * self._random.standard_normal(
+            (POLICY.near, len(best.scaled))
+        )
+        near = np.array([each for each in np.clip(near, 0.0, 1.0) if self._kept(each)])
+        candidates = np.concatenate([everywhere, near.reshape(-1, len(best.scaled))])
+        inputs = np.array([each.scaled for each in trials])
+        # what cannot be simulated is as bad as the worst that can
+        worst = np.max([each.signed for each in trials if not each.failure], axis=0)
+        signed = np.array([worst if each.failure else each.signed for each in trials])
+        drawn = np.full((POLICY.draws, len(candidates)), -np.inf)
+        for values in signed.T:
+            if np.ptp(values) == 0:
+                drawn = np.maximum(drawn, values[0])
+                continue
+            # margins lie decades apart
+            process = GradientProcess(inputs, np.arcsinh(values))
+            mean, deviation = process.predict(candidates)
+            noise = self._random.standard_normal((POLICY.draws, 1))
+            drawn = np.maximum(drawn, np.sinh(mean + noise * deviation))
+        gains = np.maximum(float(best.signed.max()) - drawn, 0.0).mean(axis=0)
+        chosen = int(gains.argmax())
+        return candidates[chosen], float(gains[chosen])

@@ -1,0 +1,105 @@
+"""Designs of a grasp, which has no gradient: a search by Gaussian processes.
+
+Margins are invented, so that the best design is known.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dolfingrip import config as configuration
+from dolfingrip.config import ConfigError
+from dolfingrip.design.campaign import grasps
+from dolfingrip.design.gradient import run, search, starts
+from dolfingrip.design.gradient.problem import Problem
+from dolfingrip.design.gradient.read import read
+from dolfingrip.design.gradient.search import SearchPolicy
+from dolfingrip.jobs.job import Answer, Job
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "gripper_design.toml"
+
+TEXT = """
+set = [
+    "food.kind=cube", "gripper.preset=coarse", "gripper.alpha_deg=30", "gripper.clearance_mm=5",
+]
+[objective]
+maximise = "pickup_margin"
+[[constraints]]
+of = "mass_g"
+at_most = 40.0
+[parameters]
+morph.xi1 = [-0.2, 0.6]
+gripper.alpha_deg = [0.0, 90.0]
+[[scenarios]]
+set = ["food.kind=sausage-short"]
+[method]
+simulations = 28
+"""
+
+
+def margins(jobs: Sequence[Job]) -> list[Answer]:
+    """The worse food's margin is largest, 1.0, at ξ1 = 0.2 and α = 45°; none above 80°."""
+    found = []
+    for job in jobs:
+        config = configuration.from_dict(job.arguments["config"])
+        assert job.arguments["objective"] == grasps.OBJECTIVE
+        a, b = (config.morph.xi1 - 0.2) / 0.4, (config.gripper.alpha - 45) / 45
+        if config.gripper.alpha > 80:
+            found.append(Answer(job.key, "failed", failure_class="no class", failure="invented"))
+            continue
+        food = {"cube": 1.0 + a, "sausage-short": 1.0 - a}[config.food.kind]
+        outputs = dict.fromkeys(grasps.QUANTITIES, 0.0)
+        outputs |= {"margin": max(food - b**2, 0.0), "picked_up": 1.0}
+        found.append(Answer(job.key, "done", result={"outputs": outputs}, wall_s=1.0))
+    return found
+
+
+def problem_of(folder: Path, text: str) -> Problem:
+    file = folder / "design.toml"
+    file.write_text(text, encoding="utf-8")
+    return read(file)
+
+
+def test_the_worse_food_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "POLICY", SearchPolicy(candidates=128, near=64))  # cheaper
+    problem = problem_of(tmp_path, TEXT)
+    found = starts.solve(problem, margins, lambda trial, limits: None).best(problem)
+    assert found.simulations <= 28
+    taken = [each.objective for each in found.trials if each.accepted]
+    assert (np.diff(taken) > 0).all()
+    assert found.best.objective == pytest.approx(1.0, abs=0.06)
+    assert found.best.values == pytest.approx([0.2, 45.0], abs=12.0)
+    told = run.facts(problem, found, None, 0.0)
+    by = {each["condition"]: each["objective"] for each in told["by_condition"]}
+    assert min(by.values()) == pytest.approx(found.best.objective)
+    assert set(by) == {"nominal", "food.kind=sausage-short"}
+    json.dumps(told)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ('of = "mass_g"', 'of = "force_N"\nat_pressure_kPa = 50.0', "allowed with a grasp"),
+        ("simulations = 28", "starts = 3", "allowed with an objective that has a gradient"),
+        ("alpha_deg = [0.0", "alpha_deg = [-95.0", "gripper.alpha_deg = -95"),
+        ("gripper.alpha_deg = [0.0, 90.0]", "food.friction = [0.1, 0.5]", "food.friction"),
+    ],
+)
+def test_bad_input_gets_one_line(tmp_path: Path, before: str, after: str, said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        problem_of(tmp_path, TEXT.replace(before, after))
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_example() -> None:
+    """The four foods, and a finger with its pose."""
+    problem = read(EXAMPLE)
+    foods = {each.base.food.kind for each in problem.conditions}
+    assert foods == {"sausage-short", "sausage-long", "potato-small", "potato-large"}
+    assert {each.key.partition(".")[0] for each in problem.variables} == {"morph", "gripper"}
