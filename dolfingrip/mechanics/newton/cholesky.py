@@ -17,6 +17,7 @@ from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.inverse import Factorisation, solve_many
+from dolfingrip.mechanics.newton.policy import CHOLESKY
 
 BLOCK = 3
 """Rows of a block of the tangent."""
@@ -66,17 +67,29 @@ class Cholesky:
         self._factors: PETSc.PC | None = None
         self._scalars: _Scalars | None = None
         self._used: PETSc.PC | None = None
+        self._refused = self._left = 0
         self.pc = PETSc.PC().create(comm)
         self.pc.setType(PETSc.PC.Type.PYTHON)
         self.pc.setPythonContext(self)
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Factorise ``matrix`` (type SBAIJ, blocks of 3)."""
-        definite = self._factorised(matrix)
-        if definite is None:
+        definite = self._factorised(matrix) if self._left == 0 else None
+        if definite is not None:
+            self._refused = 0
+        else:
+            self._leave()
             self._indefinite.set_up(matrix)
         self._used = definite or self._indefinite.pc
         self.pc.setOperators(matrix)
+
+    def _leave(self) -> None:
+        """Leave matrices to LDLᵀ after some in a row that were not definite, as in a grasp."""
+        if self._left > 0:
+            self._left -= 1
+            return
+        self._left = min(2**self._refused - 1, CHOLESKY.most_left)
+        self._refused += 1
 
     @cached_property
     def _indefinite(self) -> Factorisation:
