@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from petsc4py import PETSc
 
+from dolfingrip.mechanics.newton.cholesky import Cholesky
 from dolfingrip.mechanics.newton.counts import Counts
 from dolfingrip.mechanics.newton.inverse import Factorisation, Inverse
 from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
@@ -163,7 +164,7 @@ class Factors:
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides, this rank's rows, to rounding."""
         assert self._ksp is not None
-        if isinstance(self._inverse, Factorisation):
+        if isinstance(self._inverse, Factorisation | Cholesky):
             return self._inverse.solve_many(right)
         assert self._factorised is not None
         found = np.empty_like(right)

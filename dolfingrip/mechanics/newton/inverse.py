@@ -89,17 +89,22 @@ class Factorisation:
 
         MUMPS passes its factors through memory once for a block of them, not once for each.
         """
-        factor = self.pc.getFactorMatrix()
-        size = (right.shape[0], factor.getSize()[0])
-        columns = (PETSc.DECIDE, right.shape[1])
-        b, x = (PETSc.Mat().createDense((size, columns), comm=self.pc.comm) for _ in range(2))
-        b.setUp()
-        b.getDenseArray()[:] = right
-        for matrix in (b, x):
-            matrix.setUp()
-            matrix.assemble()
-        factor.matSolve(b, x)
-        found = x.getDenseArray().copy()
-        b.destroy()
-        x.destroy()
-        return np.asarray(found)
+        return solve_many(self.pc, right)
+
+
+def solve_many(pc: PETSc.PC, right: np.ndarray) -> np.ndarray:
+    """(n, k) solutions for (n, k) right-hand sides, this rank's rows, by the factors of ``pc``."""
+    factor = pc.getFactorMatrix()
+    size = (right.shape[0], factor.getSize()[0])
+    columns = (PETSc.DECIDE, right.shape[1])
+    b, x = (PETSc.Mat().createDense((size, columns), comm=pc.comm) for _ in range(2))
+    b.setUp()
+    b.getDenseArray()[:] = right
+    for matrix in (b, x):
+        matrix.setUp()
+        matrix.assemble()
+    factor.matSolve(b, x)
+    found = x.getDenseArray().copy()
+    b.destroy()
+    x.destroy()
+    return np.asarray(found)

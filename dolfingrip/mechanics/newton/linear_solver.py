@@ -6,6 +6,7 @@ from functools import cached_property
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton import memory
+from dolfingrip.mechanics.newton.cholesky import Cholesky, factors
 from dolfingrip.mechanics.newton.inverse import Factorisation, Inverse
 from dolfingrip.mechanics.newton.multigrid import Multigrid
 from dolfingrip.mechanics.newton.ordering import AUTOMATIC, Order, cheapest
@@ -75,9 +76,9 @@ class LinearSolver:
         """The inverse for solves of Newton's method."""
         return Multigrid(prefix, self._model) if self.iterative else self.factors(prefix)
 
-    def factors(self, prefix: str) -> Factorisation:
+    def factors(self, prefix: str) -> Factorisation | Cholesky:
         """A factorisation, whatever the choice is."""
-        return Factorisation(prefix, self._model.comm, self._order.number)
+        return factors(prefix, self._model, self._order.number)
 
     def with_inertia(self, prefix: str) -> Inverse:
         """An inverse that tells the tangent's negative eigenvalues.

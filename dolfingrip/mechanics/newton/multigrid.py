@@ -6,6 +6,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
+from dolfingrip.mechanics.newton.cholesky import Cholesky, factors
 from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.mechanics.newton.linear_level import BLOCK, LinearLevel
 from dolfingrip.mechanics.newton.ordering import cheapest
@@ -32,8 +33,8 @@ class Multigrid:
 
     def __init__(self, prefix: str, model: Model) -> None:
         self._level = LinearLevel(model)
-        self._comm = model.comm
-        self._coarse: Factorisation | None = None
+        self._model, self._comm = model, model.comm
+        self._coarse: Factorisation | Cholesky | None = None
         self._prefix = prefix + "linear_"
         self._largest = 0.0
         self._vectors: list[PETSc.Vec] = []
@@ -47,7 +48,7 @@ class Multigrid:
         coarse, diagonal = self._level.assemble(matrix)
         if self._coarse is None:
             order = cheapest(self._level.graph, self._comm).number
-            self._coarse = Factorisation(self._prefix, self._comm, order)
+            self._coarse = factors(self._prefix, self._model, order)
         self._coarse.set_up(coarse)
         self._invert(diagonal)
         if not self._vectors:

@@ -179,6 +179,18 @@ class WorkspacePolicy:
 
 
 @dataclass(frozen=True, slots=True)
+class CholeskyPolicy:
+    """When Cholesky factors are tried; see :class:`~.cholesky.Cholesky`.
+
+    Attributes:
+        most_left: largest number of matrices that are left to LDLᵀ before the next try: none after
+            one that was not definite, then 1, 3, 7 and so on after each further one in a row.
+    """
+
+    most_left: int = 31
+
+
+@dataclass(frozen=True, slots=True)
 class LinearPolicy:
     """Linear systems beside the tangent's.
 
@@ -243,7 +255,7 @@ class WatchPolicy:
 
 
 WORKSPACE, LINEAR, MULTIGRID = WorkspacePolicy(), LinearPolicy(), MultigridPolicy()
-MEMORY, WATCH = MemoryPolicy(), WatchPolicy()
+CHOLESKY, MEMORY, WATCH = CholeskyPolicy(), MemoryPolicy(), WatchPolicy()
 
 
 @dataclass(frozen=True, slots=True)

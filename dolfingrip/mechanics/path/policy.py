@@ -50,8 +50,8 @@ class SeriesPolicy:
     near: float = 1e-3
     farther: float = 1e-2
     falling: float = 0.3
-    easy: float = 0.03
-    nearest: float = 1 / 32
+    easy: float = 0.06
+    nearest: float = 0.044
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +86,12 @@ class LengthPolicy:
 
     Attributes:
         error: error of a prediction, relative to the step's displacement, that the next step aims
-            at. Thin walls need 3 iterations there, 6 at three times as much, 13 at five times.
+            at. Thin walls need 3 iterations there, 6 at twice as much, 13 at three times.
         order: power of the length with which the error grows, for a cubic.
         least, most: smallest and largest ratio of a step's length and that before.
     """
 
-    error: float = 0.04
+    error: float = 0.06
     order: int = 3
     least: float = 0.5
     most: float = 2.0

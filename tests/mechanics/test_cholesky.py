@@ -1,0 +1,69 @@
+"""Cholesky factors of definite matrices in blocks of 3, and LDLᵀ of others."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfingrip.mechanics.newton.cholesky import Cholesky
+from dolfingrip.mechanics.newton.inverse import Factorisation
+
+SEED = 3
+NODES = 40
+
+
+def chain(reach: int) -> np.ndarray:
+    """A random symmetric matrix, definite, whose nodes are coupled with ``reach`` neighbours."""
+    rng = np.random.default_rng(SEED)
+    dense = rng.uniform(-1, 1, (3 * NODES, 3 * NODES))
+    node = np.arange(3 * NODES) // 3
+    dense[abs(node[:, None] - node) > reach] = 0.0
+    return dense + dense.T + 12 * (reach + 1) * np.eye(3 * NODES)
+
+
+def tangent(dense: np.ndarray) -> PETSc.Mat:
+    """The blocks on and above the diagonal, as a tangent stores them."""
+    blocks = sp.bsr_matrix(dense, blocksize=(3, 3))
+    blocks.sort_indices()
+    matrix = PETSc.Mat().create(MPI.COMM_SELF)
+    matrix.setSizes((dense.shape, dense.shape), bsize=3)
+    matrix.setType(PETSc.Mat.Type.SBAIJ)
+    matrix.setOption(PETSc.Mat.Option.IGNORE_LOWER_TRIANGULAR, True)
+    matrix.setPreallocationNNZ(NODES)
+    matrix.setOption(PETSc.Mat.Option.IGNORE_LOWER_TRIANGULAR, True)
+    matrix.setValuesBlockedCSR(
+        blocks.indptr.astype(PETSc.IntType), blocks.indices.astype(PETSc.IntType), blocks.data
+    )
+    matrix.assemble()
+    return matrix
+
+
+def test_any_matrix_is_solved_for_and_only_definite_ones_have_no_negative_pivots() -> None:
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    inverse = Cholesky(
+        "test_definite_", MPI.COMM_SELF, lambda: Factorisation("test_any_sign_", MPI.COMM_SELF)
+    )
+    near, far = chain(2), chain(5)
+    eigenvalues = np.linalg.eigvalsh(near)
+    lowered = near - (eigenvalues[6] + eigenvalues[7]) / 2 * np.eye(len(near))
+    matrix, wider = tangent(near), tangent(far)
+    # one matrix whose values change and come back, then another pattern
+    for which, dense, negative in (
+        (matrix, near, 0), (matrix, lowered, 7), (matrix, near, 0), (wider, far, 0),
+    ):  # fmt: skip
+        difference = np.diag(dense) - which.getDiagonal().array_r
+        which.setDiagonal(PETSc.Vec().createWithArray(difference, comm=MPI.COMM_SELF), addv=True)
+        which.assemble()
+        inverse.set_up(which)
+        right = rng.uniform(-1, 1, (len(dense), 2))
+        exact = np.linalg.solve(dense, right)
+        one, found = which.createVecs()
+        one.array[:] = right[:, 0]
+        inverse.pc.apply(one, found)
+        assert np.allclose(found.array_r, exact[:, 0], rtol=0, atol=1e-10 * abs(exact).max())
+        many = inverse.solve_many(right)
+        assert np.allclose(many, exact, rtol=0, atol=1e-10 * abs(exact).max())
+        assert (inverse.negative, inverse.failed) == (negative, 0)
