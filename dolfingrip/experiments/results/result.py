@@ -13,6 +13,7 @@ from mpi4py import MPI
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.experiments.results.outcome import Outcome
 from dolfingrip.experiments.results.turning_point import TurningPoint
+from dolfingrip.mechanics.model import jit
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
 from dolfingrip.mechanics.path.failure import Failure
@@ -121,6 +122,7 @@ def facts(
         "turning_point": None if result.turning_point is None else asdict(result.turning_point),
         "outcome": None if result.outcome is None else asdict(result.outcome),
         "ranks": model.comm.size,
+        "compiled_for": jit.PROCESSOR,
         "wall_s": round(wall_s, 3),
         "memory_forecast_MB": round(newton.linear_solver.forecast_MB),
         "peak_memory_MB": round(model.comm.allreduce(peak_memory_MB(), MPI.SUM)),

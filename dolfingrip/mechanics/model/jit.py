@@ -22,9 +22,13 @@ LEVEL = "DOLFINGRIP_OPTIMISATION"
 """Environment variable with another level than 3: tests, whose meshes are small, compile for longer
 than they run."""
 
+PROCESSOR = os.environ.get("DOLFINGRIP_PROCESSOR", "native")
+"""Processor that forms are compiled for, by gcc's name: this machine's own unless the environment
+says another, such as x86-64. Each has its own forms in the cache."""
+
 FLAGS = [
     f"-O{os.environ.get(LEVEL, '3')}",
-    "-march=native",
+    f"-march={PROCESSOR}",
     # sums may be reordered, which vectorises them: element tangents in half the time. Not-a-numbers
     # keep their meaning (no -ffinite-math-only).
     "-fno-math-errno",
