@@ -226,9 +226,13 @@ class Descender:
             try:
                 shape = self._shapes.at(self._values(here.scaled + step))
                 whole = True
-                while held.folds(shape) and np.abs(step - last).max() > POLICY.least_radius:
+                while held.folds(shape):
                     # slopes lead nowhere there; they are taken on the way from the last shape
-                    whole, step = False, self._rounded(here.scaled + (last + step) / 2)
+                    far = np.abs(step - last).max() > POLICY.least_radius
+                    whole, step = (
+                        False,
+                        self._rounded(here.scaled + (last + far * step) / (1 + far)),
+                    )
                     step = step - here.scaled
                     shape = self._shapes.at(self._values(here.scaled + step))
                 last = step
@@ -237,7 +241,8 @@ class Descender:
                 return None
             if whole and worst <= POLICY.kept:
                 expected = model.at(np.zeros(n)) - model.at(step)
-                return (step, expected) if aimed or expected > 0 else None
+                enough = aimed or expected > POLICY.enough * abs(float(model.values.max()))
+                return (step, expected) if enough else None
             held.at(shape, step)
         return None
 
