@@ -4,9 +4,9 @@
 and writes ``design_steps.csv``; ``starts`` begins at twenty places on a short, coarse finger and
 writes ``design_starts.csv``; ``tube`` makes an actuator that bends of a bare tube and writes
 ``design_tube.csv`` and ``design_tube.png``; ``gripper`` searches for finger and pose together and
-writes ``design_gripper.csv``; ``front`` compares what is learnt from gradients with
-what is learnt from the 208 designs of ``paper_designs.csv``, and writes ``design_front.csv`` and
-``design_front.png``. All go on where they were stopped.
+writes ``design_gripper.csv`` and ``design_gripper.png``; ``front`` compares what is learnt from
+gradients with what is learnt from the 208 designs of ``paper_designs.csv``, and writes
+``design_front.csv`` and ``design_front.png``. All go on where they were stopped.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from benchmarks.fronts import front
@@ -36,6 +37,7 @@ from dolfingrip.diagnosis.results import write
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
 from dolfingrip.report.shape_change import draw_section
+from dolfingrip.report.theme import BLUE, INK, ORANGE, figure_theme
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
@@ -196,11 +198,13 @@ def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
         if each.accepted
     ]
     rows.write(HERE / "design_tube.csv", found)
-    print(*found, sep="\n")
+    print(*found, sep="\n", flush=True)
     meshes = one.best.shape.mesh, one.start.shape.mesh
     draw_section(*meshes, f"{one.best.objective:.1f}° at 60 kPa", HERE / "design_tube.png")
     print(f"{one.ending}; simulations {one.seconds:.0f} s, steps {own_s:.0f} s of processor")
     run.write(run.facts(problem, one, None, 0.0), one, out)
+    finer = run.refine(problem, one, compute)
+    print(f"cells divided in two along each axis: {finer.best:.1f}° {finer.failure}")
     return found
 
 
@@ -233,8 +237,26 @@ def gripper(out: Path, pool: Pool) -> list[dict[str, Any]]:
             )
             print(found[-1], flush=True)
     rows.write(HERE / "design_gripper.csv", found)
+    _draw_margins(found, list(made), HERE / "design_gripper.png")
     print(f"{one.ending}; {one.simulations} grasps, {one.seconds:.0f} s")
     return found
+
+
+def _draw_margins(found: Sequence[dict[str, Any]], designs: Sequence[str], file: Path) -> None:
+    foods = list(dict.fromkeys(row["food"] for row in found))
+    with figure_theme():
+        figure, axes = plt.subplots(figsize=(5.2, 3.0), layout="constrained")
+        for i, (design, colour) in enumerate(zip(designs, (INK, ORANGE, BLUE), strict=True)):
+            margins = [row["pickup_margin"] or 0.0 for row in found if row["design"] == design]
+            places = np.arange(len(foods)) + 0.27 * (i - 1)
+            bars = axes.bar(places, margins, 0.25, color=colour, label=design)
+            axes.bar_label(bars, [f"{each:.2f}" for each in margins], fontsize=7, padding=1)
+        axes.set_xticks(range(len(foods)), foods)
+        axes.set_ylabel("pick-up margin (weights of the food)")
+        axes.margins(y=0.12)
+        axes.legend()
+        figure.savefig(file, dpi=200)
+        plt.close(figure)
 
 
 def _said(trial: Trial, limits: Sequence[tuple[Held, float]]) -> None:

@@ -233,6 +233,8 @@ def test_a_rippled_tube(tmp_path: Path) -> None:
     grown = Shapes(problem).at(every).mesh.points
     assert (grown[:, 0].max(), grown[:, 1].max()) == pytest.approx((20.0, 12.0), abs=1e-9)
     assert shape.value("least_gap_mm") == np.inf  # a tube has no gaps
+    # limits look at cells that are divided in two along each axis, at their eight corners
+    assert len(shape.rows(SCALED_JACOBIAN)) == 8 * 8 * len(shape.mesh.cells)
 
 
 def test_a_ripple_beyond_its_bounds(tmp_path: Path) -> None:

@@ -215,7 +215,7 @@ class Descender:
         held = ShapeLimits(self._limits(), self._range)
         step: Floats = np.zeros(len(here.scaled))
         held.at(here.shape, step)
-        n = len(step)
+        n, last = len(step), step
         nearest = not len(simulated.values)
         most = POLICY.aimed if nearest else POLICY.corrections
         for number in range(most + nearest * POLICY.nearest):
@@ -226,17 +226,23 @@ class Descender:
             try:
                 shape = self._shapes.at(self._values(here.scaled + step))
                 whole = True
-                while held.folds(shape) and np.abs(step).max() > POLICY.least_radius:
-                    whole, step = False, self._rounded(here.scaled + step / 2) - here.scaled
+                while held.folds(shape):
+                    # slopes lead nowhere there; they are taken on the way from the last shape
+                    far = np.abs(step - last).max() > POLICY.least_radius
+                    whole, step = (
+                        False,
+                        self._rounded(here.scaled + (last + far * step) / (1 + far)),
+                    )
+                    step = step - here.scaled
                     shape = self._shapes.at(self._values(here.scaled + step))
-                if not whole:
-                    box = box[0] / 2, box[1] / 2
+                last = step
                 worst = held.worst(shape)
             except ConfigError:
                 return None
             if whole and worst <= POLICY.kept:
                 expected = model.at(np.zeros(n)) - model.at(step)
-                return (step, expected) if aimed or expected > 0 else None
+                enough = aimed or expected > POLICY.enough * abs(float(model.values.max()))
+                return (step, expected) if enough else None
             held.at(shape, step)
         return None
 

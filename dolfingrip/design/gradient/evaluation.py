@@ -75,6 +75,7 @@ class Simulations:
         values: Sequence[float] | Floats,
         *,
         gradients: bool = True,
+        only: Sequence[int] | None = None,
         finer: Callable[[Config], Config] | None = None,
     ) -> Simulated:
         """Simulate a design under all conditions.
@@ -82,6 +83,7 @@ class Simulations:
         Args:
             values: of the variables.
             gradients: whether derivatives are wanted.
+            only: numbers of the conditions; default: all.
             finer: makes a configuration's mesh another, which is then that of the design itself.
 
         Raises:
@@ -90,7 +92,8 @@ class Simulations:
         keys = [each.key for each in self._problem.variables] if gradients else []
         jobs: list[Job] = []
         owners: list[tuple[int, list[Quantity], list[tuple[str, float]]]] = []
-        for number, condition in enumerate(self._problem.conditions):
+        for number in range(len(self._problem.conditions)) if only is None else only:
+            condition = self._problem.conditions[number]
             config = condition.config(self._problem.variables, list(map(float, values)))
             made_for: Config | None = self._starts[number]
             if finer is not None:

@@ -15,7 +15,7 @@ from scipy.stats import qmc
 
 from dolfingrip.config import ConfigError
 from dolfingrip.design.gradient.descent import NoStart
-from dolfingrip.design.gradient.evaluation import Floats, Simulations
+from dolfingrip.design.gradient.evaluation import Floats, Simulated, Simulations
 from dolfingrip.design.gradient.problem import Held, Problem
 from dolfingrip.design.gradient.shape import Shapes
 from dolfingrip.design.gradient.trial import Descent, Trial
@@ -89,7 +89,6 @@ class Searcher:
             for each in problem.limits
         ]
         cost = len(problem.conditions)
-        designs = max(problem.method.simulations // cost, 1)
         sobol = qmc.Sobol(len(begin), rng=POLICY.seed).random(POLICY.candidates)
         everywhere = np.array([each for each in sobol if self._kept(each)]).reshape(-1, len(begin))
         first = [begin, *everywhere[: POLICY.first - 1]]
@@ -97,7 +96,7 @@ class Searcher:
         spent, seconds = 0, 0.0
         best: Trial | None = None
         ending = "the largest number of simulations is reached"
-        while len(trials) < designs:
+        while spent + cost <= problem.method.simulations:
             expected = 0.0
             if len(trials) < len(first):
                 scaled = first[len(trials)]
@@ -107,17 +106,12 @@ class Searcher:
                 if expected < POLICY.enough * abs(best.objective):
                     ending = "no design promises more"
                     break
-            values = self._values(scaled)
-            found = self._simulations.at(values, gradients=False)
-            spent, seconds = spent + found.simulations, seconds + found.seconds
-            trial = Trial(scaled, values, self._shapes.at(values), spent, expected=expected)
-            trial.failure = found.failure
+            trial = Trial(scaled, self._values(scaled), self._shapes.at(self._values(scaled)), 0)
+            trial.expected = expected
             trial.limits = [trial.shape.value(each.quantity.name) for each, _ in self._limits]
-            if not found.failure:
-                each = [by[problem.objective].value for by in found.by_condition]
-                trial.signed = problem.sign * np.array(each)
-                trial.objective = problem.sign * float(trial.signed.max())
-                trial.accepted = best is None or trial.signed.max() < best.signed.max()
+            found = self._simulated(trial, best)
+            spent, seconds = spent + found.simulations, seconds + found.seconds
+            trial.simulations = spent
             if not trials and found.failure:
                 raise NoStart(f"the start cannot be simulated: {found.failure}")
             trials.append(trial)
@@ -125,6 +119,32 @@ class Searcher:
             self._say(trial, self._limits)
         assert best is not None
         return Descent(trials, best, ending, self._limits, spent, seconds)
+
+    def _simulated(self, trial: Trial, best: Trial | None) -> Simulated:
+        """Simulate a design, the best one's worst condition first, while it may be better.
+
+        What was not simulated is NaN.
+        """
+        number = len(self._problem.conditions)
+        trial.signed = np.full(number, np.nan)
+        order = range(number) if best is None else np.argsort(-best.signed, kind="stable")
+        bar = np.inf if best is None else float(best.signed.max())
+        whole = Simulated()
+        for each in [list(order)] if best is None else [[int(i)] for i in order]:
+            found = self._simulations.at(trial.values, gradients=False, only=each)
+            whole.simulations += found.simulations
+            whole.seconds += found.seconds
+            whole.failure = trial.failure = found.failure
+            if found.failure:
+                return whole
+            for i in each:
+                value = found.by_condition[i][self._problem.objective].value
+                trial.signed[i] = self._problem.sign * value
+            if np.nanmax(trial.signed) >= bar:
+                break
+        trial.objective = self._problem.sign * float(np.nanmax(trial.signed))
+        trial.accepted = best is None or bool(np.nanmax(trial.signed) < bar)
+        return whole
 
     def _values(self, scaled: Floats) -> Floats:
         return np.asarray(np.round(self._low + scaled * self._range, 6) + 0.0)
@@ -152,12 +172,14 @@ class Searcher:
         )
         near = np.array([each for each in np.clip(near, 0.0, 1.0) if self._kept(each)])
         candidates = np.concatenate([everywhere, near.reshape(-1, len(best.scaled))])
-        inputs = np.array([each.scaled for each in trials])
+        every = np.array([each.scaled for each in trials])
+        signed = np.array([each.signed for each in trials])
         # what cannot be simulated is as bad as the worst that can
-        worst = np.max([each.signed for each in trials if not each.failure], axis=0)
-        signed = np.array([worst if each.failure else each.signed for each in trials])
+        failed = np.array([bool(each.failure) for each in trials])
         drawn = np.full((POLICY.draws, len(candidates)), -np.inf)
-        for values in signed.T:
+        for known in signed.T:
+            values = np.where(failed & np.isnan(known), np.nanmax(known), known)
+            inputs, values = every[~np.isnan(values)], values[~np.isnan(values)]
             if np.ptp(values) == 0:
                 drawn = np.maximum(drawn, values[0])
                 continue
@@ -167,5 +189,7 @@ class Searcher:
             noise = self._random.standard_normal((POLICY.draws, 1))
             drawn = np.maximum(drawn, np.sinh(mean + noise * deviation))
         gains = np.maximum(float(best.signed.max()) - drawn, 0.0).mean(axis=0)
+        if not gains.any():  # nothing is known to tell candidates apart
+            return everywhere[len(trials) % len(everywhere)], 0.0
         chosen = int(gains.argmax())
         return candidates[chosen], float(gains[chosen])
