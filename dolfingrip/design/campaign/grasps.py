@@ -26,6 +26,11 @@ QUANTITIES: Final = (
 times its weight the fingers can bear in any direction; the sum of normal forces before the lift;
 the weight; the largest contact pressure on the food; and readings before the lift."""
 
+PICKUP: Final = "pickup_margin"
+"""What a search maximises: ``margin`` where the food was picked up. Where it was not, less than 0:
+minus the part of its weight that the fingers do not bear at the end, so −1 where they let it go.
+It has no gradient: a grasp with friction remembers its way."""
+
 NO_CLASS: Final = "no class"
 """Class of a failure: the grasp ended early and nothing had been decided."""
 
@@ -37,7 +42,7 @@ def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) ->
 
     Args:
         config: resolved, as nested dictionaries.
-        quantities: those of :data:`QUANTITIES` that are wanted.
+        quantities: those of :data:`QUANTITIES`, or :data:`PICKUP`, that are wanted.
         ranks: 1.
 
     Raises:
@@ -72,17 +77,23 @@ def simulate(config: dict[str, Any], quantities: tuple[str, ...], ranks: int) ->
 
 
 def outputs_of(result: Result) -> dict[str, float]:
-    """Values of all :data:`QUANTITIES` of a grasp with an outcome."""
+    """Values of all :data:`QUANTITIES`, and of :data:`PICKUP`, of a grasp with an outcome."""
     from dolfingrip.experiments.results.outcome import Kind
 
     assert result.outcome is not None
     before = [row for row in result.rows if row["table_z_mm"] >= 0] or result.rows
     held, last = before[-1], result.rows[-1]
     weight_N = float(result.rows[0]["table_N"])
+    margin = float(last["force_closure"]) * _normal_N(last) / weight_N
+    kind = result.outcome.kind
+    on_table = min(max(float(last["table_N"]) / weight_N, 0.0), 1.0)
+    if kind in (Kind.DROPPED, Kind.EJECTED):
+        on_table = 1.0
     return {
-        "picked_up": float(result.outcome.kind is Kind.PICKED_UP),
+        "picked_up": float(kind is Kind.PICKED_UP),
         "outcome_s": result.outcome.time_s,
-        "margin": float(last["force_closure"]) * _normal_N(last) / weight_N,
+        "margin": margin,
+        PICKUP: margin if kind is Kind.PICKED_UP else -on_table,
         "normal_N": _normal_N(held),
         "weight_N": weight_N,
         "contact_pressure_kPa": float(result.column("contact_pressure_kPa").max()),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dolfingrip.config import Config
+from dolfingrip.design.campaign import grasps
 from dolfingrip.design.gradient.problem import Problem
 from dolfingrip.design.gradient.quantity import GRASP, Quantity
 from dolfingrip.design.gradient.simulate import grasp_job, job
@@ -144,5 +145,4 @@ class Simulations:
 
 def _grasped(result: Data) -> Measured:
     """The margin of a grasp, which has no slopes."""
-    outputs = result["outputs"]
-    return Measured(float(outputs["margin"]) * float(outputs["picked_up"]), np.empty(0))
+    return Measured(float(result["outputs"][grasps.PICKUP]), np.empty(0))

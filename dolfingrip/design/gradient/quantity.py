@@ -15,14 +15,11 @@ from dolfingrip.channels import (
     TIP_Z,
 )
 from dolfingrip.config import ConfigError
+from dolfingrip.design.campaign.grasps import PICKUP
 
 Experiment = Literal["bending", "blocked_force", "push", "grasp"]
 
 GRASP: Final = "grasp"
-
-PICKUP_MARGIN: Final = "pickup_margin"
-"""How many times the food's weight the fingers can bear in any direction at a grasp's end; 0 where
-it was not picked up. It has no gradient: a grasp with friction remembers its way."""
 
 READINGS: Final[dict[str, Experiment]] = {
     FORCE.name: "blocked_force",
@@ -105,7 +102,7 @@ def quantity(
         if places or experiment:
             raise ConfigError(f"{option} = {name}: of the unloaded shape; allowed: without a place")
         return Quantity(name, None)
-    if name == PICKUP_MARGIN:
+    if name == PICKUP:
         if option != "objective" or places or experiment not in (None, GRASP):
             raise ConfigError(
                 f"{option} = {name}: of a grasp at experiment.max_pressure_kPa; allowed: "
@@ -113,7 +110,7 @@ def quantity(
             )
         return Quantity(name, GRASP)
     if name not in (*READINGS, PRESSURE.name):
-        known = ", ".join([*READINGS, PRESSURE.name, *OF_SHAPE, PICKUP_MARGIN])
+        known = ", ".join([*READINGS, PRESSURE.name, *OF_SHAPE, PICKUP])
         raise ConfigError(f"{option} = {name}: allowed: {known}")
     if len(places) != 1:
         raise ConfigError(

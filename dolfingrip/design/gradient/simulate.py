@@ -97,5 +97,5 @@ def job(
 
 def grasp_job(config: Config) -> Job:
     """The job of a grasp, as campaigns have it."""
-    (found,) = Plan(config, (), ({},), grasps.QUANTITIES, grasps.OBJECTIVE).jobs()
+    (found,) = Plan(config, (), ({},), (grasps.PICKUP,), grasps.OBJECTIVE).jobs()
     return found
