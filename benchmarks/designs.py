@@ -24,6 +24,7 @@ import numpy as np
 
 from benchmarks.fronts import front
 from dolfingrip import config as configuration
+from dolfingrip.config import Config
 from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
@@ -34,9 +35,14 @@ from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.trial import Descent, Trial
 from dolfingrip.diagnosis.diagnose import Settings, diagnose
 from dolfingrip.diagnosis.results import write
+from dolfingrip.experiments import run as simulate
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool
+from dolfingrip.meshes.adoption.sound import check_crossings
+from dolfingrip.meshes.solid import MeshError
+from dolfingrip.report.page import finger as report
 from dolfingrip.report.shape_change import draw_section
+from dolfingrip.report.skin import extract_skin
 from dolfingrip.report.theme import BLUE, INK, ORANGE, figure_theme
 
 HERE = Path(__file__).parent
@@ -163,6 +169,11 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
                 "rejected": sum(not each.accepted for each in one.trials),
                 "failed": sum(bool(each.failure) for each in one.trials),
                 "every_accepted_step_improves": bool((np.diff(taken) > 0).all()),
+                "intersections": sum(
+                    bool(_intersects(each.shape.config, str(problem.objective.experiment), out / "checked"))
+                    for each in one.trials
+                    if each.accepted
+                ),
                 "start_N": round(one.start.objective, 4),
                 "best_N": round(one.best.objective, 4),
                 "as_good": each["as_good"],
@@ -179,6 +190,23 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
     keys = max(found, key=len)
     rows.write(HERE / "design_starts.csv", [{key: each.get(key) for key in keys} for each in found])
     return found
+
+
+def _intersects(config: Config, experiment: str, out: Path) -> str:
+    """Where the finger's surface, its chambers included, passes through itself; "" if nowhere.
+
+    All triangles of the boundary are looked at in each state of the load path, by a search of its
+    own: the model's contact sees the skin alone.
+    """
+    simulate(experiment, config, out=out)
+    fields = report.read(out / "fields.pvd")
+    skin = extract_skin(fields.mesh)
+    for displacement in fields.displacements:
+        try:
+            check_crossings(skin.move(displacement), skin.triangles)
+        except MeshError as error:
+            return str(error)
+    return ""
 
 
 def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
@@ -203,6 +231,10 @@ def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
     draw_section(*meshes, f"{one.best.objective:.1f}° at 60 kPa", HERE / "design_tube.png")
     print(f"{one.ending}; simulations {one.seconds:.0f} s, steps {own_s:.0f} s of processor")
     run.write(run.facts(problem, one, None, 0.0), one, out)
+    for each in one.trials:
+        if each.accepted:
+            where = _intersects(each.shape.config, str(problem.objective.experiment), out / "checked")
+            print(f"{each.objective:.1f}°: {where or 'no intersection'}", flush=True)
     finer = run.refine(problem, one, compute)
     print(f"cells divided in two along each axis: {finer.best:.1f}° {finer.failure}")
     return found

@@ -80,7 +80,8 @@ def page(context: BrowserContext, server: Server) -> Page:
 
 
 def asked(page: Page) -> int:
-    return int(chromium.state(page, "shown"))
+    """How often a page asked for its design; a design that another tab had solved asks, too."""
+    return int(chromium.state(page, "asked"))
 
 
 def test_a_slider_changes_the_design(page: Page) -> None:

@@ -53,6 +53,7 @@ class Explorer {
 
   ask() {
     this.asked += 1;
+    root.dataset.asked = this.asked;
     this.socket.send({ do: 'show', id: this.asked, ...this.design() });
     const text = encodeURIComponent(JSON.stringify(this.design()));
     for (const suffix of ['stl', 'step', 'toml']) $(suffix).href = `/export/${suffix}?design=${text}`;
