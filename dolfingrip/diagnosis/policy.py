@@ -42,6 +42,7 @@ class Policy:
         slope_weight: weight of a derivative by ζ beside a value.
         shortest_step: shortest step of a simulation, by the longest; how far a path goes on beyond
             its last stop is not read.
+        first_error: part of what a cause explains that its first simulation alone may miss.
         finger_places: simulations of a finger by the number of a cause's arguments.
         far_places: simulations of a nuisance that is far from what was told.
         finger_reach: largest |ζ| that a finger is simulated at; of n numbers together it is so
@@ -114,6 +115,7 @@ class Policy:
     curved_share: float = 0.7
     slope_weight: float = 0.5
     shortest_step: float = 1 / 8
+    first_error: float = 0.15
     finger_places: tuple[int, ...] = (3, 5, 7, 8, 8, 9, 10)
     far_places: int = 6
     finger_reach: float = 2.5

@@ -208,8 +208,10 @@ def finger_case(
     workers: Workers,
     names: Sequence[str] | None = None,
     say: Callable[[str], None] = lambda text: None,
+    *,
+    fully: bool = False,
 ) -> FingerCase:
-    """Simulate the model and what every cause changes, and make emulators of it.
+    """Simulate the model and what causes change, and make emulators of it.
 
     Args:
         measurement: of fingers, and of coupons beside them.
@@ -217,6 +219,7 @@ def finger_case(
         workers: where simulations are computed and kept.
         names: of the causes that are tried; the whole catalogue where None.
         say: told what is being done.
+        fully: simulate every cause as far as one that the readings may have.
 
     Raises:
         ConfigError: one line, where nothing can be simulated.
@@ -231,8 +234,9 @@ def finger_case(
     grid = np.linspace(float(box[0]), float(box[1]), 401)
     middle = float(np.interp(np.log(centre), np.log(plain.factor(grid)[0]), grid))
     trained = trained_causes(
-        simulation, causes, off.noise, lambda z: plain.factor(z)[0], middle, box
-    )
+        simulation, causes, off.noise, lambda z: plain.factor(z)[0], middle, plain,
+        None if fully else say,
+    )  # fmt: skip
     felt = {each.name: each for each in causes if each.name in trained.emulators}
     case = replace(
         plain, emulators={name: trained.emulators[name] for name in felt},

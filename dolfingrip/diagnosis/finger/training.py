@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.core.case import Case as Readings
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places
 from dolfingrip.diagnosis.core.numbers import Cause
@@ -22,6 +23,7 @@ from dolfingrip.diagnosis.finger.unknowns import (
     coordinates_of,
     overrides_at,
 )
+from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
@@ -66,6 +68,15 @@ class _Design:
     scales: bool
     cases: list[Case]
 
+    def first(self) -> _Design:
+        """The place nearest to the middle alone, on either side where these differ."""
+        size = np.linalg.norm(self.zeta, axis=1)
+        sides = [self.zeta[:, -1] >= 0, self.zeta[:, -1] < 0]
+        if not effect(self.cause.name).lopsided:
+            sides = [np.ones(len(size), dtype=bool)]
+        some = sorted({int(np.where(side, size, np.inf).argmin()) for side in sides if side.any()})
+        return replace(self, zeta=self.zeta[some], cases=[self.cases[i] for i in some])
+
 
 def trained_causes(
     simulation: FingerSimulation,
@@ -73,9 +84,12 @@ def trained_causes(
     scale: np.ndarray,
     factor: Factor,
     middle: float,
-    box: np.ndarray,
+    plain: Readings,
+    say: Callable[[str], None] | None = None,
 ) -> Trained:
-    """Simulate all causes, and make emulators of what they change.
+    """Simulate causes, and make emulators of what they change.
+
+    Each is simulated once at first, and further where it could be seen.
 
     Args:
         simulation: of the model without them.
@@ -83,50 +97,86 @@ def trained_causes(
         scale: noise of the readings, shape (n,).
         factor: of the moduli by ζ.
         middle: ζ of the moduli that causes are simulated at.
-        box: range of that ζ, shape (2,).
+        plain: the model without causes.
+        say: told what is being done; every cause is simulated fully where None.
     """
-    closed = [each for each in causes if closed_forms.known(simulation, each)]
-    designs = [_design(simulation, each, factor, middle) for each in causes if each not in closed]
-    every = [case for design in designs for case in design.cases]
-    found = iter(simulate(simulation.measurement, simulation.config, every, simulation.workers))
+    box = plain.ground_box[0]
     nodes = np.linspace(float(box[0]), float(box[1]), POLICY.nodes)
-    emulators: dict[str, Emulator] = {}
-    unseen: list[str] = []
+    closed = {each.name: each for each in causes if closed_forms.known(simulation, each)}
+    designs = {
+        each.name: _design(simulation, each, factor, middle)
+        for each in causes
+        if each.name not in closed
+    }
+    told: dict[str, Simulations | None] = {
+        name: closed_forms.simulations(simulation, each, nodes, factor)
+        for name, each in closed.items()
+    }
     failed: dict[str, str] = {}
 
-    def keep(cause: Cause, told: Simulations | None, first: bool) -> None:
-        if told is None:
-            return
-        white = np.abs(told.values / scale)
-        if np.sqrt((white**2).mean(axis=2)).max() < LEAST:
+    def compute(some: dict[str, _Design]) -> None:
+        every = [case for each in some.values() for case in each.cases]
+        workers = simulation.workers
+        runs = iter(simulate(simulation.measurement, simulation.config, every, workers))
+        for name, each in some.items():
+            own = [next(runs) for _ in each.cases]
+            told[name], failed[name] = _assembled(simulation, each, own, nodes, factor)
+
+    more = designs
+    if say is not None:
+        compute({name: each.first() for name, each in designs.items()})
+        more = {name: each for name, each in designs.items() if told[name] is None}
+    further: set[str] = set()
+    while True:
+        compute(more)
+        further |= set(more)
+        known = {name: columns_of(each, scale) for name, each in told.items() if each is not None}
+        wanted = (worth_simulating(plain, known) & set(designs)) - further
+        if say is None or not wanted:
+            break
+        say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
+        more = {name: designs[name] for name in wanted}
+
+    emulators: dict[str, Emulator] = {}
+    unseen: list[str] = []
+    for cause in causes:
+        own = told[cause.name]
+        if own is None:
+            continue
+        if np.sqrt(np.square(own.values / scale).mean(axis=2)).max() < LEAST:
             unseen.append(cause.name)
-            return
-        own = coordinates_of(cause, int(first))
-        if first:
-            sigma = float(np.log(factor(np.array(middle + 1.0)) / factor(np.array(middle))))
+            continue
+        by_moduli = cause.name in designs and not designs[cause.name].scales
+        degree = closed_forms.PLACES - 1 if cause.name in closed else POLICY.curved_degree
+        if not by_moduli:
+            emulators[cause.name] = trained_on(
+                own, coordinates_of(cause), scale, (0,), degree=degree
+            )
+            continue
+        emulators[cause.name] = _by_moduli(simulation, cause, own, scale, factor, middle)
+    return Trained(emulators, tuple(unseen), {name: why for name, why in failed.items() if why})
 
-            def by_moduli(zeta: np.ndarray) -> np.ndarray:
-                return np.asarray(np.log(factor(zeta) / simulation.centre) / sigma)
 
-            own = (Coordinate(by_moduli, amplitude=False), *own)
-        degree = POLICY.curved_degree if first or cause not in closed else closed_forms.PLACES - 1
-        moduli = (middle - 1.5 * BESIDE, middle + 1.5 * BESIDE)
-        nearly = closed_forms.nearly(simulation, cause, scale, factor, moduli) if first else None
-        if nearly is None:
-            emulators[cause.name] = trained_on(told, own, scale, (0,), degree=degree)
-            return
-        rest = trained_on(_without(told, nearly), own, scale, (0,), degree=degree)
-        emulators[cause.name] = Stacked.of((nearly, rest))
+def _by_moduli(
+    simulation: FingerSimulation,
+    cause: Cause,
+    told: Simulations,
+    scale: np.ndarray,
+    factor: Factor,
+    middle: float,
+) -> Emulator:
+    """The emulator of a cause whose simulations the moduli do not scale."""
+    sigma = float(np.log(factor(np.array(middle + 1.0)) / factor(np.array(middle))))
 
-    for design in designs:
-        runs = [next(found) for _ in design.cases]
-        told, why = _assembled(simulation, design, runs, nodes, factor)
-        if told is None:
-            failed[design.cause.name] = why
-        keep(design.cause, told, first=not design.scales)
-    for cause in closed:
-        keep(cause, closed_forms.simulations(simulation, cause, nodes, factor), first=False)
-    return Trained(emulators, tuple(unseen), failed)
+    def by_moduli(zeta: np.ndarray) -> np.ndarray:
+        return np.asarray(np.log(factor(zeta) / simulation.centre) / sigma)
+
+    own = (Coordinate(by_moduli, amplitude=False), *coordinates_of(cause, 1))
+    moduli = (middle - 1.5 * BESIDE, middle + 1.5 * BESIDE)
+    nearly = closed_forms.nearly(simulation, cause, scale, factor, moduli)
+    if nearly is None:
+        return trained_on(told, own, scale, (0,))
+    return Stacked.of((nearly, trained_on(_without(told, nearly), own, scale, (0,))))
 
 
 def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:

@@ -62,7 +62,7 @@ def planned_case(
     if np.isnan(base.readings).any():
         why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))
         raise ConfigError(f"the simulation does not reach all readings: {why}")
-    finger = finger_case(_reading(measurement, base.readings), config, workers, names)
+    finger = finger_case(_reading(measurement, base.readings), config, workers, names, fully=True)
     causes = {name: each for name, each in finger.causes.items() if name not in finger.case.rig}
     return PlannedCase(finger.case, causes, finger.unseen, finger.failed)
 

@@ -1,0 +1,105 @@
+"""Which causes are simulated further: those that could be seen beside others.
+
+A cause is simulated once at first. What it changes there, and its derivatives, may be taken in any
+amount: that says the most that it can explain, alone and beside each other cause. Where that is too
+little to be seen, no further simulation can tell of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+
+import numpy as np
+import scipy.linalg
+
+from dolfingrip.diagnosis.core.case import Case, Subset
+from dolfingrip.diagnosis.core.curved import Simulations
+from dolfingrip.diagnosis.core.evidence import Level
+from dolfingrip.diagnosis.core.search import NONE, levels
+from dolfingrip.diagnosis.policy import POLICY
+
+BESIDE = 0.5
+"""ζ of the model's own numbers between which the model is taken to be a parabola."""
+
+
+def columns_of(told: Simulations, scale: np.ndarray) -> np.ndarray:
+    """What a cause changes, and how that differs by its numbers, at the middle moduli; (n, k).
+
+    Args:
+        told: its simulations.
+        scale: noise of the readings, shape (n,).
+    """
+    middle = len(told.values) // 2
+    rows = np.vstack([told.values[middle], *np.moveaxis(told.slopes[middle], 1, 0)])
+    rows = rows[np.isfinite(rows).all(axis=1)] / scale
+    _, sizes, right = np.linalg.svd(rows, full_matrices=False)
+    left = np.cumsum((sizes**2)[::-1])[::-1] / rows.size
+    k = max(int((left > POLICY.component_error**2).sum()), 1)
+    return np.asarray(right[:k].T * scale[:, None])
+
+
+def worth_simulating(plain: Case, columns: Mapping[str, np.ndarray]) -> set[str]:
+    """Causes that could be seen in one of the hypotheses that may be likely.
+
+    A hypothesis may be likely where its largest likelihood is not hopelessly below that of any
+    other. A cause is seen in it where the readings are so much better explained with it.
+
+    Args:
+        plain: the model without causes.
+        columns: what each cause changes, (n, k).
+    """
+    explained: dict[tuple[Subset, float], float] = {}
+    largest: dict[tuple[Subset, float], float] = {}
+    every: list[Subset] = [NONE, *((name,) for name in columns), *combinations(columns, 2)]
+    for size, prior in levels().items():
+        level = Level(plain, size)
+        rest, own = _about_fit(plain, level)
+        rest = rest - own @ (own.T @ rest)
+        beside = {}
+        for name, each in columns.items():
+            white = level.whitened(each)
+            beside[name] = _basis(white - own @ (own.T @ white))
+        alone = -0.5 * float(rest @ rest) - 0.5 * level.log_det + float(np.log(prior))
+        for subset in every:
+            gain = 0.0
+            if subset:
+                told = np.hstack([beside[name] for name in subset])
+                told = told if len(subset) == 1 else _basis(told)
+                gain = float(np.square(told.T @ rest).sum())
+            explained[subset, size] = gain
+            largest[subset, size] = alone + 0.5 * gain
+    best = max(largest.values())
+    found: set[str] = set()
+    for (subset, size), value in largest.items():
+        gain = explained[subset, size]
+        # a first simulation may miss a part of what a cause would explain
+        missed = 0.5 * POLICY.first_error**2 * gain
+        if set(subset) <= found or value < best - POLICY.hopeless - missed:
+            continue
+        for name in subset:
+            without = tuple(each for each in subset if each != name)
+            by_chance = columns[name].shape[1]
+            if gain - explained[without, size] > POLICY.visible_sigma**2 + by_chance:
+                found.add(name)
+    return found
+
+
+def _about_fit(plain: Case, level: Level) -> tuple[np.ndarray, np.ndarray]:
+    """What the model without causes leaves, (n,), and a basis of what it may change; white."""
+    starts = [np.r_[start, np.zeros(plain.own - 1)] for start in POLICY.starts]
+    zeta = level.of(NONE).fit(starts).zeta
+    here = plain.predicted(NONE, zeta)
+    ways = []
+    for step in np.diag(np.full(plain.own, BESIDE)):
+        more, less = (plain.predicted(NONE, zeta + by * step) - here for by in (1.0, -1.0))
+        ways += [more - less, more + less]
+    return level.whitened(plain.value - here), _basis(level.whitened(np.column_stack(ways)))
+
+
+def _basis(white: np.ndarray) -> np.ndarray:
+    """Orthonormal columns of the same span, without ways that change nothing."""
+    if not white.size:
+        return white
+    left, sizes, _ = scipy.linalg.svd(white, full_matrices=False)
+    return np.asarray(left[:, sizes > 1e-8 * max(sizes[0], 1e-300)])

@@ -1,0 +1,71 @@
+"""Which causes are simulated further, by invented changes; no simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from dolfingrip.diagnosis.core.case import Case
+from dolfingrip.diagnosis.core.curved import Simulations
+from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
+
+SEED = 23
+X = np.linspace(0.05, 1.0, 40)
+NOISE = 0.02
+BASE = 10 * X**1.3
+CHANGES = {
+    "softening": X**3,
+    "stiffening": -(X**2.7),
+    "offset": np.ones(len(X)),
+    "waver": np.sin(9 * X),
+    "kink": np.maximum(X - 0.6, 0.0),
+}
+
+
+def read(**strengths: float) -> Case:
+    """Readings of a model 10 % too stiff, with causes of so many standard deviations of noise."""
+    rng = np.random.default_rng(SEED)
+    value = 0.9 * BASE + NOISE * rng.standard_normal(len(X))
+    for name, sigma in strengths.items():
+        value = value + sigma * NOISE * CHANGES[name] / np.linalg.norm(CHANGES[name])
+    n = len(X)
+    kernel = np.diag((0.1 * BASE) ** 2)
+    return Case(
+        value, BASE, np.ones(n, bool), 0.2, {}, np.eye(n) * NOISE**2, kernel, {},
+        ground_box=np.array([[-4.0, 4.0]]),
+    )  # fmt: skip
+
+
+def columns() -> dict[str, np.ndarray]:
+    return {name: each[:, None] for name, each in CHANGES.items()}
+
+
+@pytest.mark.parametrize("hidden", [{}, {"waver": 40.0}])
+def test_what_can_be_seen_is_simulated(hidden: dict[str, float]) -> None:
+    print("seed", SEED)
+    assert worth_simulating(read(**hidden), columns()) == set(hidden)
+
+
+def test_a_weak_cause_beside_a_strong_one_is_simulated() -> None:
+    alone = worth_simulating(read(waver=40.0), columns())
+    assert worth_simulating(read(waver=40.0, offset=12.0), columns()) >= alone | {"offset"}
+
+
+def test_causes_that_look_alike_are_both_simulated() -> None:
+    """They differ by less than what a first simulation may miss of either."""
+    found = worth_simulating(read(softening=60.0), columns())
+    assert {"softening", "stiffening"} <= found
+    assert "waver" not in found
+
+
+def test_columns_are_changes_and_their_derivatives() -> None:
+    """At the middle one of three moduli; a derivative that is not known has no column."""
+    values = np.stack([np.stack([CHANGES["kink"]]) * by for by in (0.5, 1.0, 2.0)])
+    slopes = np.full((3, 1, 2, len(X)), np.nan)
+    slopes[:, 0, 0] = CHANGES["waver"]
+    told = Simulations(np.zeros((1, 2)), values, slopes, np.array([-1.0, 0.0, 1.0]))
+    found = columns_of(told, np.full(len(X), NOISE))
+    assert found.shape == (len(X), 2)
+    both = np.column_stack([CHANGES["kink"], CHANGES["waver"]])
+    left = both - found @ np.linalg.lstsq(found, both, rcond=None)[0]
+    assert np.abs(left).max() < 1e-12
