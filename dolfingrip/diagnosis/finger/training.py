@@ -131,7 +131,8 @@ def trained_causes(
         compute(more)
         further |= set(more)
         known = {name: columns_of(each, scale) for name, each in told.items() if each is not None}
-        wanted = (worth_simulating(plain, known) & set(designs)) - further
+        finished = further | set(closed)
+        wanted = set() if say is None else worth_simulating(plain, known, finished)
         if say is None or not wanted:
             break
         say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")

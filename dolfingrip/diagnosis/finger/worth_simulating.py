@@ -7,7 +7,7 @@ little to be seen, no further simulation can tell of it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from itertools import combinations
 
 import numpy as np
@@ -39,18 +39,50 @@ def columns_of(told: Simulations, scale: np.ndarray) -> np.ndarray:
     return np.asarray(right[:k].T * scale[:, None])
 
 
-def worth_simulating(plain: Case, columns: Mapping[str, np.ndarray]) -> set[str]:
-    """Causes that could be seen in one of the hypotheses that may be likely.
+def worth_simulating(
+    plain: Case, columns: Mapping[str, np.ndarray], finished: Set[str]
+) -> set[str]:
+    """The next causes to simulate further: each could be seen in a hypothesis that may be likely.
 
     A hypothesis may be likely where its largest likelihood is not hopelessly below that of any
-    other. A cause is seen in it where the readings are so much better explained with it.
+    other. A cause is seen in it where the readings are so much better explained with it. What first
+    simulations may miss counts once the likeliest hypotheses are finished.
 
     Args:
         plain: the model without causes.
         columns: what each cause changes, (n, k).
+        finished: causes that have all their simulations.
     """
-    explained: dict[tuple[Subset, float], float] = {}
-    largest: dict[tuple[Subset, float], float] = {}
+    explained, largest = _bounds(plain, columns)
+    best = max(largest.values())
+    for share in (0.0, POLICY.first_error):
+        found: set[str] = set()
+        for (subset, size), value in largest.items():
+            gain = explained[subset, size]
+            known = tuple(name for name in subset if name in finished)
+            missed = 0.5 * share**2 * (gain - explained[known, size])
+            if value < best - POLICY.hopeless - missed:
+                continue
+            for name in set(subset) - finished:
+                without = tuple(each for each in subset if each != name)
+                by_chance = columns[name].shape[1]
+                if gain - explained[without, size] > POLICY.visible_sigma**2 + by_chance:
+                    found.add(name)
+        if found:
+            return found
+    return set()
+
+
+Hypothesis = tuple[Subset, float]
+"""Causes, and the level of a discrepancy beside them."""
+
+
+def _bounds(
+    plain: Case, columns: Mapping[str, np.ndarray]
+) -> tuple[dict[Hypothesis, float], dict[Hypothesis, float]]:
+    """How much χ² each hypothesis explains at most, and ln of its largest likelihood."""
+    explained: dict[Hypothesis, float] = {}
+    largest: dict[Hypothesis, float] = {}
     every: list[Subset] = [NONE, *((name,) for name in columns), *combinations(columns, 2)]
     for size, prior in levels().items():
         level = Level(plain, size)
@@ -69,20 +101,7 @@ def worth_simulating(plain: Case, columns: Mapping[str, np.ndarray]) -> set[str]
                 gain = float(np.square(told.T @ rest).sum())
             explained[subset, size] = gain
             largest[subset, size] = alone + 0.5 * gain
-    best = max(largest.values())
-    found: set[str] = set()
-    for (subset, size), value in largest.items():
-        gain = explained[subset, size]
-        # a first simulation may miss a part of what a cause would explain
-        missed = 0.5 * POLICY.first_error**2 * gain
-        if set(subset) <= found or value < best - POLICY.hopeless - missed:
-            continue
-        for name in subset:
-            without = tuple(each for each in subset if each != name)
-            by_chance = columns[name].shape[1]
-            if gain - explained[without, size] > POLICY.visible_sigma**2 + by_chance:
-                found.add(name)
-    return found
+    return explained, largest
 
 
 def _about_fit(plain: Case, level: Level) -> tuple[np.ndarray, np.ndarray]:

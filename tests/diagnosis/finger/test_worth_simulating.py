@@ -43,17 +43,22 @@ def columns() -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("hidden", [{}, {"waver": 40.0}])
 def test_what_can_be_seen_is_simulated(hidden: dict[str, float]) -> None:
     print("seed", SEED)
-    assert worth_simulating(read(**hidden), columns()) == set(hidden)
+    assert worth_simulating(read(**hidden), columns(), set()) == set(hidden)
 
 
 def test_a_weak_cause_beside_a_strong_one_is_simulated() -> None:
-    alone = worth_simulating(read(waver=40.0), columns())
-    assert worth_simulating(read(waver=40.0, offset=12.0), columns()) >= alone | {"offset"}
+    alone = worth_simulating(read(waver=40.0), columns(), set())
+    assert worth_simulating(read(waver=40.0, offset=12.0), columns(), set()) >= alone | {"offset"}
+
+
+def test_what_a_finished_cause_explains_needs_no_other() -> None:
+    """Others explain no more of what is left than chance may."""
+    assert worth_simulating(read(waver=40.0), columns(), {"waver"}) == set()
 
 
 def test_causes_that_look_alike_are_both_simulated() -> None:
     """They differ by less than what a first simulation may miss of either."""
-    found = worth_simulating(read(softening=60.0), columns())
+    found = worth_simulating(read(softening=60.0), columns(), set())
     assert {"softening", "stiffening"} <= found
     assert "waver" not in found
 
