@@ -45,8 +45,9 @@ def worth_simulating(
     """The next causes to simulate further: each could be seen in a hypothesis that may be likely.
 
     A hypothesis may be likely where its largest likelihood is not hopelessly below that of any
-    other. A cause is seen in it where the readings are so much better explained with it. What first
-    simulations may miss counts once the likeliest hypotheses are finished.
+    other. A cause is seen in it where the readings are so much better explained with it. Single
+    causes come first, then pairs: these also mend what a first simulation of one of them misses.
+    Last, what first simulations may miss counts, too.
 
     Args:
         plain: the model without causes.
@@ -54,10 +55,11 @@ def worth_simulating(
         finished: causes that have all their simulations.
     """
     explained, largest = _bounds(plain, columns)
-    best = max(largest.values())
-    for share in (0.0, POLICY.first_error):
+    for count, share in ((1, 0.0), (2, 0.0), (2, POLICY.first_error)):
+        tried = {each: value for each, value in largest.items() if len(each[0]) <= count}
+        best = max(tried.values())
         found: set[str] = set()
-        for (subset, size), value in largest.items():
+        for (subset, size), value in tried.items():
             gain = explained[subset, size]
             known = tuple(name for name in subset if name in finished)
             missed = 0.5 * share**2 * (gain - explained[known, size])
