@@ -170,7 +170,11 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
                 "failed": sum(bool(each.failure) for each in one.trials),
                 "every_accepted_step_improves": bool((np.diff(taken) > 0).all()),
                 "intersections": sum(
-                    bool(_intersects(each.shape.config, str(problem.objective.experiment), out / "checked"))
+                    bool(
+                        _intersects(
+                            each.shape.config, str(problem.objective.experiment), out / "checked"
+                        )
+                    )
                     for each in one.trials
                     if each.accepted
                 ),
@@ -233,10 +237,13 @@ def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
     run.write(run.facts(problem, one, None, 0.0), one, out)
     for each in one.trials:
         if each.accepted:
-            where = _intersects(each.shape.config, str(problem.objective.experiment), out / "checked")
+            where = _intersects(
+                each.shape.config, str(problem.objective.experiment), out / "checked"
+            )
             print(f"{each.objective:.1f}°: {where or 'no intersection'}", flush=True)
-    finer = run.refine(problem, one, compute)
-    print(f"cells divided in two along each axis: {finer.best:.1f}° {finer.failure}")
+    best = one.best.shape.config
+    finer = simulate("bending", best.changed(mesh={"refine": best.mesh.refine + 1}))
+    print(f"cells two thirds as large: {finer.rows[-1]['angle_deg']:.1f}°")
     return found
 
 
