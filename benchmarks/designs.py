@@ -24,7 +24,6 @@ import numpy as np
 
 from benchmarks.fronts import front
 from dolfingrip import config as configuration
-from dolfingrip.config import Config
 from dolfingrip.design import rows
 from dolfingrip.design.gradient import run
 from dolfingrip.design.gradient import starts as several
@@ -170,9 +169,7 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
                 "failed": sum(bool(each.failure) for each in one.trials),
                 "every_accepted_step_improves": bool((np.diff(taken) > 0).all()),
                 "intersections": sum(
-                    bool(_intersects(each.shape.config, str(problem.objective.experiment), out / "checked"))
-                    for each in one.trials
-                    if each.accepted
+                    bool(_intersects(problem, each, out)) for each in one.trials if each.accepted
                 ),
                 "start_N": round(one.start.objective, 4),
                 "best_N": round(one.best.objective, 4),
@@ -192,14 +189,14 @@ def starts(out: Path, pool: Pool) -> list[dict[str, Any]]:
     return found
 
 
-def _intersects(config: Config, experiment: str, out: Path) -> str:
+def _intersects(problem: Problem, trial: Trial, out: Path) -> str:
     """Where the finger's surface, its chambers included, passes through itself; "" if nowhere.
 
     All triangles of the boundary are looked at in each state of the load path, by a search of its
     own: the model's contact sees the skin alone.
     """
-    simulate(experiment, config, out=out)
-    fields = report.read(out / "fields.pvd")
+    simulate(str(problem.objective.experiment), trial.shape.config, out=out / "checked")
+    fields = report.read(out / "checked" / "fields.pvd")
     skin = extract_skin(fields.mesh)
     for displacement in fields.displacements:
         try:
@@ -233,10 +230,11 @@ def tube(out: Path, pool: Pool) -> list[dict[str, Any]]:
     run.write(run.facts(problem, one, None, 0.0), one, out)
     for each in one.trials:
         if each.accepted:
-            where = _intersects(each.shape.config, str(problem.objective.experiment), out / "checked")
+            where = _intersects(problem, each, out)
             print(f"{each.objective:.1f}°: {where or 'no intersection'}", flush=True)
-    finer = run.refine(problem, one, compute)
-    print(f"cells divided in two along each axis: {finer.best:.1f}° {finer.failure}")
+    best = one.best.shape.config
+    finer = simulate("bending", best.changed(mesh={"refine": best.mesh.refine + 1}))
+    print(f"cells two thirds as large: {finer.rows[-1]['angle_deg']:.1f}°")
     return found
 
 
