@@ -24,7 +24,7 @@ from dolfingrip.design.gradient.descent import Descender, NoStart
 from dolfingrip.design.gradient.evaluation import Simulations
 from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import FACING, SCALED_JACOBIAN
+from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING
 from dolfingrip.design.gradient.read import read
 from dolfingrip.design.gradient.run import computed_in
 from dolfingrip.design.gradient.shape import Shapes
@@ -194,12 +194,26 @@ def test_slopes_of_the_shape(tmp_path: Path) -> None:
     for name in ("mass_g", "cog_offset_mm"):
         expected = (ahead.value(name) - back.value(name)) / (2 * step)
         assert here.gradient(name) @ along == pytest.approx(expected, rel=1e-6), name
-    for name in (*FACING, "overhang_deg", SCALED_JACOBIAN):
+    for name in (*FACING, "overhang_deg", CELL_QUALITY):
         rows = here.rows(name)
         chosen = np.flatnonzero(rows > 1e-3)[:40]
         expected = ((ahead.rows(name) - back.rows(name)) / (2 * step))[chosen]
         slopes = along @ here.row_gradients(name, chosen)
         np.testing.assert_allclose(slopes, expected, rtol=1e-5, atol=1e-6, err_msg=name)
+
+
+def test_a_cell_that_becomes_a_sheet_is_worse(tmp_path: Path) -> None:
+    """Its edges keep their directions, but one is 3 % as long: twice that counts."""
+    text = FORCE + "[parameters.finger]\nwall_mm = [0.02, 2.0]\n"
+    shapes = Shapes(read(written(tmp_path, text)))
+    start = float(shapes.variables[0].start)
+    assert shapes.at([0.7 * start]).value(CELL_QUALITY) == pytest.approx(1.0, abs=0.1)
+    thin = shapes.at([0.03 * start])
+    assert thin.value(CELL_QUALITY) == pytest.approx(0.06, rel=1e-6)
+    worst = np.argsort(thin.rows(CELL_QUALITY))[:10]
+    ahead, back = (shapes.at([0.03 * start + by * 1e-5]).rows(CELL_QUALITY) for by in (1, -1))
+    slopes = thin.row_gradients(CELL_QUALITY, worst)[0]
+    np.testing.assert_allclose(slopes, ((ahead - back) / 2e-5)[worst], rtol=1e-6)
 
 
 # -- a free form
@@ -233,8 +247,9 @@ def test_a_rippled_tube(tmp_path: Path) -> None:
     grown = Shapes(problem).at(every).mesh.points
     assert (grown[:, 0].max(), grown[:, 1].max()) == pytest.approx((20.0, 12.0), abs=1e-9)
     assert shape.value("least_gap_mm") == np.inf  # a tube has no gaps
-    # limits look at cells that are divided in two along each axis, at their eight corners
-    assert len(shape.rows(SCALED_JACOBIAN)) == 8 * 8 * len(shape.mesh.cells)
+    # limits look at cells that are divided in two along each axis, at their eight corners and the
+    # three edges of each
+    assert len(shape.rows(CELL_QUALITY)) == 4 * 8 * 8 * len(shape.mesh.cells)
 
 
 def test_a_ripple_beyond_its_bounds(tmp_path: Path) -> None:

@@ -24,8 +24,9 @@ class DescentPolicy:
         aimed, nearest: the same where no simulated limit is held, and further ones in which the
             nearest step within the limits is sought: the best one may jump from one to another.
         shorter: factor of the step that the nearest one is sought to; no step at all keeps them.
-        least_scaled_jacobian: which every cell of the mesh keeps at its corners.
-        near_scaled_jacobian: cells within this of it are among the limits of a step.
+        least_cell_quality: which every cell of the mesh keeps: its scaled Jacobian, and half of it
+            its edges, by those at the start.
+        near_cell_quality: cells within this of it are among the limits of a step.
         near_mm: walls and gaps within this distance of their limit are among the limits of a step.
         most_rows: largest number of pairs of faces among them at first.
         bundle: number of earlier designs whose simulated limits, made linear there, count too.
@@ -47,8 +48,8 @@ class DescentPolicy:
     aimed: int = 8
     nearest: int = 11
     shorter: float = 0.9
-    least_scaled_jacobian: float = 0.15
-    near_scaled_jacobian: float = 0.5
+    least_cell_quality: float = 0.15
+    near_cell_quality: float = 0.5
     near_mm: float = 1.5
     most_rows: int = 400
     bundle: int = 8

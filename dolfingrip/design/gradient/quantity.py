@@ -40,11 +40,11 @@ FACING: Final = ("least_wall_mm", "least_gap_mm", "least_hollow_mm")
 OF_SHAPE: Final = ("cog_offset_mm", "mass_g", *FACING, "overhang_deg")
 """Numbers of the unloaded shape; they take no simulation."""
 
-SCALED_JACOBIAN: Final = "least_scaled_jacobian"
+CELL_QUALITY: Final = "least_cell_quality"
 """Smallest determinant of unit vectors along the edges at a cell's corner, by the straight mesh's;
 1 of a box."""
 
-OF_MANY: Final = (*FACING, "overhang_deg", SCALED_JACOBIAN)
+OF_MANY: Final = (*FACING, "overhang_deg", CELL_QUALITY)
 """Of these, extremes over the whole shape: they can be limited, not improved."""
 
 NO_GRADIENT: Final = {

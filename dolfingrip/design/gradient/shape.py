@@ -11,7 +11,7 @@ import numpy as np
 
 from dolfingrip.config import Config
 from dolfingrip.design.gradient.problem import Problem
-from dolfingrip.design.gradient.quantity import FACING, SCALED_JACOBIAN
+from dolfingrip.design.gradient.quantity import CELL_QUALITY, FACING
 from dolfingrip.experiments.rigs.perturbation import velocities
 from dolfingrip.experiments.rigs.undeformed import placed, straight
 from dolfingrip.meshes.cells import FACET_CORNERS
@@ -38,6 +38,10 @@ BESIDE: Final = {
 SHORTEST_MM: Final = 1e-6
 """Length of an edge below which it is a point."""
 
+EDGES: Final = 2.0
+"""Weight of an edge's length, by that at the start, beside the scaled Jacobian in a cell's quality:
+unit vectors along edges do not tell that a cell becomes a sheet."""
+
 PRINTED = ("skin", "cavity")
 """Groups of facets that an overhang is looked for in."""
 
@@ -51,10 +55,13 @@ def _edges(mesh: SolidMesh, chosen: Ints | None = None) -> tuple[Ints, Floats, F
     return every, edges, np.maximum(np.linalg.norm(edges, axis=2), SHORTEST_MM)
 
 
-def scaled_jacobians(mesh: SolidMesh) -> Floats:
-    """Determinants of unit vectors along the edges at each corner of each cell, shape (k,)."""
+def _measured(mesh: SolidMesh) -> Floats:
+    """Determinants of unit vectors along the edges at each corner of each cell, and lengths (mm).
+
+    Shape (4k,): those of the k corners, then of each corner's three edges.
+    """
     _, edges, length = _edges(mesh)
-    return np.asarray(np.linalg.det(edges / length[..., None]))
+    return np.concatenate([np.linalg.det(edges / length[..., None]), length.ravel()])
 
 
 FINER: Final = 2
@@ -88,7 +95,9 @@ class Shapes:
             self.finer = straight(finer)
             found = facing(self.geometry, finer.mesh)
             self.facing = dict(zip(FACING, found, strict=True))
-        self.scaled_jacobians = scaled_jacobians(self.finer)
+        self.measured = _measured(self.finer)
+        self.corners = len(self.measured) // 4
+        self.measured[self.corners :] /= EDGES
         facets = [self.mesh.facets[name] for name in PRINTED if name in self.mesh.facets]
         corners = FACET_CORNERS[facets[0].shape[1]]
         self.printed: Ints = np.concatenate(facets)[:, :corners]
@@ -176,11 +185,15 @@ class Shape:
     # -- many rows -------------------------------------------------------------------------------
 
     def rows(self, name: str) -> Floats:
-        """All distances of walls or gaps (mm), or overhangs of facets (deg), shape (rows,)."""
+        """All distances of walls or gaps (mm), overhangs of facets (deg), or qualities of cells.
+
+        Shape (rows,). Qualities are scaled Jacobians at corners by those at the start, and twice
+        the lengths of edges by those at the start.
+        """
         if name == "overhang_deg":
             return self._overhang()
-        if name == SCALED_JACOBIAN:
-            return scaled_jacobians(self._finer) / self._all.scaled_jacobians
+        if name == CELL_QUALITY:
+            return _measured(self._finer) / self._all.measured
         found = self._all.facing[name]
         if not len(found.corners):
             return np.empty(0)
@@ -192,8 +205,8 @@ class Shape:
             return np.empty((len(self._all.variables), 0))
         if name == "overhang_deg":
             return self._overhang_slopes(chosen)
-        if name == SCALED_JACOBIAN:
-            return self._scaled_jacobian_slopes(chosen)
+        if name == CELL_QUALITY:
+            return self._quality_slopes(chosen)
         found = self._all.facing[name]
         pairs, inverse = np.unique(chosen // 4, return_inverse=True)
         here = Facing(found.corners[pairs])
@@ -206,21 +219,26 @@ class Shape:
         flat = self._on_planes(corners.reshape(-1, 3))
         return placed(flat, self.config).reshape(corners.shape)
 
-    def _scaled_jacobian_slopes(self, chosen: Ints) -> Floats:
-        nodes, edges, length = _edges(self._finer, chosen)
+    def _quality_slopes(self, chosen: Ints) -> Floats:
+        count = self._all.corners
+        of_edge = chosen >= count
+        corner = np.where(of_edge, (chosen - count) // 3, chosen)
+        nodes, edges, length = _edges(self._finer, corner)
         unit = edges / length[..., None]
-        whole = np.linalg.det(unit)
         # the cofactor of each edge, less what makes that edge longer alone
         across = np.stack(
             [np.cross(unit[:, (i + 1) % 3], unit[:, (i + 2) % 3]) for i in range(3)], axis=1
         )
-        by_edge = (across - whole[:, None, None] * unit) / length[..., None]
+        whole = np.linalg.det(unit)[:, None, None]
+        by_edge = (across - whole * unit) / length[..., None]
+        own = np.arange(3) == ((chosen - count) % 3)[:, None]
+        by_edge = np.where(of_edge[:, None, None], own[..., None] * unit, by_edge)
         used, at = np.unique(nodes, return_inverse=True)
         velocity = self._slopes(self._on_planes(self._all.finer.points[used]))
         at = at.reshape(nodes.shape)
         moving = velocity[:, at[:, 1:]] - velocity[:, at[:, :1]]
         found = np.einsum("pkei,kei->pk", moving, by_edge)
-        return np.asarray(found / self._all.scaled_jacobians[chosen])
+        return np.asarray(found / self._all.measured[chosen])
 
     def _normals(self, facets: Ints) -> tuple[Floats, Floats, Floats]:
         x = self.mesh.points[facets]

@@ -9,7 +9,7 @@ import numpy as np
 from dolfingrip.design.gradient.evaluation import Floats
 from dolfingrip.design.gradient.policy import POLICY
 from dolfingrip.design.gradient.problem import Held
-from dolfingrip.design.gradient.quantity import OF_MANY, SCALED_JACOBIAN, Quantity
+from dolfingrip.design.gradient.quantity import CELL_QUALITY, OF_MANY, Quantity
 from dolfingrip.design.gradient.shape import Shape
 from dolfingrip.design.gradient.subproblem import Rows
 
@@ -20,8 +20,8 @@ def size_of(limit: float) -> float:
 
 
 CELLS = (
-    Held(Quantity(SCALED_JACOBIAN, None), -1.0, POLICY.least_scaled_jacobian),
-    POLICY.least_scaled_jacobian,
+    Held(Quantity(CELL_QUALITY, None), -1.0, POLICY.least_cell_quality),
+    POLICY.least_cell_quality,
 )
 """The limit that the mesh itself sets."""
 
@@ -69,8 +69,8 @@ class ShapeLimits:
     def _choose(self, i: int, above: Floats, size: float) -> np.ndarray:
         """Rows that a step may break: the nearest ones, and those that one has broken."""
         known = self._chosen.setdefault(i, set())
-        of_cells = self._limits[i][0].quantity.name == SCALED_JACOBIAN
-        within = POLICY.near_scaled_jacobian if of_cells else POLICY.near_mm
+        of_cells = self._limits[i][0].quantity.name == CELL_QUALITY
+        within = POLICY.near_cell_quality if of_cells else POLICY.near_mm
         near = np.flatnonzero(above > -within / size)
         known.update(map(int, near[np.argsort(-above[near], kind="stable")][: POLICY.most_rows]))
         return np.array(sorted(known), dtype=np.int64)
@@ -88,7 +88,7 @@ class ShapeLimits:
     @staticmethod
     def folds(shape: Shape) -> bool:
         """Whether a cell is turned inside out, where its slopes lead nowhere."""
-        return shape.value(SCALED_JACOBIAN) <= 0
+        return shape.value(CELL_QUALITY) <= 0
 
     def worst(self, shape: Shape) -> float:
         """By how much the worst limit is broken, as a part of its size; below 0 if all are kept."""
