@@ -18,7 +18,8 @@ from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.case import PlannedCase, joined, planned_case
 from dolfingrip.diagnosis.plan.hiding import NOISES, STRENGTHS, Hidden, Judge, Judged
-from dolfingrip.diagnosis.plan.naming import Naming, namings, share, threshold
+from dolfingrip.diagnosis.plan.naming import namings, share, threshold
+from dolfingrip.diagnosis.plan.outcome import Effect
 from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation.runner import Workers
 
@@ -51,17 +52,17 @@ def planned(measurement: Measurement) -> PlannedCase:
 
 
 @pytest.fixture(scope="module")
-def found(planned: PlannedCase) -> dict[str, Naming]:
+def found(planned: PlannedCase) -> dict[str, Effect]:
     return by_name(namings(planned))
 
 
-def by_name(found: list[Naming]) -> dict[str, Naming]:
+def by_name(found: list[Effect]) -> dict[str, Effect]:
     return {each.effect: each for each in found}
 
 
 @pytest.mark.parametrize("name", ["mooney_rivlin", "permanent_set"])
 def test_it_takes_the_strength_that_is_told(
-    name: str, planned: PlannedCase, found: dict[str, Naming]
+    name: str, planned: PlannedCase, found: dict[str, Effect]
 ) -> None:
     """Named in most of noisy cases at 1.4 times the least strength, in few at 0.6 times.
 
@@ -89,7 +90,7 @@ def test_it_takes_the_strength_that_is_told(
 
 
 def test_twins_are_named_together_long_before_they_are_told_apart(
-    found: dict[str, Naming],
+    found: dict[str, Effect],
 ) -> None:
     one, other = found["yeoh"], found["print_anisotropy"]
     assert "print_anisotropy" in one.confused_with
@@ -100,7 +101,7 @@ def test_twins_are_named_together_long_before_they_are_told_apart(
 
 
 def test_one_loading_does_not_tell_viscosity_from_elasticity(
-    measurement: Measurement, found: dict[str, Naming]
+    measurement: Measurement, found: dict[str, Effect]
 ) -> None:
     """Some elastic law of the catalogue follows it; another rate or the way back tells."""
     assert found["prony"].share == 0.0
@@ -119,7 +120,7 @@ def test_one_loading_does_not_tell_viscosity_from_elasticity(
 
 
 def test_what_is_read_again_tells_more(
-    measurement: Measurement, planned: PlannedCase, found: dict[str, Naming]
+    measurement: Measurement, planned: PlannedCase, found: dict[str, Effect]
 ) -> None:
     """Twice the readings: at most √2 times the strength, as all else is shared."""
     twice = made(joined(measurement, measurement))
