@@ -183,11 +183,8 @@ class Comparison:
 
 def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     """The hypotheses that could each be the answer, by their causes, the most probable first."""
-    total: dict[tuple[str, ...], float] = {}
     named = {*decision.first, *decision.second}
-    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
-        if named & set(fit.subset):
-            total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
+    total = {subset: p for subset, p in posterior.subsets.items() if named & set(subset)}
     least = POLICY.rival * max(total.values(), default=0.0)
     likely = {subset: p for subset, p in total.items() if p > least}
     # two causes of which one is tied alone are the same answer

@@ -84,17 +84,22 @@ class Case:
         """Causes that are no numbers of the rig."""
         return tuple(name for name in subset if name not in self.rig)
 
+    def places(self, subset: Subset) -> dict[str, np.ndarray]:
+        """Which of ζ are the numbers of each cause."""
+        found, at = {}, self.own
+        for name in subset:
+            found[name] = np.arange(at, at + len(self.boxes[name]))
+            at += len(self.boxes[name])
+        return found
+
     def parts(self, subset: Subset) -> list[tuple[str, Emulator, np.ndarray]]:
         """Emulators of a hypothesis: name, function, and which of ζ it depends on."""
         found: list[tuple[str, Emulator, np.ndarray]] = []
         if self.ground is not None:
             found.append((GROUND, self.ground, np.arange(self.own)))
-        at = self.own
-        for name in subset:
-            d = len(self.boxes[name])
+        for name, own in self.places(subset).items():
             each = self.emulators[name]
-            found.append((name, each, np.r_[np.array(each.takes, int), np.arange(at, at + d)]))
-            at += d
+            found.append((name, each, np.r_[np.array(each.takes, int), own]))
         together = self.effects(subset)
         if together in self.joint:
             d = sum(len(self.boxes[name]) for name in together)

@@ -50,17 +50,14 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
     base = simulation.base()
     change = np.zeros(len(base))
     slopes: list[np.ndarray] = []
-    place = 1
     c, dc = case.factor(fit.zeta[0])
     factor = np.where(scaled, c, 1.0)
-    for name in fit.subset:
-        d = len(case.boxes[name])
-        zeta = fit.zeta[place : place + d]
-        cause = coupons.causes.get(name)
-        place += d
-        if cause is None:  # a nuisance of what was measured, another one next time
+    for name, place in case.places(fit.subset).items():
+        d, zeta = len(place), fit.zeta[place]
+        if name in coupons.far:  # a nuisance of what was measured, another one next time
             slopes += [np.zeros(len(base))] * d
             continue
+        cause = coupons.causes[name]
         low, high = case.boxes[name].T
         moved = np.clip(zeta + STEP * np.eye(d), low, high)
         all_changes = simulation.changed([cause], np.vstack([zeta, moved]))

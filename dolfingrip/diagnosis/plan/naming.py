@@ -10,17 +10,18 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.plan.case import PlannedCase
 from dolfingrip.diagnosis.plan.hiding import NOISES, STRENGTHS, Hidden, Judge
 from dolfingrip.diagnosis.plan.outcome import Effect
 from dolfingrip.diagnosis.policy import POLICY
 
 
-def namings(planned: PlannedCase, before: Sequence[Effect] = ()) -> list[Effect]:
+def namings(planned: Analysed[Any], before: Sequence[Effect] = ()) -> list[Effect]:
     """Of each effect, the strongest first.
 
     Args:

@@ -14,7 +14,7 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.case import joined, planned_case
 from dolfingrip.diagnosis.plan.naming import namings, share, share_of_classes
 from dolfingrip.diagnosis.plan.outcome import Addition, Effect, Plan
-from dolfingrip.diagnosis.workers import NotAtHand, staying
+from dolfingrip.diagnosis.simulation.runner import NotAtHand, staying
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.jobs.run import Progress, silent
 
