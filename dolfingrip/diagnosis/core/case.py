@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -71,13 +71,12 @@ class Case:
 
     def rows(self, kept: np.ndarray) -> Case:
         """The case of some of the readings."""
-        return Case(
-            self.value[kept], self.base[kept], self.scaled[kept], self.modulus_std,
-            {name: each.rows(kept) for name, each in self.emulators.items()},
-            self.covariance[np.ix_(kept, kept)], self.kernel[np.ix_(kept, kept)], self.boxes,
-            {pair: each.rows(kept) for pair, each in self.joint.items()}, self.local, self.rig,
-            self.scale_names, None if self.ground is None else self.ground.rows(kept),
-            self.ground_box, self.ground_names,
+        return replace(
+            self, value=self.value[kept], base=self.base[kept], scaled=self.scaled[kept],
+            emulators={name: each.rows(kept) for name, each in self.emulators.items()},
+            covariance=self.covariance[np.ix_(kept, kept)], kernel=self.kernel[np.ix_(kept, kept)],
+            joint={pair: each.rows(kept) for pair, each in self.joint.items()},
+            ground=None if self.ground is None else self.ground.rows(kept),
         )  # fmt: skip
 
     def effects(self, subset: Subset) -> Subset:
