@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, result_of
-from dolfingrip.diagnosis.workers import StayingWorkers
+from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.jobs.store import Store
 
 
 @dataclass(frozen=True, slots=True)
-class Remembering(StayingWorkers):
+class Remembering(Workers):
     """Workers that keep what they were asked for.
 
     Attributes:
@@ -23,7 +23,7 @@ class Remembering(StayingWorkers):
     def results(self, jobs: Sequence[Job]) -> list[JobResult]:
         """Results of jobs, which are remembered."""
         self.asked.update({job.key: job for job in jobs})
-        return StayingWorkers.results(self, jobs)
+        return Workers.results(self, jobs)
 
     def remembered(self) -> tuple[list[Job], list[JobResult]]:
         """Those jobs that have ended, and their results."""

@@ -100,7 +100,7 @@ def plan_experiment(
                 lambda text: screen.print(text, soft_wrap=True),
                 show,
             )  # fmt: skip
-        found = outcome.outcome_of(work.plan(rig, resolved, settings, changes or (), told))
+        found = work.plan(rig, resolved, settings, changes or (), told)
     out.mkdir(parents=True, exist_ok=True)
     found.write(out / "plan.json")
     text = outcome.text(found)

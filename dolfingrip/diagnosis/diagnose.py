@@ -19,9 +19,8 @@ from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.downstream import compare, read_campaign
 from dolfingrip.diagnosis.finger.diagnose import diagnose_fingers
-from dolfingrip.diagnosis.simulation.runner import Workers
+from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.tried import check_effects
-from dolfingrip.diagnosis.workers import staying
 from dolfingrip.jobs.run import Progress, silent
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field
 
@@ -14,17 +14,34 @@ ALONE: Final = 0.8
 """Probability of leaving the true effect alone from which on an addition is said to do so."""
 
 
-class _Part(BaseModel):
+class Part(BaseModel):
+    """A part of what is written."""
+
     model_config = ConfigDict(extra="forbid", populate_by_name=True)
 
 
-class _Told(_Part):
+class Outcome(Part):
+    """All that a command found out, as a file."""
+
+    def write(self, file: Path) -> None:
+        """Write it as JSON."""
+        partial = file.with_suffix(".part")
+        partial.write_text(self.model_dump_json(indent=1, by_alias=True) + "\n", encoding="utf-8")
+        partial.replace(file)
+
+    @classmethod
+    def read(cls, file: Path) -> Self:
+        """Read a file that :meth:`write` wrote."""
+        return cls.model_validate_json(file.read_text(encoding="utf-8"))
+
+
+class _Told(Part):
     """A part of which the file tells more than it is made of."""
 
     model_config = ConfigDict(extra="ignore")
 
 
-class Verdict(_Part):
+class Verdict(Part):
     """The answer."""
 
     answer: Literal["cause", "none", "unknown"] = Field(description="what is wrong with the model")
@@ -42,7 +59,7 @@ class Verdict(_Part):
     sentence: str = Field(description="the answer in words")
 
 
-class Brief(_Part):
+class Brief(Part):
     """The ten lines that the page begins with."""
 
     result: str = Field(description="the answer in words, and how sure it is")
@@ -57,7 +74,7 @@ class Brief(_Part):
     use_it: str = Field(description="the command that uses the extended model")
 
 
-class Cause(_Part):
+class Cause(Part):
     """One cause of the catalogue."""
 
     name: str
@@ -65,7 +82,7 @@ class Cause(_Part):
     strength_sigma: float = Field(description="length of the fitted change, standard deviations")
 
 
-class Parameter(_Part):
+class Parameter(Part):
     """A fitted number."""
 
     key: str = Field(description="of the configuration; modulus: factor of all moduli; strength "
@@ -75,7 +92,7 @@ class Parameter(_Part):
     high: float = Field(description="upper end")
 
 
-class Fit(_Part):
+class Fit(Part):
     """A hypothesis that was fitted on the graded mesh with nuisances free."""
 
     effects: tuple[str, ...] = Field(description="none: base model and nuisances")
@@ -83,14 +100,14 @@ class Fit(_Part):
     parameters: tuple[Parameter, ...]
 
 
-class Noise(_Part):
+class Noise(Part):
     """The noise that was taken."""
 
     std: dict[str, float] = Field(description="independent part, by column of a test")
     sentences: tuple[str, ...]
 
 
-class Gain(_Part):
+class Gain(Part):
     """Error on readings that were not used in the fit."""
 
     left_out: str = Field(description="what was left out in turn")
@@ -135,7 +152,7 @@ class NextExperiment(_Told):
         return not self.splits, self.minutes / self.chance if self.splits else -self.gain_per_minute
 
 
-class DesignChange(_Part):
+class DesignChange(Part):
     """A design of a campaign, by the model before and by the extended one."""
 
     inputs: dict[str, float]
@@ -167,7 +184,7 @@ class Downstream(_Told):
         return f"{change}; the best is now {place} with φ = {after.phi_after:.1%}"
 
 
-class DiagnosisFile(_Part):
+class DiagnosisFile(Outcome):
     """Contents of ``diagnosis.json``."""
 
     schema_version: Literal[2] = SCHEMA
@@ -199,14 +216,3 @@ class DiagnosisFile(_Part):
     simulated_s: float = Field(
         description="time of all simulations on a worker each, those from the store included"
     )
-
-    def write(self, file: Path) -> None:
-        """Write it as JSON."""
-        partial = file.with_suffix(".part")
-        partial.write_text(self.model_dump_json(indent=1, by_alias=True) + "\n", encoding="utf-8")
-        partial.replace(file)
-
-    @classmethod
-    def read(cls, file: Path) -> DiagnosisFile:
-        """Read a file that :meth:`write` wrote."""
-        return cls.model_validate_json(file.read_text(encoding="utf-8"))

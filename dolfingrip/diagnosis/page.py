@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
-from dolfingrip.diagnosis import brief, outcome
+from typing import Final
+
+from dolfingrip.diagnosis import outcome
+
+HEADINGS: Final = {
+    "result": "RESULT",
+    "size": "SIZE",
+    "fit": "FIT",
+    "check": "CHECK",
+    "not_explained": "NOT EXPLAINED",
+    "also_possible": "ALSO POSSIBLE",
+    "cannot_be_seen": "CANNOT BE SEEN HERE",
+    "assumed": "ASSUMED",
+    "do_next": "DO NEXT",
+    "use_it": "USE IT",
+}
+"""Headings of the lines, in their order."""
 
 
 def text(result: outcome.DiagnosisFile) -> str:
     """One page; its first ten lines are the verdict."""
-    head = brief.lines(result.brief) if result.brief else [result.verdict.sentence]
+    head = _brief(result.brief) if result.brief else [result.verdict.sentence]
     lines = [*head, "", "## Where the simulation is off (nuisances fitted)", ""]
     lines += [f"- {each}" for each in result.sentences] or ["- nowhere"]
     lines += ["", "## Causes", "", "| cause | probability that it takes part |", "|---|---|"]
@@ -84,3 +100,9 @@ def _gain(result: outcome.DiagnosisFile) -> list[str]:
 
 def _chance(p: float) -> str:
     return f"{p:.2f}" if p < 0.995 else "> 0.99"
+
+
+def _brief(brief: outcome.Brief) -> list[str]:
+    """The ten lines, for a reader who knows none of the methods."""
+    width = max(map(len, HEADINGS.values()))
+    return [f"{heading:<{width}}  {getattr(brief, key)}" for key, heading in HEADINGS.items()]

@@ -7,10 +7,25 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from dolfingrip import __version__
+from dolfingrip import config as configuration
+from dolfingrip.channels import CHANNELS
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis import page
-from dolfingrip.diagnosis.answer import results
-from dolfingrip.diagnosis.answer.found import Diagnosis
+from dolfingrip.diagnosis import outcome, page
+from dolfingrip.diagnosis.answer.found import Diagnosis, fitted
+from dolfingrip.diagnosis.answer.ten_lines import (
+    WIDTH_OF_A_BAND,
+    by_channel,
+    chance,
+    channels,
+    scatter,
+    ten_lines,
+    unit_of,
+)
+from dolfingrip.diagnosis.core.search import NONE
+from dolfingrip.diagnosis.policy import POLICY
 
 
 @dataclass(frozen=True)
@@ -30,14 +45,182 @@ def write(found: Diagnosis, data: Sequence[Path], out: Path) -> Written:
     """Write all files but the pictures into ``out``."""
     out.mkdir(parents=True, exist_ok=True)
     try:
-        told = results.extended_toml(found)
+        told = _extended_toml(found)
         (out / "extended.toml").write_text(told, encoding="utf-8")
     except ConfigError as error:
         found.warnings.append(f"extended.toml is not written: {error}")
-    result = results.outcome_of(found, [str(file) for file in data], out)
+    result = _outcome_of(found, [str(file) for file in data], out)
     result.write(out / "diagnosis.json")
     text = page.text(result)
     (out / "summary.md").write_text(text, encoding="utf-8")
-    pictures = results.pictures(found)
+    pictures = _pictures(found)
     pictures["readings"].to_csv(out / "readings.csv", index=False)
     return Written(text, pictures)
+
+
+def _extended_toml(found: Diagnosis) -> str:
+    """The configuration at the fitted numbers, these with intervals as comments before it."""
+    fit = found.decision.best
+    lines = [f"# dolfingrip diagnose: {_sentence(found)}", "# fitted, with 90 % intervals:"]
+    lines += [
+        f"# {e.key} = {e.value:.4g} ({e.low:.4g} to {e.high:.4g})" for e in found.numbers(fit)
+    ]
+    return "\n".join(lines) + "\n" + configuration.dumps(found.extended)
+
+
+def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.DiagnosisFile:
+    """All that was found, by the schema."""
+    decision, posterior = found.decision, found.posterior
+    reference = posterior.best(NONE, level=0.0).log_evidence
+    total = posterior.subsets
+    shown = sorted(total, key=lambda subset: -total[subset])[:8]
+    fits = [posterior.best(subset) for subset in dict.fromkeys([decision.best.subset, *shown])]
+    if NONE not in [fit.subset for fit in fits]:
+        fits.append(posterior.best(NONE))
+    inclusion = sorted(decision.inclusion.items(), key=lambda each: -each[1])
+    result = outcome.DiagnosisFile(
+        version=__version__,
+        data=tuple(data),
+        quick=found.held_out is None,
+        readings=len(found.analysed.case.value),
+        verdict=outcome.Verdict(
+            answer=decision.answer, effects=decision.first, second=decision.second,
+            probability=float(np.clip(decision.probability, 0, 1)),
+            takes_part=float(np.clip(_takes_part(found), 0, 1)),
+            unexplained=float(np.clip(decision.unexplained, 0, 1)), sentence=_sentence(found),
+        ),
+        causes=tuple(
+            outcome.Cause(name=n, probability=min(p, 1.0), strength_sigma=_strength(found, n))
+            for n, p in inclusion
+        ),
+        none=min(decision.none, 1.0),
+        unknown=min(max(decision.unknown, 0.0), 1.0),
+        screen={
+            fit.subset[0]: fit.log_evidence - reference
+            for fit in posterior.fits if len(fit.subset) == 1 and fit.level == 0
+        },
+        fits=tuple(
+            outcome.Fit(
+                effects=fit.subset, log_evidence=fit.log_evidence - reference,
+                parameters=tuple(found.numbers(fit)),
+            )
+            for fit in fits
+        ),
+        sentences=tuple(_off(found)),
+        noise=outcome.Noise(
+            std=by_channel(found, found.analysed.errors.noise),
+            sentences=(*found.analysed.errors.sentences, scatter(found)),
+        ),
+        under_other_priors={
+            name: _answer(each) for name, each in found.sensitivity.answers.items()
+        },
+        nuisances=found.nuisances(found.decision.best),
+        gain=found.held_out.errors if found.held_out else (),
+        gain_claimed=found.held_out.claimed if found.held_out else None,
+        next_experiments=tuple(found.next),
+        downstream=found.downstream,
+        suspicions=tuple(found.suspicions),
+        warnings=tuple(found.warnings),
+        extended=_changes(found),
+        not_reached=tuple(found.not_reached),
+        simulated_s=found.simulated_s,
+    )  # fmt: skip
+    return result.model_copy(update={"brief": ten_lines(found, result, out)})
+
+
+def _pictures(found: Diagnosis) -> dict[str, Any]:
+    """Plain data for the report."""
+    listed = found.analysed.measurement.listed()
+    rows = found.analysed.measurement.readings
+    decision = found.decision
+    after = fitted(found.analysed, decision.best)
+    readings = listed.rename(columns={"column": "channel"}).assign(
+        displacement_mm=rows["displacement_mm"].to_numpy()[listed["row"]],
+        pressure_kPa=rows["pressure_kPa"].to_numpy()[listed["row"]],
+        run=listed["test"], noise=found.analysed.errors.noise, configured=found.as_configured(),
+        before=found.with_best_modulus(), after=after,
+    )  # fmt: skip
+    return {
+        "readings": readings,
+        "cause": " with ".join(decision.best.subset),
+        "probabilities": {
+            **{name.replace("_", " "): p for name, p in decision.inclusion.items()},
+            "none": decision.none, "unknown": decision.unknown,
+        },
+        "gain": [each.model_dump() for each in (found.held_out.errors if found.held_out else ())],
+    }  # fmt: skip
+
+
+def _sentence(found: Diagnosis) -> str:
+    decision = found.decision
+    sure = chance(decision.probability)
+    if decision.answer != "cause" and decision.probability < POLICY.likelier:
+        nothing = chance(decision.none)
+        return f"no cause can be claimed (probability that nothing else is off: {nothing})"
+    if decision.answer == "none":
+        return f"nothing beyond noise and nuisances is to be seen (probability {sure})"
+    if decision.answer == "unknown":
+        return f"something is off that the catalogue does not explain (probability {sure})"
+    told = " or ".join(decision.first)
+    if decision.second:
+        told += f", with {' or '.join(decision.second)}"
+    return f"the cause is {told} (probability {sure})"
+
+
+def _answer(decision: Any) -> str:
+    return " or ".join(decision.first) if decision.answer == "cause" else str(decision.answer)
+
+
+def _takes_part(found: Diagnosis) -> float:
+    first = set(found.decision.first)
+    if found.decision.first == found.analysed.case.scale_names:
+        return found.decision.probability
+    return sum(p for subset, p in found.decision.subsets.items() if first & set(subset))
+
+
+def _strength(found: Diagnosis, name: str) -> float:
+    best = max(
+        (
+            (p, dict(zip(fit.subset, fit.strengths, strict=True))[name])
+            for p, fit in zip(found.posterior.probability, found.posterior.fits, strict=True)
+            if name in fit.subset
+        ),
+        default=(0.0, 0.0),
+    )
+    return float(best[1])
+
+
+def _off(found: Diagnosis) -> list[str]:
+    """Where the model is off with the modulus that leaves least, in words."""
+    case, along = found.analysed.case, found.analysed.errors.along
+    off = found.with_best_modulus() - case.value
+    listed = found.analysed.measurement.listed()
+    experiment, control = listed["experiment"].to_numpy(), np.abs(listed["control"].to_numpy())
+    told = []
+    for of in dict.fromkeys(experiment):
+        for name, at in channels(found).items():
+            here = at & (experiment == of)
+            for band in range(int(1 / WIDTH_OF_A_BAND)):
+                low, high = band * WIDTH_OF_A_BAND, (band + 1) * WIDTH_OF_A_BAND
+                own = here & (along.load > low) & (along.load <= high)
+                if own.any():
+                    unit = CHANNELS[name].unit
+                    largest = float(control[here].max())
+                    told.append(
+                        f"{of}, {name}, {low * largest:.3g} to {high * largest:.3g} "
+                        f"{unit_of(listed[own].iloc[0])}: simulated less measured "
+                        f"{off[own].mean():+.3g} {unit} "
+                        f"({100 * off[own].mean() / abs(case.value[own].mean()):+.2g} %)"
+                    )
+    return told
+
+
+def _changes(found: Diagnosis) -> dict[str, Any]:
+    """What ``extended.toml`` changes, by section."""
+    after = found.extended
+    before = found.config.model_dump(mode="json", exclude_none=True)
+    return {
+        section: {k: v for k, v in values.items() if before.get(section, {}).get(k) != v}
+        for section, values in after.model_dump(mode="json", exclude_none=True).items()
+        if isinstance(values, dict) and values != before.get(section)
+    }

@@ -11,10 +11,10 @@ from diagnosis.simulation.here import Here
 
 from dolfingrip import config as configuration
 from dolfingrip.diagnosis.answer.found import fitted
-from dolfingrip.diagnosis.cautions import MESH_UNKNOWN
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.finger.diagnose import MESH_UNKNOWN
 from dolfingrip.diagnosis.outcome import DiagnosisFile
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.simulation import meshes

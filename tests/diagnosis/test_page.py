@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dolfingrip.diagnosis import outcome, page
-from dolfingrip.diagnosis.brief import HEADINGS
+from dolfingrip.diagnosis.page import HEADINGS
 
 LINES = outcome.Brief(
     result="the cause is a regulator whose scale is off (pressure_gain)", size="6 %", fit="0.1 deg",

@@ -40,6 +40,10 @@ FARTHER: Final = 3.0
 """By how much farther a coupon is pulled than before, where laws that agree so far part."""
 
 
+Way = Sequence[tuple[str, int]]
+"""Branches, each with the number of its cycle."""
+
+
 @dataclass(frozen=True)
 class Proposal:
     """An experiment that could be added.
@@ -69,8 +73,11 @@ def proposals(measurement: Measurement, config: Config) -> list[Proposal]:
     if bending is not None and finger is not None:
         found += _ramps(measurement, bending, config)
         found += _readings(measurement, bending, config)
-    if coupon is not None or finger is not None:
-        found += _coupons(measurement, coupon, finger, config)
+    if coupon is not None:
+        found += _coupons(measurement, coupon, config, new=False)
+    elif finger is not None:
+        new = replace(finger, experiment="coupon", setup=LabSetup(), specimen="coupon")
+        found += _coupons(measurement, new, config, new=True)
     return found
 
 
@@ -88,7 +95,7 @@ def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list
     if "unloading" not in done:
         ways.insert(0, ("unloading", "unloading after the loading", planned.cycles(1), rate))
     return [
-        _proposal(kind, name, "ramp", test, test.setup, way, top, pace, (reading,))
+        _proposal(kind, name, ("ramp",), test, test.setup, way, top, pace, (reading,))
         for kind, name, way, pace in ways
     ]
 
@@ -111,7 +118,7 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
         gap_mm = blocked.setup.applied(config).plate.gap_mm + OTHER_GAP_mm
         away = _with(blocked.setup, "plate", {"gap_mm": gap_mm})
         high = _top(own, blocked)
-        found.append(_proposal("gap", f"the blocked force at a gap of {gap_mm:g} mm", "plate",
+        found.append(_proposal("gap", f"the blocked force at a gap of {gap_mm:g} mm", ("plate",),
                                blocked, away, loading, high, rate, (FORCE.name,)))  # fmt: skip
     if test.experiment == "bending":
         poses = [
@@ -129,72 +136,49 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
 
 
 def _coupons(
-    measurement: Measurement, coupon: SpecimenTest | None, finger: SpecimenTest | None,
-    config: Config,
-) -> list[Proposal]:  # fmt: skip
-    """Uniaxial tension of the same material."""
-    test = coupon or replace(
-        _some(finger), experiment="coupon", setup=LabSetup(), specimen="coupon"
-    )
+    measurement: Measurement, test: SpecimenTest, config: Config, *, new: bool
+) -> list[Proposal]:
+    """Uniaxial tension of the same material; ``new`` where no coupon was pulled so far."""
     own = test.setup.applied(config).coupon
     top = own.max_strain * own.gauge_length_mm
-    rate = own.rate_mm_per_s if coupon is None else _rate(measurement, coupon, config)
+    usual = own.rate_mm_per_s if new else _rate(measurement, test, config)
+    # where a width was measured the camera stands there
+    seen = not new and measurement.rows(test.number)[FORCE_AND_WIDTH[1]].notna().any()
     once, held = [("loading", 1)], [("loading", 1), ("hold", 1)]
-    ways: list[tuple[str, list[tuple[str, int]], float]] = [
-        ("a coupon at a tenth of the rate", once, rate / SLOWER),
-        ("a coupon with a hold of 60 s at the largest strain", held, rate),
-        ("a coupon, loading and unloading", planned.cycles(1), rate),
-        ("a coupon, three cycles", planned.cycles(3), rate),
-    ]
-    seen = coupon is not None and _has_width(measurement.rows(coupon.number))
-    columns = FORCE_AND_WIDTH if seen else FORCE_AND_WIDTH[:1]
+
+    def pulled(
+        name: str, way: Way, rate: float = usual, by: float = 1.0, *, width: bool = False
+    ) -> Proposal:
+        far = _with(test.setup, "coupon", {"max_strain": by * own.max_strain})
+        columns = FORCE_AND_WIDTH if seen or width else FORCE_AND_WIDTH[:1]
+        return _proposal(
+            "coupon_width" if width else "coupon",
+            f"{name}; a camera measures its width, too" if width else name,
+            ["coupon", "camera"] if width else ["coupon"], test,
+            test.setup if by == 1.0 else far, way, by * top, rate, columns,
+        )  # fmt: skip
+
     name = "a coupon in uniaxial tension"
-    if coupon is None:
-        ways.insert(0, (name, once, rate))
     found = [
-        _proposal("coupon", name, "coupon", test, test.setup, way, top, pace, columns)
-        for name, way, pace in ways
+        *([pulled(name, once)] if new else []),
+        pulled("a coupon at a tenth of the rate", once, usual / SLOWER),
+        pulled("a coupon with a hold of 60 s at the largest strain", held),
+        pulled("a coupon, loading and unloading", planned.cycles(1)),
+        pulled("a coupon, three cycles", planned.cycles(3)),
+        *([] if seen else [pulled(name, once, width=True)]),
     ]
-    if not seen:
-        found.append(_with_width(name, test, test.setup, once, top, rate))
-    if coupon is None:
+    if new:
         return found
     # a coupon that is compared so far, too
-    far = _with(test.setup, "coupon", {"max_strain": FARTHER * own.max_strain})
     strain = f"a strain of {FARTHER * own.max_strain:g}"
-    more = [
+    for name, way in (
         (f"a coupon to {strain}", once),
         (f"a coupon to {strain}, a hold of 60 s there, and unloading", [*held, ("unloading", 1)]),
-    ]
-    for name, way in more:
-        found.append(
-            _proposal("coupon", name, "coupon", test, far, way, FARTHER * top, rate, columns)
-        )
+    ):
+        found.append(pulled(name, way, by=FARTHER))
         if not seen:
-            found.append(_with_width(name, test, far, way, FARTHER * top, rate))
+            found.append(pulled(name, way, by=FARTHER, width=True))
     return found
-
-
-def _has_width(rows: pd.DataFrame) -> bool:
-    """Whether a coupon's width was measured, so that the camera stands there."""
-    return bool(rows[FORCE_AND_WIDTH[1]].notna().any())
-
-
-def _with_width(
-    name: str, test: SpecimenTest, setup: LabSetup, way: Sequence[tuple[str, int]], top: float,
-    rate: float,
-) -> Proposal:  # fmt: skip
-    """A coupon that a camera sees, too."""
-    found = _proposal(
-        "coupon_width", f"{name}; a camera measures its width, too", "coupon", test, setup, way,
-        top, rate, FORCE_AND_WIDTH,
-    )  # fmt: skip
-    return replace(found, minutes=found.minutes + SETUP_MIN["camera"])
-
-
-def _some(test: SpecimenTest | None) -> SpecimenTest:
-    assert test is not None
-    return test
 
 
 def _with(setup: LabSetup, section: str, values: Mapping[str, Any]) -> LabSetup:
@@ -224,17 +208,17 @@ def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float
 def _proposal(
     kind: str,
     name: str,
-    mounting: str,
+    mounted: Sequence[str],
     test: SpecimenTest,
     setup: LabSetup,
-    way: Sequence[tuple[str, int]],
+    way: Way,
     top: float,
     rate: float,
     columns: tuple[str, ...],
 ) -> Proposal:
     own = replace(test, number=0, setup=setup)
     lines = _rows(own, way, top, rate, columns)
-    minutes = SETUP_MIN[mounting] + float(lines["time_s"].max()) / 60
+    minutes = sum(SETUP_MIN[each] for each in mounted) + float(lines["time_s"].max()) / 60
     return Proposal(name, minutes, Measurement(lines, [own]), kind)
 
 
@@ -254,7 +238,7 @@ def _again(
 
 def _rows(
     test: SpecimenTest,
-    way: Sequence[tuple[str, int]],
+    way: Way,
     top: float,
     rate: float,
     columns: Sequence[str],

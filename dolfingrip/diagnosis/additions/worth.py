@@ -10,21 +10,21 @@ told from f, too, where the odds against f rise to what refutes an effect in a v
 
 Along one loading at one rate a law with memory, fitted anew, follows any elastic law, which its
 tangent does not tell. Such a pair counts as told apart where memory shows itself alone
-(:mod:`dolfingrip.diagnosis.additions.memory`).
+(:func:`shows_memory`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from functools import cached_property
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
+from scipy.linalg import cholesky, solve_triangular
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis.additions.covariance import Covariance, Matrix, Vector
 from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
@@ -39,20 +39,32 @@ TIED: Final = float(np.log(20.0))
 REFUTES: Final = float(np.log(1000.0))
 """Log odds from which on an effect is refuted."""
 
+OTHER_RATE: Final = 2.0
+"""Ratio of two rates from which on they are different ones."""
+
 ENOUGH: Final = 20.0
 """Log Bayes factor beyond which more decides nothing more."""
 
 MODEL_ERROR: Final = 0.01
 """Relative error of a finger's simulation at conditions that nothing was measured at: independent
-between readings, so that no tie is split by less than a model can be trusted. A coupon has no mesh,
-and the laboratory tells how far its force follows a law."""
+between readings, so that no tie is split by less than a model can be trusted."""
+
+LAW_ERROR: Final = 0.005
+"""The same of a coupon, which has no mesh: of any law."""
 
 
-class Fitted(Protocol):
-    """What :class:`Expected` asks of a fit: its numbers as standard normal ones."""
+@dataclass(frozen=True, eq=False)
+class Tied:
+    """A hypothesis that others are tied with.
 
-    @property
-    def zeta(self) -> Vector: ...
+    Attributes:
+        zeta: its numbers as standard normal ones, shape (d,).
+        readings, slopes: of a measurement, shapes (n,) and (n, d).
+    """
+
+    zeta: np.ndarray
+    readings: np.ndarray
+    slopes: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -64,39 +76,36 @@ class Expected:
         log_odds: log evidence that it does.
     """
 
-    misfit: Matrix
-    log_odds: Matrix
+    misfit: np.ndarray
+    log_odds: np.ndarray
 
     @classmethod
-    def of(
-        cls,
-        fits: Sequence[Fitted],
-        covariance: Covariance,
-        found: Sequence[tuple[Vector, Matrix]],
-    ) -> Expected:
-        """From the readings of each fit, and their derivatives."""
-        misfit = np.zeros((len(found), len(found)))
+    def of(cls, fits: Sequence[Tied], covariance: np.ndarray) -> Expected:
+        """From the readings of each fit, whose covariance is of shape (n, n)."""
+        factor = cholesky(covariance, lower=True)
+        misfit = np.zeros((len(fits), len(fits)))
         evidence = np.zeros_like(misfit)
-        for j, ((other, slopes), fit) in enumerate(zip(found, fits, strict=True)):
-            own = covariance.widened(slopes)
-            scatter = float((own.whiten(covariance.factor) ** 2).sum())
-            for i, (true, _) in enumerate(found):
-                white = own.whiten(np.column_stack([true - other, slopes @ fit.zeta]))
-                misfit[i, j] = 0.5 * float(white[:, 0] @ white[:, 0])
-                left = white.sum(axis=1)
-                evidence[i, j] = -0.5 * (own.logdet + scatter + float(left @ left))
+        for j, other in enumerate(fits):
+            own = cholesky(covariance + other.slopes @ other.slopes.T, lower=True)
+            off = np.column_stack([true.readings - other.readings for true in fits])
+            pull = (other.slopes @ other.zeta)[:, None]
+            white = solve_triangular(own, np.hstack([off, off + pull, factor]), lower=True)
+            off, left, scatter = np.split(np.square(white).sum(axis=0), [len(fits), 2 * len(fits)])
+            misfit[:, j] = 0.5 * off
+            evidence[:, j] = -0.5 * (2 * np.log(np.diag(own)).sum() + scatter.sum() + left)
         return cls(misfit, np.diag(evidence)[:, None] - evidence)
 
 
 def chance_alone(
-    probability: Vector, now: Expected, then: Expected, unseen: npt.NDArray[np.bool_]
+    probability: np.ndarray, now: Expected, then: Expected, unseen: np.ndarray
 ) -> float:
     """Probability that the true effect is left alone.
 
     Args:
         probability: of each effect so far.
         now, then: without and with an addition.
-        unseen: pairs that differ in what the readings do not show, shape (effects, effects).
+        unseen: pairs that differ in what the readings do not show, shape (effects, effects) of
+            bool.
     """
     log = np.log(probability)
     odds = log[:, None] - log[None, :] + then.log_odds - now.log_odds
@@ -106,83 +115,76 @@ def chance_alone(
 
 
 @dataclass(frozen=True, eq=False)
-class Tied:
-    """A hypothesis that others are tied with.
-
-    Attributes:
-        zeta: its numbers as standard normal ones.
-        readings, slopes: of a measurement, shapes (n,) and (n, d).
-    """
-
-    zeta: Vector
-    readings: Vector
-    slopes: Matrix
-
-
-@dataclass(frozen=True, eq=False)
 class Comparison:
     """Tied hypotheses by the readings so far.
 
     Attributes:
-        probability: of each.
+        measurement: so far.
+        noise: of its readings, shape (n,).
+        covariance: of its readings, shape (n, n).
+        probability: of each hypothesis.
         here: each at the readings so far.
-        now: what these are expected to tell.
     """
 
-    probability: Vector
+    measurement: Measurement
+    noise: np.ndarray
+    covariance: np.ndarray
+    probability: np.ndarray
     here: Sequence[Tied]
-    now: Expected
 
-    @classmethod
-    def of(
-        cls, probability: Sequence[float], here: Sequence[Tied], covariance: Matrix
-    ) -> Comparison:
-        """By the covariance of the readings so far, shape (n, n)."""
-        found = [(each.readings, each.slopes) for each in here]
-        now = Expected.of(here, Covariance.of(covariance), found)
-        return cls(np.array(probability), here, now)
+    @cached_property
+    def now(self) -> Expected:
+        """What the readings so far are expected to tell."""
+        return Expected.of(self.here, self.covariance)
 
     def worth(
         self,
         proposal: Proposal,
         after: Sequence[Tied],
-        joint: Matrix,
-        unseen: npt.NDArray[np.bool_] | None = None,
+        shared: np.ndarray,
+        cross: float | np.ndarray = 0.0,
+        unseen: bool | np.ndarray = False,
     ) -> NextExperiment:
         """What an addition is worth.
 
         Args:
             proposal: the addition.
-            after: each hypothesis at the addition's readings.
-            joint: covariance of the readings so far and of the addition's.
-            unseen: pairs that differ in what the readings do not show; none by default.
+            after: each hypothesis at the addition's m readings.
+            shared: covariance of what these differ by together, shape (m, m).
+            cross: covariance of the readings so far and these, shape (n, m).
+            unseen: pairs that differ in what the readings do not show, shape (effects, effects).
         """
+        n, listed = len(self.covariance), proposal.measurement.listed()
+        error = np.where(listed["experiment"] == "coupon", LAW_ERROR, MODEL_ERROR)
+        noise = usual_noise(self.measurement, self.noise, proposal.measurement)
+        own = np.diag(noise**2 + (error * after[0].readings) ** 2) + shared
+        joint = np.zeros((n + len(own), n + len(own)))
+        joint[:n, :n], joint[n:, n:] = self.covariance, own
+        joint[:n, n:] = cross
+        joint[n:, :n] = joint[:n, n:].T
         together = [
-            (np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
+            Tied(a.zeta, np.append(a.readings, b.readings), np.vstack([a.slopes, b.slopes]))
             for a, b in zip(self.here, after, strict=True)
         ]
-        then = Expected.of(self.here, Covariance.of(joint), together)
+        then = Expected.of(together, joint)
         weights = np.outer(self.probability, self.probability)
         np.fill_diagonal(weights, 0.0)
         weights /= max(weights.sum(), 1e-300)
         useful = np.minimum(then.misfit, ENOUGH) - np.minimum(self.now.misfit, ENOUGH)
-        if unseen is None:
-            unseen = np.zeros_like(weights, dtype=bool)
         return NextExperiment(
             name=proposal.name, minutes=proposal.minutes,
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
             gain_per_minute=float((weights * useful).sum() / proposal.minutes),
-            chance=chance_alone(self.probability, self.now, then, unseen),
+            chance=chance_alone(
+                self.probability, self.now, then, np.zeros(weights.shape, bool) | unseen
+            ),
         )  # fmt: skip
 
 
 def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
     """The hypotheses that could each be the answer, by their causes, the most probable first."""
-    total: dict[tuple[str, ...], float] = {}
     named = {*decision.first, *decision.second}
-    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
-        if named & set(fit.subset):
-            total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
+    total = {subset: p for subset, p in posterior.subsets.items() if named & set(subset)}
     least = POLICY.rival * max(total.values(), default=0.0)
     likely = {subset: p for subset, p in total.items() if p > least}
     # two causes of which one is tied alone are the same answer
@@ -204,3 +206,21 @@ def usual_noise(measured: Measurement, noise: np.ndarray, other: Measurement) ->
     by_column = pd.Series(noise).groupby(measured.listed()["column"].to_numpy()).median()
     columns = other.listed()["column"]
     return np.array([by_column.get(name, CHANNELS[name].noise) for name in columns])
+
+
+def shows_memory(known: Measurement, added: Measurement) -> bool:
+    """Whether readings of the same experiments show what a material or a joint remembers.
+
+    They do where something is unloaded or waits, or is loaded at two rates, in those that are added
+    or before.
+    """
+    rates: dict[str, list[float]] = {}
+    for measurement in (known, added):
+        for test in measurement.tests:
+            rows = measurement.rows(test.number)
+            if (rows["branch"] != "loading").any():
+                return True
+            rate = measurement.ramp_rate(test)
+            if rate is not None:
+                rates.setdefault(test.experiment, []).append(rate)
+    return any(max(own) > OTHER_RATE * min(own) for own in rates.values())

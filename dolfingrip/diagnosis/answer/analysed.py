@@ -1,8 +1,10 @@
-"""What an answer is about."""
+"""What an answer is about: readings with all that could explain them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -10,21 +12,57 @@ import numpy as np
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.evidence import Fit
+from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 
 
-class Analysed(Protocol):
-    """Readings with all that could explain them: coupons, or fingers."""
+class Simulation(Protocol):
+    """What simulates a measurement."""
+
+    measurement: Measurement
+
+
+@dataclass(frozen=True, eq=False)
+class Analysed[S: Simulation](ABC):
+    """Everything that the inference needs of coupons, or of fingers.
+
+    Attributes:
+        case: readings, emulators and covariance.
+        causes: by name.
+        errors: what the covariance is made of.
+        simulation: of the model.
+        unseen: causes that no reading feels.
+        failed: why others could not be simulated, by name.
+        far: numbers of the rig that may be far from what was told and are no effects, by name.
+    """
+
+    case: Case
+    causes: dict[str, Cause]
+    errors: Errors
+    simulation: S
+    unseen: Sequence[str]
+    failed: Mapping[str, str] = field(default_factory=dict)
+    far: Mapping[str, Cause] = field(default_factory=dict)
 
     @property
-    def case(self) -> Case: ...
-    @property
-    def errors(self) -> Errors: ...
-    @property
-    def measurement(self) -> Measurement: ...
-    @property
-    def unseen(self) -> Sequence[str]: ...
+    def measurement(self) -> Measurement:
+        """The readings, and how they were taken."""
+        return self.simulation.measurement
 
+    def factor(self, fit: Fit) -> float:
+        """Of all moduli, by those configured."""
+        return float(self.case.factor(fit.zeta[0])[0])
+
+    def at(self, fit: Fit, factor: float) -> list[str]:
+        """The causes of a fit as with ``--set``, their moduli times a factor."""
+        places = self.case.places(fit.subset)
+        return [
+            each
+            for name in fit.subset
+            if name in self.causes
+            for each in self.causes[name].overrides(fit.zeta[places[name]], factor)
+        ]
+
+    @abstractmethod
     def exact(self, fit: Fit) -> np.ndarray:
         """(n,) readings at a fit's numbers, linear nuisances left out."""
-        ...

@@ -16,25 +16,9 @@ from dolfingrip.diagnosis.data import noise as instruments
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
+from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 
 SLACK: Final = "coupon_slack_mm"
-
-
-@dataclass(frozen=True, eq=False)
-class Shared:
-    """A number of the rig, known to a standard deviation.
-
-    Attributes:
-        name: as the laboratory tells it.
-        unit: of the number.
-        std: told, or usual, in that unit.
-        change: of the readings by one standard deviation, shape (n,).
-    """
-
-    name: str
-    unit: str
-    std: float
-    change: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +41,7 @@ class Errors:
     noise: np.ndarray
     along: Along
     signal: np.ndarray
-    shared: tuple[Shared, ...]
+    shared: tuple[Nuisance, ...]
     fitted: np.ndarray
     scatter: Scatter
     sentences: tuple[str, ...]
@@ -69,7 +53,7 @@ def together(
     along: Along,
     signal: np.ndarray,
     steep: np.ndarray,
-    shared: Sequence[Shared],
+    shared: Sequence[Nuisance],
     fitted: np.ndarray,
 ) -> Errors:
     """Everything but causes, as one covariance.

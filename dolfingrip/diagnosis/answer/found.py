@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,8 @@ from dolfingrip.diagnosis.core.search import NONE, Posterior
 from dolfingrip.diagnosis.core.sensitivity import Sensitivity
 from dolfingrip.diagnosis.outcome import Downstream, NextExperiment, Parameter
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import modulus_keys
+from dolfingrip.parameter import find
 
 
 @dataclass(eq=False)
@@ -43,7 +45,7 @@ class Diagnosis(ABC):
     """
 
     config: Config
-    analysed: Analysed
+    analysed: Analysed[Any]
     posterior: Posterior
     decision: Decision
     sensitivity: Sensitivity
@@ -64,21 +66,47 @@ class Diagnosis(ABC):
         """The model as it is, its modulus fitted."""
         return self.posterior.best(NONE, level=0.0)
 
+    @property
     @abstractmethod
+    def model(self) -> Config:
+        """Whose moduli are fitted."""
+
+    def own(self, zeta: np.ndarray) -> dict[str, np.ndarray]:
+        """The model's own numbers that are fitted, by key, shape (places,) for ζ (places, d)."""
+        c = self.analysed.case.factor(zeta[:, 0])[0]
+        return {
+            each.key: each.value(self.model) * c
+            for each in find(self.model, modulus_keys(self.model))
+        }
+
+    def configured(self) -> dict[str, float]:
+        """These as configured."""
+        middle = np.zeros((1, self.analysed.case.own))
+        return {key: float(values[0]) for key, values in self.own(middle).items()}
+
     def numbers(self, fit: Fit) -> list[Parameter]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
-
-    @abstractmethod
-    def configured(self) -> dict[str, float]:
-        """The model's own numbers that are fitted, as configured, by key."""
+        told, case = self.analysed, self.analysed.case
+        draws, weights = fit.draws or by_hessian(fit)
+        every = np.vstack([fit.zeta, draws])
+        values = list(self.own(every).items())
+        c = case.factor(every[:, 0])[0]
+        for name, places in case.places(fit.subset).items():
+            cause = told.causes.get(name) or told.far[name]
+            for number, place in zip(cause.numbers, places, strict=True):
+                scale = c if name in told.causes and number.key.endswith("_MPa") else 1.0
+                values.append((number.key, number.at(every[:, place]) * scale))
+        return [estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 
     @abstractmethod
     def fitted(self, fit: Fit) -> str:
         """What of the model's own was fitted, in a sentence."""
 
-    @abstractmethod
     def nuisances(self, fit: Fit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""
+        return {
+            "modulus": float(np.log(self.analysed.factor(fit)) / self.analysed.case.modulus_std)
+        }
 
     @abstractmethod
     def rig(self, fit: Fit) -> list[OfTheRig]:
@@ -117,7 +145,7 @@ class Diagnosis(ABC):
         return self.config.overridden(self.overrides(self.decision.best))
 
 
-def left(analysed: Analysed, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+def left(analysed: Analysed[Any], fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     """What an exact simulation at a fit leaves of the readings, by C⁻¹ and itself, (n,) each."""
     case = analysed.case
     rest = case.value - analysed.exact(fit)
@@ -125,7 +153,7 @@ def left(analysed: Analysed, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     return np.asarray(np.linalg.solve(total, rest)), rest
 
 
-def fitted(analysed: Analysed, fit: Fit) -> np.ndarray:
+def fitted(analysed: Analysed[Any], fit: Fit) -> np.ndarray:
     """(n,) exact readings at a fit, with the slack and the stiffness that coupons have there."""
     weighed, rest = left(analysed, fit)
     return np.asarray(analysed.case.value - rest + analysed.errors.fitted @ weighed)

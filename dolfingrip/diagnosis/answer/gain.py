@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -73,7 +74,7 @@ class HeldOut:
 
 
 def held_out(
-    analysed: Analysed,
+    analysed: Analysed[Any],
     whole: Posterior,
     told: Callable[[str], None] = lambda text: None,
 ) -> HeldOut:
@@ -94,7 +95,7 @@ def held_out(
     return HeldOut(tuple(folds), tuple(errors), _scatter(analysed, channel, specimen))
 
 
-def _parts(analysed: Analysed) -> Iterator[tuple[str, np.ndarray]]:
+def _parts(analysed: Analysed[Any]) -> Iterator[tuple[str, np.ndarray]]:
     listed = analysed.measurement.listed()
     specimen = listed["specimen"].to_numpy()
     names = list(dict.fromkeys(specimen))
@@ -115,7 +116,7 @@ def _parts(analysed: Analysed) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _fold(
-    analysed: Analysed,
+    analysed: Analysed[Any],
     whole: Posterior,
     kind: str,
     part: np.ndarray,
@@ -200,7 +201,9 @@ def _error(
     )  # fmt: skip
 
 
-def _scatter(analysed: Analysed, channel: np.ndarray, specimen: np.ndarray) -> dict[str, float]:
+def _scatter(
+    analysed: Analysed[Any], channel: np.ndarray, specimen: np.ndarray
+) -> dict[str, float]:
     """How far each specimen is from a smooth curve through the others, its scale fitted."""
     names = list(dict.fromkeys(specimen))
     if len(names) == 1:

@@ -1,14 +1,16 @@
-"""The ten lines that the page begins with."""
+"""The ten lines that the page begins with, for a reader who knows none of its methods."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pandas as pd
 
 from dolfingrip.channels import CHANNELS
-from dolfingrip.diagnosis import brief, outcome
+from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, fitted
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
@@ -16,6 +18,7 @@ from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import named
 
 ONE_OF = {
@@ -27,13 +30,24 @@ ONE_OF = {
 WIDTH_OF_A_BAND = 0.25
 """Of the largest load, of which the page says where something is left."""
 
+NUISANCES: Final = {
+    "coupon_slack_mm": "the force of the coupons begins at another travel than was told",
+    "coupon.gauge_length_mm": "another gauge length than was told",
+    "coupon_area": "another cross-section of the coupons than was told",
+    "modulus": "a stiffer or softer material",
+}
+"""Causes that are no effects of the catalogue, in words."""
+
+IN_WORDS: Final = 3
+"""So many causes of a set are told in words, the rest by their names."""
+
 
 def ten_lines(found: Diagnosis, result: outcome.DiagnosisFile, out: Path) -> outcome.Brief:
     """All of them."""
     decision = found.decision
     named = decision.answer == "cause"
     return outcome.Brief(
-        result=brief.with_doubts(result, f"{_configured(found)} {_result(found)}"),
+        result=_with_doubts(result, f"{_configured(found)} {_result(found)}"),
         size=_size(found),
         fit=_fit(found),
         check=_check(found),
@@ -46,6 +60,32 @@ def ten_lines(found: Diagnosis, result: outcome.DiagnosisFile, out: Path) -> out
         if named
         else f"dolfingrip bend --config {out / 'extended.toml'} (as fitted, without a cause)",
     )
+
+
+def _in_words(name: str) -> str:
+    """A cause in words, its name in brackets."""
+    if name in NAMES:
+        told = (effect(name).__doc__ or name).strip().splitlines()[0].rstrip(".")
+        told = told.partition(" (")[0]
+        return f"{told[0].lower()}{told[1:]} ({name})"
+    return f"{NUISANCES.get(name, name)} ({name})"
+
+
+def _one_of(names: Sequence[str]) -> str:
+    """Causes that cannot be told apart, the most probable first."""
+    told = [_in_words(name) for name in names[:IN_WORDS]]
+    text = told[0] if len(told) == 1 else " or ".join(told)
+    rest = names[IN_WORDS:]
+    return f"{text} or, less probably, {' or '.join(rest)}" if rest else text
+
+
+def _with_doubts(result: outcome.DiagnosisFile, sentence: str) -> str:
+    """A result, doubts about the data first."""
+    if result.not_reached:
+        sentence = f"Not all readings are compared: {result.not_reached[0]}. {sentence}"
+    if not result.suspicions:
+        return sentence
+    return f"Check the data first: {' Or: '.join(result.suspicions[:2])} Then: {sentence}"
 
 
 def _configured(found: Diagnosis) -> str:
@@ -88,7 +128,7 @@ def _result(found: Diagnosis) -> str:
         told = f"Something is off that no effect of the catalogue explains: probability {sure}."
         if decision.nearest:
             told += (
-                f" Nearest comes {brief.one_of(decision.nearest)}, but "
+                f" Nearest comes {_one_of(decision.nearest)}, but "
                 f"{_percent(100 * decision.unexplained)} of what the model misses stays then."
             )
         return told
@@ -98,10 +138,10 @@ def _result(found: Diagnosis) -> str:
             f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."
         )
     if decision.first in found.analysed.case.ground_names:
-        return f"Nothing else is off: {brief.one_of(decision.first)}; probability {sure}."
-    told = brief.one_of(decision.first)
+        return f"Nothing else is off: {_one_of(decision.first)}; probability {sure}."
+    told = _one_of(decision.first)
     if decision.second:
-        told += f", together with {brief.one_of(decision.second)}"
+        told += f", together with {_one_of(decision.second)}"
     explained = 100 * (1 - decision.unexplained)
     least = found.sensitivity.least
     doubt = f"; {least:.2f} under other priors" if least < 0.9 * decision.probability else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -71,30 +71,34 @@ class Case:
 
     def rows(self, kept: np.ndarray) -> Case:
         """The case of some of the readings."""
-        return Case(
-            self.value[kept], self.base[kept], self.scaled[kept], self.modulus_std,
-            {name: each.rows(kept) for name, each in self.emulators.items()},
-            self.covariance[np.ix_(kept, kept)], self.kernel[np.ix_(kept, kept)], self.boxes,
-            {pair: each.rows(kept) for pair, each in self.joint.items()}, self.local, self.rig,
-            self.scale_names, None if self.ground is None else self.ground.rows(kept),
-            self.ground_box, self.ground_names,
+        return replace(
+            self, value=self.value[kept], base=self.base[kept], scaled=self.scaled[kept],
+            emulators={name: each.rows(kept) for name, each in self.emulators.items()},
+            covariance=self.covariance[np.ix_(kept, kept)], kernel=self.kernel[np.ix_(kept, kept)],
+            joint={pair: each.rows(kept) for pair, each in self.joint.items()},
+            ground=None if self.ground is None else self.ground.rows(kept),
         )  # fmt: skip
 
     def effects(self, subset: Subset) -> Subset:
         """Causes that are no numbers of the rig."""
         return tuple(name for name in subset if name not in self.rig)
 
+    def places(self, subset: Subset) -> dict[str, np.ndarray]:
+        """Which of ζ are the numbers of each cause."""
+        found, at = {}, self.own
+        for name in subset:
+            found[name] = np.arange(at, at + len(self.boxes[name]))
+            at += len(self.boxes[name])
+        return found
+
     def parts(self, subset: Subset) -> list[tuple[str, Emulator, np.ndarray]]:
         """Emulators of a hypothesis: name, function, and which of ζ it depends on."""
         found: list[tuple[str, Emulator, np.ndarray]] = []
         if self.ground is not None:
             found.append((GROUND, self.ground, np.arange(self.own)))
-        at = self.own
-        for name in subset:
-            d = len(self.boxes[name])
+        for name, own in self.places(subset).items():
             each = self.emulators[name]
-            found.append((name, each, np.r_[np.array(each.takes, int), np.arange(at, at + d)]))
-            at += d
+            found.append((name, each, np.r_[np.array(each.takes, int), own]))
         together = self.effects(subset)
         if together in self.joint:
             d = sum(len(self.boxes[name]) for name in together)

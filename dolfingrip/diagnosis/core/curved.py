@@ -12,13 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations_with_replacement
 from typing import Final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from dolfingrip.diagnosis.core.emulator import Emulator, monomials_with_slopes
+from dolfingrip.diagnosis.core.emulator import (
+    Emulator,
+    error_of,
+    exponents_up_to,
+    monomials,
+    monomials_with_slopes,
+    principal,
+)
 from dolfingrip.diagnosis.policy import POLICY
 
 Warp = Callable[[np.ndarray], np.ndarray]
@@ -33,10 +39,6 @@ WARPS: Final[tuple[Warp, ...]] = (
 
 STEP: Final = 1e-4
 """Of ζ, by which coordinates are differentiated."""
-
-
-ANY: Final = np.zeros(0)
-"""No range of ζ: coordinates have their own units."""
 
 
 @dataclass(frozen=True)
@@ -62,25 +64,22 @@ class Coordinate:
         inner = self.value
         return replace(self, value=lambda zeta: warp(inner(zeta)))
 
-    def slope(self, zeta: np.ndarray) -> np.ndarray:
-        """Derivative by ζ."""
-        return np.asarray((self.value(zeta + STEP) - self.value(zeta - STEP)) / (2 * STEP))
-
 
 @dataclass(frozen=True, eq=False)
 class CurvedEmulator(Emulator):
-    """An :class:`Emulator` of ζ through coordinates.
-
-    ``exponents`` are of the coordinates; ``weights`` are (m, k), or those of the middle node where
-    ``table`` has them as splines of the first entry of ζ.
+    """A polynomial of coordinates of ζ.
 
     Attributes:
+        exponents: of the coordinates, shape (m, coordinates).
+        weights: shape (m, k); those of the middle node where there is a ``table``.
         coordinates: of the entries of ζ, without the first where there is a ``table``.
         table: weights by the first entry of ζ, (m, k); None where these are constant.
     """
 
-    coordinates: tuple[Coordinate, ...] = ()
-    table: CubicSpline | None = None
+    exponents: np.ndarray
+    weights: np.ndarray
+    coordinates: tuple[Coordinate, ...]
+    table: CubicSpline | None
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
         zeta = np.asarray(zeta, dtype=float)
@@ -94,7 +93,7 @@ class CurvedEmulator(Emulator):
         own = zeta[1:] if first else zeta
         weights = self.weights
         slopes = []
-        u, rates = self._coordinates_at(own)
+        (u,), (rates,) = _with_rates(self.coordinates, own[None])
         basis, derived_by = monomials_with_slopes(u, self.exponents)
         if self.table is not None:
             inside = float(np.clip(zeta[0], self.table.x[0], self.table.x[-1]))
@@ -109,13 +108,6 @@ class CurvedEmulator(Emulator):
         """(places, m)."""
         return monomials(_values(self.coordinates, zeta), self.exponents)
 
-    def _coordinates_at(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates and their rates at one place, each (coordinates,)."""
-        about = np.array([-STEP, 0.0, STEP])
-        told = np.array([each.value(zeta[each.of] + about) for each in self.coordinates])
-        told = told.reshape(-1, 3)
-        return told[:, 1], (told[:, 2] - told[:, 0]) / (2 * STEP)
-
 
 def _values(coordinates: Sequence[Coordinate], zeta: np.ndarray) -> np.ndarray:
     """(places, coordinates)."""
@@ -125,17 +117,13 @@ def _values(coordinates: Sequence[Coordinate], zeta: np.ndarray) -> np.ndarray:
     return found
 
 
-def _rates(coordinates: Sequence[Coordinate], zeta: np.ndarray) -> np.ndarray:
-    """(places, coordinates) derivatives by the entry of ζ of each."""
-    found = np.zeros((len(zeta), len(coordinates)))
-    for i, each in enumerate(coordinates):
-        found[:, i] = each.slope(zeta[:, each.of])
-    return found
-
-
-def monomials(u: np.ndarray, exponents: np.ndarray) -> np.ndarray:
-    """(places, m) of u, shape (places, d)."""
-    return np.asarray(np.prod(u[:, None, :] ** exponents[None], axis=2))
+def _with_rates(
+    coordinates: Sequence[Coordinate], zeta: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and their derivatives by the entry of ζ of each, (places, coordinates) each."""
+    every = np.vstack([zeta + by for by in (-STEP, 0.0, STEP)])
+    less, here, more = np.split(_values(coordinates, every), 3)
+    return here, (more - less) / (2 * STEP)
 
 
 def derived(u: np.ndarray, exponents: np.ndarray, i: int) -> np.ndarray:
@@ -148,13 +136,8 @@ def derived(u: np.ndarray, exponents: np.ndarray, i: int) -> np.ndarray:
 def exponents_of(coordinates: Sequence[Coordinate], degree: int) -> np.ndarray:
     """All monomials up to a degree that have an amplitude; any where there is no amplitude."""
     d = len(coordinates)
-    some = [each.amplitude for each in coordinates]
-    rows = [
-        np.bincount(np.array(chosen, dtype=int), minlength=d)
-        for total in range(degree + 1)
-        for chosen in combinations_with_replacement(range(d), total)
-    ]
-    kept = [row for row in rows if not any(some) or row[np.array(some)].sum() > 0]
+    some = np.array([each.amplitude for each in coordinates], dtype=bool)
+    kept = [row for row in exponents_up_to(degree, d) if not any(some) or row[some].sum() > 0]
     # of an amplitude that differs to either side one side is 0 where the other is not
     of = np.array([each.of for each in coordinates])
     kept = [row for row in kept if len(set(of[row > 0])) == (row > 0).sum()]
@@ -219,14 +202,9 @@ def _trained(
     n = len(scale)
     white = told.values / scale
     white_slopes = told.slopes / scale
-    # principal components of all values, the moduli at their middle counting as much as all others
-    rows = white.reshape(-1, n)
-    _, sizes, right = np.linalg.svd(rows, full_matrices=False)
-    variance = np.cumsum((sizes**2)[::-1])[::-1] / (len(rows) * n)
-    most_columns = 2 * POLICY.components if exact else POLICY.components
-    k = int(np.clip((variance > POLICY.component_error**2).sum(), 1, most_columns))
-    basis = right[:k]
-    u, du = _values(coordinates, told.zeta), _rates(coordinates, told.zeta)
+    # the moduli at their middle count as much as all others
+    basis = principal(white.reshape(-1, n), 2 * POLICY.components if exact else POLICY.components)
+    u, du = _with_rates(coordinates, told.zeta)
     known = [i for i in range(d) if np.isfinite(told.slopes[:, :, i]).all()]
     size = places * (1 + len(known))
     most = 1.0 if exact else POLICY.curved_share
@@ -262,19 +240,10 @@ def _trained(
         own = solve(kept, slice(middle, middle + 1))[0]
         rest.append(white[middle, left_out] - matrix[0][left_out] @ own @ basis)
     table = None if told.nodes is None else CubicSpline(told.nodes, weights)
-    if exact:
-        return CurvedEmulator(
-            basis.T * scale[:, None], exponents, weights[middle], np.zeros((n, 0)), 0.0, ANY, ANY,
-            takes, tuple(coordinates), table,
-        )  # fmt: skip
-    # places count as the prior has them; what a simulation tells of itself is no longer left out
-    weight = np.exp(-0.25 * (told.zeta**2).sum(axis=1))
-    residual = np.array(rest) * np.sqrt(weight / max(weight.sum(), 1e-300))[:, None]
-    _, sizes, ways = np.linalg.svd(residual, full_matrices=False)
-    kept_ways = slice(0, POLICY.error_columns)
-    errors = (sizes[kept_ways, None] * ways[kept_ways]).T * scale[:, None]
-    left = float(np.sqrt((residual**2).sum() / n))
+    errors, left = np.zeros((n, 0)), 0.0
+    if not exact:  # what a simulation tells of itself is no longer left out
+        errors, left = error_of(np.array(rest), told.zeta, scale)
     return CurvedEmulator(
-        basis.T * scale[:, None], exponents, weights[middle], errors, left, ANY, ANY, takes,
-        tuple(coordinates), table,
+        basis.T * scale[:, None], errors, left, exponents, weights[middle], tuple(coordinates),
+        table, takes=takes,
     )  # fmt: skip

@@ -85,21 +85,21 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
         name: sum(p for subset, p in mass.items() if name in subset) for name in posterior.names
     }
     first, second = _sets(by_effects, inclusion, _strengths(seen), single=single)
-    claim = _mass(mass, first, second)
+    claim = held(mass, first, second)
     if second and claim < POLICY.claimed:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()
-        claim = _mass(mass, first)
+        claim = held(mass, first)
     rig = max(case.rig & set(posterior.names) - {*first}, key=inclusion.__getitem__, default=None)
-    if first and not second and not single and rig and _mass(mass, first, (rig,)) >= POLICY.claimed:
+    if first and not second and not single and rig and held(mass, first, (rig,)) >= POLICY.claimed:
         second = (rig,)
     if second:
         stays = {one: _stays(posterior, seen, one, other)
                  for one, other in ((first, second), (second, first))}  # fmt: skip
         worse = max(stays, key=stays.__getitem__)
-        claim = min(_mass(mass, first, second), _at_most(stays[worse]))
+        claim = min(held(mass, first, second), _at_most(stays[worse]))
         if claim < POLICY.claimed:
             first, second = first if worse == second else second, ()
-            claim = _mass(mass, first)
+            claim = held(mass, first)
     unexplained, discrepancy = _stays(posterior, seen), _discrepancy(seen)
     unknown = mass[NONE] - none
     answer: Answer = "cause"
@@ -147,7 +147,7 @@ def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
     return float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50)))), _grounds(case)[place]
 
 
-def _mass(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()) -> float:
+def held(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()) -> float:
     """Probability that a member of each set takes part."""
     return sum(
         p for subset, p in mass.items()
@@ -171,11 +171,11 @@ def _sets(
     if single or sum(pairs.values()) <= POLICY.likelier:
         return _smallest(mass, inclusion), ()
     sides: tuple[dict[str, float], dict[str, float]] = ({}, {})
-    held, total = 0.0, sum(pairs.values())
+    seen, total = 0.0, sum(pairs.values())
     for (a, b), p in sorted(pairs.items(), key=lambda each: -each[1]):
-        if held >= POLICY.credible * total:
+        if seen >= POLICY.credible * total:
             break
-        held += p
+        seen += p
         one, other = sides
         turned = (a in other) + (b in one) > (a in one) + (b in other)
         if not sides[0]:

@@ -10,8 +10,10 @@ deviation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, replace
 from itertools import combinations_with_replacement
+from typing import Self
 
 import numpy as np
 from scipy.stats import qmc
@@ -23,149 +25,150 @@ EVERY = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Emulator:
+class Emulator(ABC):
     """Changes of n readings by d numbers.
 
     Attributes:
         columns: Φ, shape (n, k), in the units of the readings.
-        exponents: of the monomials, shape (m, d).
-        weights: of the monomials in each component, shape (m, k).
         errors: columns of the error, one standard deviation each, shape (n, l).
         left: root mean square error of a simulation that was left out, by the noise.
-        middle, half: of the range that it was trained in, shape (d,); monomials are of
-            (ζ − middle)/half.
         takes: which of the model's own numbers come before those of the cause in ζ.
     """
 
     columns: np.ndarray
-    exponents: np.ndarray
-    weights: np.ndarray
     errors: np.ndarray
     left: float
-    middle: np.ndarray
-    half: np.ndarray
-    takes: tuple[int, ...] = ()
+    takes: tuple[int, ...] = field(default=(), kw_only=True)
 
+    @abstractmethod
     def at(self, zeta: np.ndarray) -> np.ndarray:
         """g at many places, shape (places, k).
 
         Args:
             zeta: shape (places, d).
         """
-        return np.asarray(
-            _monomials((zeta - self.middle) / self.half, self.exponents) @ self.weights
-        )
 
+    @abstractmethod
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """g, shape (k,), and its derivatives, shape (k, d), at one place, shape (d,)."""
-        value, slopes = monomials_with_slopes((zeta - self.middle) / self.half, self.exponents)
-        return value @ self.weights, self.weights.T @ (slopes / self.half)
 
-    def rows(self, kept: np.ndarray) -> Emulator:
+    def rows(self, kept: np.ndarray) -> Self:
         """Of some of the readings."""
         return replace(self, columns=self.columns[kept], errors=self.errors[kept])
 
 
 @dataclass(frozen=True, eq=False)
+class Polynomial(Emulator):
+    """A polynomial of ζ itself.
+
+    Attributes:
+        exponents: of the monomials, shape (m, d).
+        weights: of the monomials in each component, shape (m, k).
+        middle, half: of the range that it was trained in, shape (d,); monomials are of
+            (ζ − middle)/half.
+    """
+
+    exponents: np.ndarray
+    weights: np.ndarray
+    middle: np.ndarray
+    half: np.ndarray
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        u = (zeta - self.middle) / self.half
+        return np.asarray(monomials(u, self.exponents) @ self.weights)
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        value, slopes = monomials_with_slopes((zeta - self.middle) / self.half, self.exponents)
+        return value @ self.weights, self.weights.T @ (slopes / self.half)
+
+
+@dataclass(frozen=True, eq=False)
+class Local(Emulator):
+    """What one exact simulation, and its derivatives, told beyond other emulators.
+
+    A Gaussian process of ζ whose value and slopes are known at one place:
+    (d + D (ζ − ζ*)) exp(−½ |ζ − ζ*|²/ℓ²), columns d and D (Rasmussen & Williams, Gaussian Processes
+    for Machine Learning, 2006, section 9.4).
+
+    Attributes:
+        place: ζ*, shape (d,).
+        length: ℓ.
+    """
+
+    place: np.ndarray
+    length: float
+
+    def at(self, zeta: np.ndarray) -> np.ndarray:
+        away = zeta - self.place
+        near = np.exp(-0.5 * (away**2).sum(axis=1, keepdims=True) / self.length**2)
+        return np.hstack([near, near * away])
+
+    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        away = zeta - self.place
+        near = float(np.exp(-0.5 * away @ away / self.length**2))
+        fading = -near * away / self.length**2
+        slopes = np.vstack([fading, near * np.eye(len(zeta)) + np.outer(away, fading)])
+        return np.r_[near, near * away], slopes
+
+
+@dataclass(frozen=True, eq=False)
 class Stacked(Emulator):
-    """Several emulators of the same numbers, whose changes add.
+    """Several emulators of a cause's numbers, whose changes add.
 
     Attributes:
         parts: of which ``columns`` and ``errors`` stand side by side.
     """
 
-    parts: tuple[Emulator, ...] = ()
+    parts: tuple[Emulator, ...]
 
     @classmethod
     def of(cls, parts: tuple[Emulator, ...]) -> Stacked:
-        """All parts take the same numbers."""
-        first = parts[0]
+        """The last part takes as many of the model's own numbers as any."""
         return cls(
-            np.hstack([each.columns for each in parts]), first.exponents, first.weights,
+            np.hstack([each.columns for each in parts]),
             np.hstack([each.errors for each in parts]),
-            float(np.sqrt(sum(each.left**2 for each in parts))), first.middle, first.half,
-            first.takes, parts,
+            float(np.sqrt(sum(each.left**2 for each in parts))), parts, takes=parts[-1].takes,
         )  # fmt: skip
+
+    def _inside(self, part: Emulator, d: int) -> np.ndarray:
+        """Which of d numbers are a part's."""
+        own = [self.takes.index(each) for each in part.takes]
+        return np.r_[np.array(own, int), np.arange(len(self.takes), d)]
 
     def at(self, zeta: np.ndarray) -> np.ndarray:
-        return np.hstack([each.at(zeta) for each in self.parts])
+        d = zeta.shape[1]
+        return np.hstack([each.at(zeta[:, self._inside(each, d)]) for each in self.parts])
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found = [each.with_slopes(zeta) for each in self.parts]
-        return np.concatenate([g for g, _ in found]), np.vstack([slopes for _, slopes in found])
+        values, every = [], []
+        for each in self.parts:
+            inside = self._inside(each, len(zeta))
+            value, own = each.with_slopes(zeta[inside])
+            slopes = np.zeros((len(value), len(zeta)))
+            slopes[:, inside] = own
+            values.append(value)
+            every.append(slopes)
+        return np.concatenate(values), np.vstack(every)
 
-    def rows(self, kept: np.ndarray) -> Stacked:
-        return replace(
-            self, columns=self.columns[kept], errors=self.errors[kept],
-            parts=tuple(each.rows(kept) for each in self.parts),
-        )  # fmt: skip
+    def rows(self, kept: np.ndarray) -> Self:
+        return replace(super().rows(kept), parts=tuple(each.rows(kept) for each in self.parts))
 
 
-@dataclass(frozen=True, eq=False)
-class Mended(Emulator):
+def mended(
+    emulator: Emulator, takes: tuple[int, ...], place: np.ndarray, missed: np.ndarray, surer: float
+) -> Stacked:
     """An emulator with what one exact simulation, and its derivatives, told beyond it.
 
-    The rest is a Gaussian process of ζ whose value and slopes are known at one place:
-    (d + D (ζ − ζ*)) exp(−½ |ζ − ζ*|²/ℓ²) (Rasmussen & Williams, Gaussian Processes for Machine
-    Learning, 2006, section 9.4).
-
-    Attributes:
-        inner: the emulator.
-        inside: which of ζ it takes, shape (d₀,).
-        at_place: ζ*, shape (d,).
-        length: ℓ.
+    Args:
+        emulator: before.
+        takes: which of the model's own numbers come first in ζ now.
+        place: ζ of the simulation, shape (d,).
+        missed: exact less emulated readings and their derivatives, shape (n, 1 + d).
+        surer: error by that before.
     """
-
-    inner: Emulator | None = None
-    inside: np.ndarray | None = None
-    at_place: np.ndarray | None = None
-    length: float = 1.0
-
-    @classmethod
-    def of(
-        cls, inner: Emulator, inside: np.ndarray, takes: tuple[int, ...], place: np.ndarray,
-        missed: np.ndarray, length: float, surer: float,
-    ) -> Mended:  # fmt: skip
-        """Mend an emulator.
-
-        Args:
-            inner: the emulator.
-            inside: which of ζ it takes.
-            takes: of the model's own numbers.
-            place: ζ*, shape (d,).
-            missed: exact less emulated readings and their derivatives, shape (n, 1 + d).
-            length: ℓ.
-            surer: error by that before.
-        """
-        return cls(
-            np.hstack([inner.columns, missed]), inner.exponents, inner.weights,
-            surer * inner.errors, inner.left, inner.middle, inner.half, takes, inner, inside,
-            place, length,
-        )  # fmt: skip
-
-    def at(self, zeta: np.ndarray) -> np.ndarray:
-        assert self.inner is not None
-        away = zeta - self.at_place
-        near = np.exp(-0.5 * (away**2).sum(axis=1, keepdims=True) / self.length**2)
-        return np.hstack([self.inner.at(zeta[:, self.inside]), near, near * away])
-
-    def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        assert self.inner is not None
-        value, own = self.inner.with_slopes(zeta[self.inside])
-        slopes = np.zeros((len(value), len(zeta)))
-        slopes[:, self.inside] = own
-        away = zeta - self.at_place
-        near = float(np.exp(-0.5 * away @ away / self.length**2))
-        fading = -near * away / self.length**2
-        local = np.vstack([fading, near * np.eye(len(zeta)) + np.outer(away, fading)])
-        return np.concatenate([value, [near], near * away]), np.vstack([slopes, local])
-
-    def rows(self, kept: np.ndarray) -> Mended:
-        assert self.inner is not None
-        return replace(
-            self, columns=self.columns[kept], errors=self.errors[kept],
-            inner=self.inner.rows(kept),
-        )  # fmt: skip
+    none = np.zeros((len(missed), 0))
+    local = Local(missed, none, 0.0, place, POLICY.mended_length, takes=takes)
+    return Stacked.of((replace(emulator, errors=surer * emulator.errors), local))
 
 
 def places(box: np.ndarray, count: int) -> np.ndarray:
@@ -199,55 +202,75 @@ def trained(
     middle, half = box.mean(axis=1), np.maximum(np.ptp(box, axis=1) / 2, 1e-6)
     left_out = np.arange(count) % EVERY == EVERY - 1
     white = changes / scale
-    _, values, right = np.linalg.svd(white, full_matrices=False)
-    variance = np.cumsum((values**2)[::-1])[::-1] / (count * white.shape[1])
-    k = int(np.clip((variance > POLICY.component_error**2).sum(), 1, POLICY.components))
-    basis = right[:k]
-    exponents = _exponents(d, POLICY.degrees[min(d, len(POLICY.degrees)) - 1], count)
-    told = _monomials((zeta - middle) / half, exponents)
+    basis = principal(white, POLICY.components)
+    degree = POLICY.degrees[min(d, len(POLICY.degrees)) - 1]
+    exponents = exponents_up_to(degree, d)
+    while len(exponents) > count / 2 and degree > 1:  # which half of the simulations can tell
+        degree -= 1
+        exponents = exponents_up_to(degree, d)
+    told = monomials((zeta - middle) / half, exponents)
     score = white @ basis.T
     weights, *_ = np.linalg.lstsq(told[~left_out], score[~left_out], rcond=1e-10)
     rest = white[left_out] - told[left_out] @ weights @ basis
     weights, *_ = np.linalg.lstsq(told, score, rcond=1e-10)
-    # places count as the prior has them: what is far out hardly matters
-    near = np.clip(0.0, *box.T)
-    weight = np.exp(-0.25 * ((zeta[left_out] - near) ** 2).sum(axis=1))
-    weight /= max(weight.sum(), 1e-300)
-    rest = rest * np.sqrt(weight)[:, None]
-    _, sizes, ways = np.linalg.svd(rest, full_matrices=False)
-    kept = slice(0, POLICY.error_columns)
-    errors = (sizes[kept, None] * ways[kept]).T * scale[:, None]
-    left = float(np.sqrt((rest**2).sum() / rest.shape[1]))
-    return Emulator(basis.T * scale[:, None], exponents, weights, errors, left, middle, half)
+    errors, left = error_of(rest, zeta[left_out] - np.clip(0.0, *box.T), scale)
+    return Polynomial(basis.T * scale[:, None], errors, left, exponents, weights, middle, half)
 
 
 def linear(change: np.ndarray) -> Emulator:
     """Of one number, whose change by one standard deviation is told, shape (n,)."""
     none = np.zeros((len(change), 0))
-    return Emulator(
-        change[:, None], np.array([[1]]), np.ones((1, 1)), none, 0.0, np.zeros(1), np.ones(1)
-    )
+    first = np.array([[1]])
+    return Polynomial(change[:, None], none, 0.0, first, np.ones((1, 1)), np.zeros(1), np.ones(1))
 
 
-def _exponents(d: int, degree: int, count: int) -> np.ndarray:
-    """All monomials up to a degree, or to that which half of the simulations can tell."""
-    while True:
-        rows = [
-            np.bincount(np.array(chosen, dtype=int), minlength=d)
-            for total in range(degree + 1)
-            for chosen in combinations_with_replacement(range(d), total)
-        ]
-        if len(rows) <= count / 2 or degree == 1:
-            return np.array(rows, dtype=int).reshape(len(rows), d)
-        degree -= 1
+def exponents_up_to(degree: int, d: int) -> np.ndarray:
+    """Of all monomials of d numbers up to a degree, shape (m, d)."""
+    rows = [
+        np.bincount(np.array(chosen, dtype=int), minlength=d)
+        for total in range(degree + 1)
+        for chosen in combinations_with_replacement(range(d), total)
+    ]
+    return np.array(rows, dtype=int).reshape(len(rows), d)
 
 
-def _monomials(scaled: np.ndarray, exponents: np.ndarray) -> np.ndarray:
-    powers = scaled[:, :, None] ** np.arange(exponents.max() + 1)
-    found = np.ones((len(scaled), len(exponents)))
-    for i in range(scaled.shape[1]):
+def monomials(u: np.ndarray, exponents: np.ndarray) -> np.ndarray:
+    """(places, m) of u, shape (places, d)."""
+    powers = u[:, :, None] ** np.arange(exponents.max(initial=0) + 1)
+    found = np.ones((len(u), len(exponents)))
+    for i in range(u.shape[1]):
         found *= powers[:, i][:, exponents[:, i]]
     return found
+
+
+def principal(white: np.ndarray, most: int) -> np.ndarray:
+    """The components without which rows would miss more than they may, shape (k, n).
+
+    Args:
+        white: changes by the noise, shape (rows, n).
+        most: of them.
+    """
+    _, sizes, right = np.linalg.svd(white, full_matrices=False)
+    variance = np.cumsum((sizes**2)[::-1])[::-1] / white.size
+    k = int(np.clip((variance > POLICY.component_error**2).sum(), 1, most))
+    return np.asarray(right[:k])
+
+
+def error_of(rest: np.ndarray, off: np.ndarray, scale: np.ndarray) -> tuple[np.ndarray, float]:
+    """Columns of the error, shape (n, l), and its root mean square by the noise.
+
+    Args:
+        rest: what places left, by the noise, shape (places, n).
+        off: how far these are from the middle, shape (places, d): they count as the prior has them,
+            what is far out hardly matters.
+        scale: noise of the readings, shape (n,).
+    """
+    weight = np.exp(-0.25 * (off**2).sum(axis=1))
+    rest = rest * np.sqrt(weight / max(weight.sum(), 1e-300))[:, None]
+    _, sizes, ways = np.linalg.svd(rest, full_matrices=False)
+    kept = slice(0, POLICY.error_columns)
+    errors = (sizes[kept, None] * ways[kept]).T * scale[:, None]
+    return errors, float(np.sqrt((rest**2).sum() / rest.shape[1]))
 
 
 def monomials_with_slopes(u: np.ndarray, exponents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -61,10 +61,18 @@ class Cause:
     numbers: tuple[UnknownNumber, ...]
     held: tuple[str, ...]
 
-    def overrides(self, zeta: Sequence[float] | np.ndarray) -> tuple[str, ...]:
-        """The effect at ζ, as with ``--set``."""
-        own = zip(self.numbers, zeta, strict=True)
-        return (*(number.override(float(number.at(z))) for number, z in own), *self.held)
+    def overrides(self, zeta: Sequence[float] | np.ndarray, factor: float = 1.0) -> tuple[str, ...]:
+        """The effect at ζ, as with ``--set``, its moduli times a factor."""
+        found = []
+        for number, z in zip(self.numbers, zeta, strict=True):
+            value = float(number.at(z))
+            found.append(number.override(value * factor if number.key.endswith("_MPa") else value))
+        for held in self.held:
+            key, _, text = held.partition("=")
+            if key.endswith("_MPa") and "[" not in text:
+                text = repr(float(text) * factor)
+            found.append(f"{key}={text}")
+        return tuple(found)
 
     def box(self) -> np.ndarray:
         """Ranges of ζ, (numbers, 2)."""

@@ -37,6 +37,14 @@ class Posterior:
     log_density: float
     names: tuple[str, ...]
 
+    @property
+    def subsets(self) -> dict[Subset, float]:
+        """Probability of each set of causes, at any level."""
+        found: dict[Subset, float] = defaultdict(float)
+        for p, fit in zip(self.probability, self.fits, strict=True):
+            found[fit.subset] += float(p)
+        return dict(found)
+
     def best(self, subset: Subset, *, level: float | None = None) -> Fit:
         """The most probable fit of these causes, at one level or at any."""
         own = [
@@ -152,10 +160,7 @@ def searched_again(
         rng: of samples; Laplace's method alone where None.
     """
     every = {level: Level(case, level) for level in levels()}
-    total: dict[Subset, float] = defaultdict(float)
-    for p, fit in zip(whole.probability, whole.fits, strict=True):
-        total[fit.subset] += float(p)
-    likely = [set(subset) for subset, p in total.items() if not subset or p > POLICY.kept]
+    likely = [set(each) for each, p in whole.subsets.items() if not each or p > POLICY.kept]
     fits = [
         every[fit.level].of(fit.subset).fit([fit.zeta])
         for fit in whole.fits
@@ -224,8 +229,6 @@ def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
 
 def pairs_above(posterior: Posterior, least: float) -> list[Subset]:
     """The pairs of causes whose probability is above ``least``, the most probable first."""
-    total: dict[Subset, float] = {}
-    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
-        if len(fit.subset) > 1:
-            total[fit.subset] = total.get(fit.subset, 0.0) + float(p)
-    return [pair for pair in sorted(total, key=lambda each: -total[each]) if total[pair] > least]
+    total = posterior.subsets
+    order = sorted(total, key=lambda each: -total[each])
+    return [each for each in order if len(each) > 1 and total[each] > least]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.decision import Decision, decide
+from dolfingrip.diagnosis.core.decision import Decision, decide, held
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.policy import POLICY
@@ -62,12 +62,7 @@ def _of(other: Decision, decision: Decision) -> float:
         return other.none
     if decision.answer == "unknown":
         return other.discrepancy if decision.nearest else other.unknown
-    held = sum(
-        p for subset, p in other.subsets.items()
-        if set(subset) & set(decision.first)
-        and (not decision.second or set(subset) & set(decision.second))
-    )  # fmt: skip
-    return min(held, 1 - other.unexplained)
+    return min(held(other.subsets, decision.first, decision.second), 1 - other.unexplained)
 
 
 def _pairs_by(posterior: Posterior, factor: float) -> list[float]:

@@ -9,58 +9,39 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.numbers import Cause, causes
+from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.errors import errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import Nuisance
+from dolfingrip.extensions.effect import Prior
 
 INVISIBLE = 0.05
 """Root mean square change, by the noise, below which no reading feels a cause."""
 
 
 @dataclass(frozen=True, eq=False)
-class CouponCase:
-    """Everything that the inference needs of coupons.
-
-    Attributes:
-        case: readings, emulators and covariance.
-        causes: by name; nuisances that may lie far out are not among them.
-        errors: what the covariance is made of.
-        simulation: exact readings.
-        unseen: causes that no reading feels.
-    """
-
-    case: Case
-    causes: dict[str, Cause]
-    errors: Errors
-    simulation: CouponSimulation
-    unseen: tuple[str, ...]
-
-    @property
-    def measurement(self) -> Measurement:
-        """The readings, and how they were taken."""
-        return self.simulation.measurement
+class CouponCase(Analysed[CouponSimulation]):
+    """Coupons, and what could explain them."""
 
     def exact(self, fit: Fit) -> np.ndarray:
         """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
         case = self.case
-        c, _ = case.factor(fit.zeta[0])
-        overrides = causes_at(self, fit, 1.0)
+        overrides = self.at(fit, 1.0)
         simulated = self.simulation.base(tuple(overrides)) if overrides else case.base
-        found = np.where(case.scaled, c, 1.0) * simulated
-        place = 1
-        for name in fit.subset:
-            if name not in self.causes:
-                found = found + case.predicted((name,), fit.zeta[[0, place]])
+        found = np.where(case.scaled, self.factor(fit), 1.0) * simulated
+        for name, place in case.places(fit.subset).items():
+            if name in self.far:
+                found = found + case.predicted((name,), fit.zeta[[0, *place]])
                 found = found - case.predicted(NONE, fit.zeta[:1])
-            place += len(case.boxes[name])
         return np.asarray(found)
 
 
@@ -85,6 +66,7 @@ def coupon_case(
     emulators: dict[str, Emulator] = {}
     boxes: dict[str, np.ndarray] = {}
     felt: dict[str, Cause] = {}
+    far: dict[str, Cause] = {}
     unseen: list[str] = []
     for cause in causes(config, names):
         found = _emulated(simulation, cause, off)
@@ -95,8 +77,9 @@ def coupon_case(
         emulators[cause.name], boxes[cause.name] = found, cause.box()
     for each in off.shared:  # far from what was told, it is a cause
         if np.abs(each.change / off.noise).max(initial=0.0) > INVISIBLE:
+            far[each.name] = _far(each)
             emulators[each.name] = linear(POLICY.far * each.change)
-            boxes[each.name] = np.array([[-POLICY.reach, POLICY.reach]])
+            boxes[each.name] = far[each.name].box()
     scaled = np.array([CHANNELS[name].in_proportion for name in listed["column"]])
     setups = [test.setup.nuisances for test in measurement.tests]
     modulus = max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups)
@@ -105,7 +88,17 @@ def coupon_case(
         discrepancy.kernel(off.along), boxes, rig=frozenset(each.name for each in off.shared),
         scale_names=("modulus", "coupon_area"),
     )  # fmt: skip
-    return CouponCase(case, felt, off, simulation, tuple(unseen))
+    return CouponCase(case, felt, off, simulation, tuple(unseen), far=far)
+
+
+def _far(shared: Nuisance) -> Cause:
+    """A number of the rig, in its unit, that may be far from what was told."""
+    prior = Prior(0.0, POLICY.far * shared.std, "far from what was told")
+    any_value = (-np.inf, np.inf)
+    number = UnknownNumber(
+        shared.name, prior, -POLICY.reach, POLICY.reach, any_value, amplitude=True, listed=False
+    )
+    return Cause(shared.name, (number,), ())
 
 
 def with_pairs(coupons: CouponCase, pairs: Sequence[Subset]) -> CouponCase:
@@ -175,24 +168,3 @@ def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulat
     if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < INVISIBLE:
         return None
     return trained(zeta[solved], changes[solved], off.noise, box)
-
-
-def causes_at(coupons: CouponCase, fit: Fit, factor: float) -> list[str]:
-    """The causes of a fit as overrides, moduli times a factor."""
-    found: list[str] = []
-    place = 1
-    for name in fit.subset:
-        cause = coupons.causes.get(name)
-        if cause is None:
-            place += 1
-            continue
-        for number in cause.numbers:
-            value = float(number.at(fit.zeta[place]))
-            found.append(number.override(value * (factor if number.key.endswith("_MPa") else 1.0)))
-            place += 1
-        for held in cause.held:
-            key, _, text = held.partition("=")
-            if key.endswith("_MPa") and "[" not in text:
-                text = repr(float(text) * factor)
-            found.append(f"{key}={text}")
-    return found

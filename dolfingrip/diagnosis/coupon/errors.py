@@ -7,10 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from dolfingrip.channels import DISPLACEMENT
-from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Shared, followed, lying, together
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors, followed, lying, together
 from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.parameter import named
 
 
@@ -26,7 +27,7 @@ def errors(simulation: CouponSimulation) -> Errors:
     own = POLICY.own_slack * np.outer(late, late) * (test[:, None] == test)
     share = float(np.sqrt(1 - POLICY.own_slack))
     shared = (
-        Shared(SLACK, "mm", share * float(slack.max()), share * late),
+        Nuisance(SLACK, "mm", share * float(slack.max()), share * late),
         *_told(simulation, base, signal),
     )
     return together(measurement, along, signal, steep, shared, own)
@@ -67,10 +68,10 @@ def _along(simulation: CouponSimulation) -> Along:
     return lying(measurement, simulation.groups, load / largest)
 
 
-def _told(simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray) -> Iterator[Shared]:
+def _told(simulation: CouponSimulation, base: np.ndarray, signal: np.ndarray) -> Iterator[Nuisance]:
     """Numbers of the configuration that the laboratory gave a standard deviation."""
     ratio = np.where(np.abs(base) > 1e-12, signal / np.where(base == 0, 1.0, base), 1.0)
     for key, std in simulation.measurement.tests[0].setup.nuisances.items():
         if "." in key and std:
             change = simulation.base(moved={key: std}) - base
-            yield Shared(key, named(key).unit, std, change * ratio)
+            yield Nuisance(key, named(key).unit, std, change * ratio)

@@ -7,20 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from dolfingrip.diagnosis.answer.found import (
-    Diagnosis,
-    OfTheRig,
-    by_hessian,
-    estimated,
-    left,
-    times,
-)
+from dolfingrip.config import Config
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, left, times
 from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.coupon.case import CouponCase, causes_at
-from dolfingrip.diagnosis.outcome import Parameter
+from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import effect
-from dolfingrip.parameter import find, moduli, scaled
+from dolfingrip.parameter import scaled
 
 
 @dataclass(eq=False)
@@ -32,55 +25,18 @@ class CouponDiagnosis(Diagnosis):
     load: ClassVar[str] = "strain"
     beside: ClassVar[str] = "each coupon's own stiffness and slack"
 
-    def numbers(self, fit: Fit) -> list[Parameter]:
-        case = self.analysed.case
-        draws, weights = fit.draws or by_hessian(fit)
-        c, _ = case.factor(draws[:, 0])
-        at_c = float(case.factor(fit.zeta[0])[0])
-        found = [
-            estimated(
-                each.key, each.value(self.config) * at_c, each.value(self.config) * c, weights
-            )
-            for each in find(self.config, [k for k in moduli(self.config) if "bulk" not in k])
-        ]
-        place = 1
-        for name in fit.subset:
-            cause = self.analysed.causes.get(name)
-            if cause is None:
-                shared = next(each for each in self.analysed.errors.shared if each.name == name)
-                wide = POLICY.far * shared.std
-                found.append(
-                    estimated(name, wide * fit.zeta[place], wide * draws[:, place], weights)
-                )
-                place += 1
-                continue
-            for number in cause.numbers:
-                times = number.key.endswith("_MPa")
-                value = float(number.at(fit.zeta[place])) * (at_c if times else 1.0)
-                told = number.at(draws[:, place]) * (c if times else 1.0)
-                found.append(estimated(number.key, value, told, weights))
-                place += 1
-        return found
-
-    def configured(self) -> dict[str, float]:
-        keys = [key for key in moduli(self.config) if "bulk" not in key]
-        return {each.key: each.value(self.config) for each in find(self.config, keys)}
+    @property
+    def model(self) -> Config:
+        return self.config
 
     def fitted(self, fit: Fit) -> str:
-        c = float(self.analysed.case.factor(fit.zeta[0])[0])
-        return f"A modulus {times(c)} the configured one is fitted."
-
-    def nuisances(self, fit: Fit) -> dict[str, float]:
-        case = self.analysed.case
-        return {"modulus": float(np.log(case.factor(fit.zeta[0])[0]) / case.modulus_std)}
+        return f"A modulus {times(self.analysed.factor(fit))} the configured one is fitted."
 
     def rig(self, fit: Fit) -> list[OfTheRig]:
         weighed, _ = left(self.analysed, fit)
-        found, place = [], 1
-        far: dict[str, float] = {}
-        for name in fit.subset:
-            far[name] = POLICY.far * float(fit.zeta[place])
-            place += len(self.analysed.case.boxes[name])
+        found = []
+        places = self.analysed.case.places(fit.subset)
+        far = {name: POLICY.far * float(fit.zeta[own[0]]) for name, own in places.items()}
         for each in self.analysed.errors.shared:
             if not each.std:  # known exactly
                 continue
@@ -133,5 +89,5 @@ class CouponDiagnosis(Diagnosis):
         return len(listed.groupby(["cycle", "branch"])) == 1
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
-        factor = float(self.analysed.case.factor(fit.zeta[0])[0])
-        return (*scaled(self.config, factor), *causes_at(self.analysed, fit, factor))
+        factor = self.analysed.factor(fit)
+        return (*scaled(self.config, factor), *self.analysed.at(fit, factor))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.protocols import proposals
-from dolfingrip.diagnosis.additions.worth import Comparison, Tied, tied, usual_noise
+from dolfingrip.diagnosis.additions.worth import Comparison, Tied, tied
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
@@ -19,38 +17,27 @@ from dolfingrip.diagnosis.outcome import NextExperiment
 STEP = 0.05
 """Of ζ, by which readings are differentiated."""
 
-MODEL_ERROR = 0.005
-"""Relative error of any law at conditions that nothing was measured at."""
-
 
 def next_experiments(
-    coupons: CouponCase,
-    posterior: Posterior,
-    decision: Decision,
-    told: Callable[[str], None] = lambda name: None,
+    coupons: CouponCase, posterior: Posterior, decision: Decision
 ) -> list[NextExperiment]:
     """Additions that tell the tied hypotheses apart, the best first; none where nothing is tied."""
     fits = tied(posterior, decision)
     if len(fits) < 2:
         return []
     simulation = coupons.simulation
-    comparison = Comparison.of(
-        [p for p, _ in fits], [_at(coupons, simulation, fit) for _, fit in fits],
-        coupons.case.covariance,
+    comparison = Comparison(
+        simulation.measurement, coupons.errors.noise, coupons.case.covariance,
+        np.array([p for p, _ in fits]), [_at(coupons, simulation, fit) for _, fit in fits],
     )  # fmt: skip
+    scatter = coupons.errors.scatter
+    std = max(scatter.scale, scatter.told_scale)
     found = []
     for proposal in proposals(simulation.measurement, simulation.config):
-        told(proposal.name)
         other = CouponSimulation(proposal.measurement, simulation.config)
         after = [_at(coupons, other, fit) for _, fit in fits]
-        new = after[0].readings
-        noise = usual_noise(simulation.measurement, coupons.errors.noise, proposal.measurement)
-        std = np.hypot(noise, MODEL_ERROR * np.abs(new))
-        n = len(coupons.case.value)
-        joint = np.zeros((n + len(new), n + len(new)))
-        joint[:n, :n] = coupons.case.covariance
-        joint[n:, n:] = np.diag(std**2) + _specimen(coupons, new)
-        found.append(comparison.worth(proposal, after, joint))
+        stiff = std * after[0].readings  # a new coupon is another specimen
+        found.append(comparison.worth(proposal, after, np.outer(stiff, stiff)))
     return sorted(found, key=lambda worth: worth.rank)
 
 
@@ -63,17 +50,14 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
     base = simulation.base()
     change = np.zeros(len(base))
     slopes: list[np.ndarray] = []
-    place = 1
     c, dc = case.factor(fit.zeta[0])
     factor = np.where(scaled, c, 1.0)
-    for name in fit.subset:
-        d = len(case.boxes[name])
-        zeta = fit.zeta[place : place + d]
-        cause = coupons.causes.get(name)
-        place += d
-        if cause is None:  # a nuisance of what was measured, another one next time
+    for name, place in case.places(fit.subset).items():
+        d, zeta = len(place), fit.zeta[place]
+        if name in coupons.far:  # a nuisance of what was measured, another one next time
             slopes += [np.zeros(len(base))] * d
             continue
+        cause = coupons.causes[name]
         low, high = case.boxes[name].T
         moved = np.clip(zeta + STEP * np.eye(d), low, high)
         all_changes = simulation.changed([cause], np.vstack([zeta, moved]))
@@ -86,9 +70,3 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
             slopes.append(factor * own)
     first = np.where(scaled, dc, 0.0) * (base + change)
     return Tied(fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))
-
-
-def _specimen(coupons: CouponCase, readings: np.ndarray) -> np.ndarray:
-    """A new coupon is another specimen."""
-    std = max(coupons.errors.scatter.scale, coupons.errors.scatter.told_scale)
-    return np.asarray(std**2 * np.outer(readings, readings))

@@ -12,7 +12,7 @@ dense, half the variance of their differences is used.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import comb
 from typing import Final
@@ -72,13 +72,7 @@ def noise(measurement: Measurement) -> InstrumentNoise:
         if test.setup.correlation_time_s is not None:
             found.correlation_time_s[at] = test.setup.correlation_time_s
         found.control[at] = test.setup.noise.get(test.control, 0.0)
-    return InstrumentNoise(
-        found.independent,
-        found.correlated,
-        found.correlation_time_s,
-        found.control,
-        tuple(sentences),
-    )
+    return replace(found, sentences=tuple(sentences))
 
 
 def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tuple[float, str]:

@@ -9,12 +9,12 @@ import numpy as np
 import scipy.linalg
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.errors import Errors, Shared
+from dolfingrip.diagnosis.answer.analysed import Analysed
+from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.emulator import Mended
+from dolfingrip.diagnosis.core.emulator import mended
 from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.errors import errors
 from dolfingrip.diagnosis.finger.first_pass import (
@@ -30,9 +30,9 @@ from dolfingrip.diagnosis.finger.model import (
 )
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, rough_simulation
 from dolfingrip.diagnosis.finger.training import trained_causes
-from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, overrides_at, unknowns
+from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.nuisances import WALL
+from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.parameter import every
 from dolfingrip.sections.geometry.index import TABLES
@@ -42,35 +42,14 @@ DRAWN = (*TABLES, "morph", "material", "film")
 
 
 @dataclass(frozen=True, eq=False)
-class FingerCase:
-    """Everything that the inference needs of fingers.
+class FingerCase(Analysed[FingerSimulation]):
+    """Fingers, coupons beside them, and what could explain their readings.
 
     Attributes:
-        case: readings, emulators and covariance.
-        causes: by name.
-        errors: what the covariance is made of.
-        simulation: of the model.
-        unseen: causes that no reading feels.
-        failed: why others could not be simulated, by name.
         wall_std: relative standard deviation of the walls; 0 where they are a linear nuisance.
     """
 
-    case: Case
-    causes: dict[str, Cause]
-    errors: Errors
-    simulation: FingerSimulation
-    unseen: tuple[str, ...]
-    failed: dict[str, str]
-    wall_std: float
-
-    @property
-    def measurement(self) -> Measurement:
-        """The readings, and how they were taken."""
-        return self.simulation.measurement
-
-    def factor(self, fit: Fit) -> float:
-        """Of all moduli, by those configured."""
-        return float(self.case.factor(fit.zeta[0])[0])
+    wall_std: float = 0.0
 
     def walls(self, zeta: float | np.ndarray) -> np.ndarray:
         """Thickness of the walls by that configured."""
@@ -83,12 +62,7 @@ class FingerCase:
         if self.wall_std:
             key, wall_mm = self.wall()
             found.append(f"{key}={wall_mm * float(self.walls(fit.zeta[1]))!r}")
-        at = self.case.own
-        for name in fit.subset:
-            d = len(self.case.boxes[name])
-            found += overrides_at(self.causes[name], fit.zeta[at : at + d], c)
-            at += d
-        return tuple(found)
+        return (*found, *self.at(fit, c))
 
     def wall(self) -> tuple[str, float]:
         """Key and value of the walls' thickness, as configured (mm)."""
@@ -99,7 +73,7 @@ class FingerCase:
         """(n,) readings at a fit's numbers, linear nuisances left out."""
         return self.case.predicted(fit.subset, fit.zeta)
 
-    def own(self) -> dict[str, tuple[Shared, float]]:
+    def own(self) -> dict[str, tuple[Nuisance, float]]:
         """The finger's own numbers that are linear nuisances, with their unit of change, by key.
 
         They are what the laboratory told a deviation of by its key, such as a chamber's width.
@@ -178,27 +152,19 @@ class FingerCase:
         takes = tuple(range(self.case.own))
         if not fit.subset:
             assert self.case.ground is not None
-            every = np.arange(self.case.own)
-            mended = Mended.of(
-                self.case.ground, every, takes, fit.zeta, missed, POLICY.mended_length, 1.0
-            )
-            return replace(self, case=replace(self.case, ground=mended))
+            ground = mended(self.case.ground, takes, fit.zeta, missed, 1.0)
+            return replace(self, case=replace(self.case, ground=ground))
         strongest = max(zip(fit.strengths, fit.subset, strict=True))[1]
         emulators = dict(self.case.emulators)
-        at = self.case.own
-        for name in fit.subset:
-            d = len(self.case.boxes[name])
+        for name, place in self.case.places(fit.subset).items():
             old = emulators[name]
             if name != strongest:
                 emulators[name] = replace(old, errors=POLICY.surer * old.errors)
             else:
-                own = np.r_[np.array(takes, int), np.arange(at, at + d)]
-                inside = np.r_[np.array(old.takes, int), len(takes) + np.arange(d)]
-                emulators[name] = Mended.of(
-                    old, inside, takes, fit.zeta[own], missed[:, np.r_[0, 1 + own]],
-                    POLICY.mended_length, POLICY.surer,
-                )  # fmt: skip
-            at += d
+                own = np.r_[np.array(takes, int), place]
+                emulators[name] = mended(
+                    old, takes, fit.zeta[own], missed[:, np.r_[0, 1 + own]], POLICY.surer
+                )
         return replace(self, case=replace(self.case, emulators=emulators))
 
 
@@ -244,7 +210,7 @@ def finger_case(
         rig=frozenset(FAR) & frozenset(felt),
     )  # fmt: skip
     std = wall_std(simulation)
-    return FingerCase(case, felt, off, simulation, trained.unseen, trained.failed, std)
+    return FingerCase(case, felt, off, simulation, trained.unseen, trained.failed, wall_std=std)
 
 
 def _model(

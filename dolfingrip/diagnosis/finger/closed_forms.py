@@ -17,7 +17,7 @@ from dolfingrip.diagnosis.core.curved import Simulations
 from dolfingrip.diagnosis.core.emulator import Emulator, places, trained
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.finger.unknowns import box_of, overrides_at
+from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
 from dolfingrip.extensions.index import effect
@@ -71,7 +71,7 @@ def _changed(
     c: float,
     rows: Sequence[dict[str, np.ndarray]],
 ) -> np.ndarray:
-    config = simulation.applied.overridden(overrides_at(cause, zeta, 1.0))
+    config = simulation.applied.overridden(cause.overrides(zeta))
     on: Any = getattr(config.extensions, cause.name)
     if rows:
         readings = simulation.measurement.readings
@@ -113,7 +113,7 @@ def nearly(
     zeta = places(box, TABULATED)
     changes = []
     for z in zeta:
-        config = simulation.applied.overridden(overrides_at(cause, z[1:], 1.0))
+        config = simulation.applied.overridden(cause.overrides(z[1:]))
         viscous: Any = getattr(config.extensions, cause.name)
         c = float(factor(z[0]))
         changes.append(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Final
 
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.answer.gain import held_out
-from dolfingrip.diagnosis.cautions import MESH_UNKNOWN, not_reached
 from dolfingrip.diagnosis.core.case import Subset
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior, search
@@ -20,8 +20,15 @@ from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.finger.found import FingerDiagnosis
 from dolfingrip.diagnosis.finger.next_experiment import next_experiments
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.simulated import Case, simulate
+from dolfingrip.diagnosis.simulation.simulated import Case, SimulationFailure, simulate
+
+MESH_UNKNOWN: Final = (
+    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
+    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
+)
+"""Said where there is no second mesh to compare with."""
 
 
 def diagnose_fingers(
@@ -159,3 +166,31 @@ def _cautions(found: FingerDiagnosis) -> list[str]:
             "from a simulation at its numbers"
         )
     return told
+
+
+def not_reached(
+    measurement: Measurement,
+    base: BaseSimulation,
+    failures: Sequence[SimulationFailure] | None = None,
+) -> list[str]:
+    """For each test, readings that the base simulation does not come to, and why.
+
+    Args:
+        measurement: all that was measured.
+        base: of the readings that it reaches, or of all.
+        failures: of the base simulation, where it is of the readings that it reaches.
+    """
+    every = measurement.listed()["test"].to_numpy()
+    reached = base.measurement.listed()["test"].to_numpy()[np.isfinite(base.readings)]
+    found = []
+    for test in measurement.tests:
+        count = int((every == test.number).sum())
+        lost = count - int((reached == test.number).sum())
+        if lost:
+            failed = base.failures if failures is None else failures
+            why = [each.sentence for each in failed if test in each.tests]
+            found.append(
+                f"{test.experiment} of {test.specimen}: the base simulation does not reach "
+                f"{lost} of {count} readings, which are left out: {'; '.join(why)}"
+            )
+    return found

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from dolfingrip.diagnosis.answer.errors import SLACK, Errors, Shared, followed, lying, together
+from dolfingrip.diagnosis.answer.errors import SLACK, Errors, followed, lying, together
 from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
-from dolfingrip.parameter import named
+from dolfingrip.diagnosis.simulation.nuisances import WALL
 
 FITTED = ("modulus",)
 """Nuisances that every hypothesis fits."""
@@ -22,7 +23,11 @@ def errors(simulation: FingerSimulation) -> Errors:
     signal = base.readings * followed(listed, along, base.readings)[0]
     steep = np.nan_to_num(base.by_control) * _steeper(base.readings, signal)
     told = (*FITTED, *([WALL] if simulation.walls is not None else []))
-    shared = [_shared(simulation, each) for each in base.nuisance_list if each.name not in told]
+    shared = [
+        replace(each, change=np.nan_to_num(each.change))
+        for each in base.nuisance_list
+        if each.name not in told
+    ]
     columns = list(np.nan_to_num(base.mesh.T))
     for test in measurement.tests:
         if test.experiment == "coupon":
@@ -30,17 +35,6 @@ def errors(simulation: FingerSimulation) -> Errors:
             columns.append(own * test.setup.nuisances[SLACK])
     rest = np.zeros((len(listed), len(listed))) + sum(np.outer(each, each) for each in columns)
     return together(measurement, along, signal, steep, shared, rest)
-
-
-UNITS = {"pressure_offset_kPa": "kPa", "plate_gap_mm": "mm"}
-
-
-def _shared(simulation: FingerSimulation, nuisance: Nuisance) -> Shared:
-    """A linear nuisance with what is known of it."""
-    name = nuisance.name.partition(" ")[0]
-    told = [t.setup.nuisances.get(name, 0.0) for t in simulation.measurement.tests]
-    unit = UNITS.get(name) or (named(name).unit if "." in name else "")
-    return Shared(nuisance.name, unit, max(told), np.nan_to_num(nuisance.change))
 
 
 def _steeper(base: np.ndarray, signal: np.ndarray) -> np.ndarray:

@@ -39,10 +39,9 @@ def simulated(
     case = finger.case
     numbers = [
         (number, place)
-        for place, number in enumerate(
-            (n for name in fit.subset for n in finger.causes[name].numbers), case.own
-        )
-        if rig or not _of_rig(number.key)
+        for name, places in case.places(fit.subset).items()
+        for number, place in zip(finger.causes[name].numbers, places, strict=True)
+        if rig or name not in FAR
     ]
     overrides = [each for each in finger.overrides(fit) if rig or not _of_rig(each)]
     gradients = [f"{n.key}[0]" if n.listed else n.key for n, _ in numbers]

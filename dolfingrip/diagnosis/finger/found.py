@@ -8,21 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import (
-    Diagnosis,
-    OfTheRig,
-    by_hessian,
-    estimated,
-    times,
-)
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, times
 from dolfingrip.diagnosis.answer.found import fitted as fitted_readings
 from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
-from dolfingrip.diagnosis.outcome import Parameter
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
-from dolfingrip.parameter import find, moduli
 
 
 @dataclass(eq=False)
@@ -34,13 +26,15 @@ class FingerDiagnosis(Diagnosis):
     load: ClassVar[str] = "pressure"
     beside: ClassVar[str] = "what else the rig may be off by"
 
-    def configured(self) -> dict[str, float]:
-        applied = self.analysed.simulation.applied
-        keys = [key for key in moduli(applied) if "bulk" not in key]
-        found = {each.key: each.value(applied) for each in find(applied, keys)}
+    @property
+    def model(self) -> Config:
+        return self.analysed.simulation.applied
+
+    def own(self, zeta: np.ndarray) -> dict[str, np.ndarray]:
+        found = super().own(zeta)
         if self.analysed.wall_std:
             key, wall_mm = self.analysed.wall()
-            found[key] = wall_mm
+            found[key] = wall_mm * self.analysed.walls(zeta[:, 1])
         return found
 
     def fitted(self, fit: Fit) -> str:
@@ -56,8 +50,7 @@ class FingerDiagnosis(Diagnosis):
         return f"{told} and walls {abs(walls):.2g} % {way} than configured are fitted."
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
-        case = self.analysed.case
-        found = {"modulus": float(np.log(case.factor(fit.zeta[0])[0]) / case.modulus_std)}
+        found = super().nuisances(fit)
         if self.analysed.wall_std:
             found[WALL] = float(tails.off(fit.zeta[1]))
         return found | self.analysed.nuisances(fit)
@@ -90,32 +83,6 @@ class FingerDiagnosis(Diagnosis):
         if self.decision.answer == "none":
             return "nothing: the readings agree with the model within their noise"
         return "nothing is needed: no other cause is nearly as probable as what is named"
-
-    def numbers(self, fit: Fit) -> list[Parameter]:
-        """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
-        finger, case = self.analysed, self.analysed.case
-        draws, weights = fit.draws or by_hessian(fit)
-        draws = np.vstack([fit.zeta, draws])
-        weights = np.r_[0.0, weights]
-        c = case.factor(draws[:, 0])[0]
-        applied = finger.simulation.applied
-        found = []
-
-        def add(key: str, values: np.ndarray) -> None:
-            found.append(estimated(key, float(values[0]), values[1:], weights[1:]))
-
-        for each in find(applied, [key for key in moduli(applied) if "bulk" not in key]):
-            add(each.key, each.value(applied) * c)
-        if finger.wall_std:
-            key, wall_mm = finger.wall()
-            add(key, wall_mm * finger.walls(draws[:, 1]))
-        place = case.own
-        for name in fit.subset:
-            for number in finger.causes[name].numbers:
-                scale = c if number.key.endswith("_MPa") else 1.0
-                add(number.key, number.at(draws[:, place]) * scale)
-                place += 1
-        return found
 
     @property
     def extended(self) -> Config:

@@ -146,15 +146,5 @@ def neutral(cause: Cause, number: UnknownNumber) -> float:
     return float(told[0] if isinstance(told, Sequence) else told)
 
 
-def overrides_at(cause: Cause, zeta: np.ndarray, c: float) -> tuple[str, ...]:
-    """A cause at ζ as with ``--set``, its moduli ``c`` times as large as its priors tell."""
-    found = []
-    for number, z in zip(cause.numbers, zeta, strict=True):
-        value = float(number.at(z))
-        found.append(number.override(value * c if number.key.endswith("_MPa") else value))
-    for held in cause.held:
-        key, _, text = held.partition("=")
-        if key.endswith("_MPa") and "[" not in text:
-            text = repr(float(text) * c)
-        found.append(f"{key}={text}")
-    return tuple(found)
+overrides_at = Cause.overrides
+"""A cause at ζ, its moduli times a factor."""

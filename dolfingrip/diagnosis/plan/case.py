@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.coupon.case import coupon_case
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -21,26 +21,9 @@ from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.runner import Workers
 
 
-@dataclass(frozen=True, eq=False)
-class PlannedCase:
-    """Readings to be.
-
-    Attributes:
-        case: readings of the model as configured, emulators and covariance.
-        causes: of the catalogue that some reading feels, by name.
-        unseen: causes that no reading feels.
-        failed: why others could not be simulated, by name.
-    """
-
-    case: Case
-    causes: dict[str, Cause]
-    unseen: tuple[str, ...]
-    failed: dict[str, str]
-
-
 def planned_case(
     measurement: Measurement, config: Config, workers: Workers, names: Sequence[str] | None
-) -> PlannedCase:
+) -> Analysed[Any]:
     """The case of a measurement that is still to be made.
 
     Args:
@@ -55,8 +38,7 @@ def planned_case(
     """
     if in_closed_form(measurement, config):
         told = _reading(measurement, CouponSimulation(measurement, config).base())
-        coupons = coupon_case(told, config, names)
-        return PlannedCase(coupons.case, coupons.causes, coupons.unseen, {})
+        return coupon_case(told, config, names)
     wanted = simulated.Case(neutral_stages(config), keys(measurement, config), headroom=HEADROOM)
     (base,) = simulated.simulate(measurement, config, [wanted], workers)
     if np.isnan(base.readings).any():
@@ -64,7 +46,7 @@ def planned_case(
         raise ConfigError(f"the simulation does not reach all readings: {why}")
     finger = finger_case(_reading(measurement, base.readings), config, workers, names, fully=True)
     causes = {name: each for name, each in finger.causes.items() if name not in finger.case.rig}
-    return PlannedCase(finger.case, causes, finger.unseen, finger.failed)
+    return replace(finger, causes=causes)
 
 
 def _reading(measurement: Measurement, values: np.ndarray) -> Measurement:

@@ -7,18 +7,18 @@ from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from scipy.special import ndtri
 
+from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.evidence import Level
 from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber
 from dolfingrip.diagnosis.core.search import NONE, Key, levels, one_at_a_time
 from dolfingrip.diagnosis.finger.unknowns import neutral
-from dolfingrip.diagnosis.plan.case import PlannedCase
 
 STRENGTHS: Final = 8
 """Strengths of a cause that are hidden: the middles of so many parts of its prior, which are
@@ -51,7 +51,7 @@ class Judged:
 class Judge:
     """Draws readings to be, and judges them."""
 
-    planned: PlannedCase
+    planned: Analysed[Any]
     _before: dict[str, dict[Key, np.ndarray]] = field(default_factory=lambda: defaultdict(dict))
 
     @property

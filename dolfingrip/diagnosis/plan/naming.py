@@ -10,52 +10,18 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.plan.case import PlannedCase
 from dolfingrip.diagnosis.plan.hiding import NOISES, STRENGTHS, Hidden, Judge
+from dolfingrip.diagnosis.plan.outcome import Effect
 from dolfingrip.diagnosis.policy import POLICY
 
 
-@dataclass(frozen=True)
-class Naming:
-    """What the readings say about one effect.
-
-    Attributes:
-        effect: its name.
-        ordinary: its parameters at the ordinary strength.
-        strength_sigma: length of its change at the ordinary strength, nuisances fitted.
-        named_from: strength, by the ordinary one, from which on it is rather named alone than not;
-            None where none that occurs is enough.
-        named_from_sigma: the same in standard deviations.
-        class_from: strength from which on a set of effects with it is rather named than not.
-        share: probability that a strength from the prior is named alone.
-        class_share: that a set with it is.
-        confused_with: effects that are as probable as it about the ordinary strength, or nearly so.
-        sure: place among the strengths from which on all draws are named alone.
-    """
-
-    effect: str
-    ordinary: str
-    strength_sigma: float
-    named_from: float | None
-    named_from_sigma: float | None
-    class_from: float | None
-    share: float
-    class_share: float
-    confused_with: tuple[str, ...]
-    sure: int = STRENGTHS
-
-    @property
-    def at_ordinary(self) -> bool:
-        """Whether it is named at its ordinary strength."""
-        return self.named_from is not None and self.named_from <= 1.0
-
-
-def namings(planned: PlannedCase, before: Sequence[Naming] = ()) -> list[Naming]:
+def namings(planned: Analysed[Any], before: Sequence[Effect] = ()) -> list[Effect]:
     """Of each effect, the strongest first.
 
     Args:
@@ -65,33 +31,36 @@ def namings(planned: PlannedCase, before: Sequence[Naming] = ()) -> list[Naming]
     judge = Judge(planned)
     known = {each.effect: each for each in before}
     found = [_naming(judge, cause, known.get(name)) for name, cause in planned.causes.items()]
-    found += [Naming(name, "", 0.0, None, None, None, 0.0, 0.0, ()) for name in planned.unseen]
+    found += [Effect(effect=name) for name in planned.unseen]
     return sorted(found, key=lambda each: -each.strength_sigma)
 
 
-def share(found: Sequence[Naming]) -> float:
+def share(found: Sequence[Effect]) -> float:
     """Part of the effects that is named, strengths from their priors."""
     return float(np.mean([each.share for each in found] or [0.0]))
 
 
-def share_of_classes(found: Sequence[Naming]) -> float:
+def share_of_classes(found: Sequence[Effect]) -> float:
     """Part of the effects that is named at least within a set."""
     return float(np.mean([each.class_share for each in found] or [0.0]))
 
 
-def _naming(judge: Judge, cause: Cause, before: Naming | None) -> Naming:
+def _naming(judge: Judge, cause: Cause, before: Effect | None) -> Effect:
     hidden = Hidden(judge, cause)
-    full = STRENGTHS if before is None else before.sure
+    full = STRENGTHS if before is None or before.sure is None else before.sure
     alone = hidden.counted(lambda judged: judged.alone, full)
     # of an addition it is told what it names, not what it nearly does
     within = alone if before else hidden.counted(lambda judged: judged.within)
     named = threshold(hidden.strengths, alone)
-    return Naming(
-        cause.name, hidden.label, judge.strength(cause.name, hidden.at(1.0)), named,
-        None if named is None else judge.strength(cause.name, hidden.at(named)),
-        threshold(hidden.strengths, within), float(alone.mean()) / NOISES,
-        float(within.mean()) / NOISES, () if before else _alike(hidden),
-        int((np.cumsum((alone < NOISES)[::-1]) > 0).sum()),
+    return Effect(
+        effect=cause.name, ordinary=hidden.label,
+        strength_sigma=judge.strength(cause.name, hidden.at(1.0)), named_from=named,
+        named_from_sigma=None
+        if named is None
+        else judge.strength(cause.name, hidden.at(named)),
+        class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / NOISES,
+        class_share=float(within.mean()) / NOISES, confused_with=() if before else _alike(hidden),
+        sure=int((np.cumsum((alone < NOISES)[::-1]) > 0).sum()),
     )  # fmt: skip
 
 

@@ -3,42 +3,48 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from dolfingrip import __version__
-from dolfingrip.diagnosis.plan import plan as planning
+from dolfingrip.diagnosis.outcome import Outcome, Part
 from dolfingrip.diagnosis.policy import POLICY
 
 SCHEMA: Final = 1
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Effect(_Part):
+class Effect(Part):
     """What the rig says about one effect."""
 
     effect: str
-    ordinary: str = Field(description="its parameters at the ordinary strength")
+    ordinary: str = Field("", description="its parameters at the ordinary strength")
     strength_sigma: float = Field(
-        description="length of its change at its ordinary strength, nuisances fitted"
+        0.0, description="length of its change at its ordinary strength, nuisances fitted"
     )
     named_from: float | None = Field(
-        description="strength, by the ordinary one, from which on it is rather named than not; "
-        "null: none that occurs"
+        None, description="strength, by the ordinary one, from which on it is rather named alone "
+        "than not; null: none that occurs",
+    )  # fmt: skip
+    named_from_sigma: float | None = Field(None, description="the same in standard deviations")
+    class_from: float | None = Field(None, description="the same for a set of effects that has it")
+    share: float = Field(0.0, description="probability that a strength from its prior is named")
+    class_share: float = Field(0.0, description="that a set that has it is")
+    confused_with: tuple[str, ...] = Field(
+        (), description="effects that are as probable as it about the ordinary strength, or nearly"
     )
-    named_from_sigma: float | None = Field(description="the same in standard deviations")
-    class_from: float | None = Field(description="the same for a set of effects that has it")
-    share: float = Field(description="probability that a strength from its prior is named")
-    class_share: float = Field(description="that a set that has it is")
-    confused_with: tuple[str, ...] = Field(description="effects that cannot be told from it")
+    sure: int | None = Field(
+        None, exclude=True, description="place among the strengths from which on all draws are "
+        "named alone; not written",
+    )  # fmt: skip
+
+    @property
+    def at_ordinary(self) -> bool:
+        """Whether it is named at its ordinary strength."""
+        return self.named_from is not None and self.named_from <= 1.0
 
 
-class Addition(_Part):
+class Addition(Part):
     """What an addition buys."""
 
     name: str
@@ -51,11 +57,11 @@ class Addition(_Part):
     )
 
 
-class Plan(_Part):
+class Plan(Outcome):
     """What a rig could find out."""
 
     schema_version: Literal[1] = SCHEMA
-    version: str = Field(description="of dolfingrip")
+    version: str = Field(__version__, description="of dolfingrip")
     experiments: tuple[str, ...]
     readings: int
     minutes: float = Field(description="that the protocol takes, without setting up")
@@ -64,35 +70,6 @@ class Plan(_Part):
     effects: tuple[Effect, ...] = Field(description="the strongest first")
     additions: tuple[Addition, ...] = Field(description="the best per minute first")
     warnings: tuple[str, ...] = ()
-
-    def write(self, file: Path) -> None:
-        """Write it as JSON."""
-        partial = file.with_suffix(".part")
-        partial.write_text(self.model_dump_json(indent=1) + "\n", encoding="utf-8")
-        partial.replace(file)
-
-    @classmethod
-    def read(cls, file: Path) -> Plan:
-        """What :meth:`write` wrote."""
-        return cls.model_validate_json(file.read_text(encoding="utf-8"))
-
-
-def outcome_of(found: planning.Plan) -> Plan:
-    """As data."""
-    return Plan(
-        version=__version__,
-        experiments=found.experiments,
-        readings=found.readings,
-        minutes=found.minutes,
-        share=found.share,
-        class_share=found.class_share,
-        effects=tuple(
-            Effect(**{name: getattr(each, name) for name in Effect.model_fields})
-            for each in found.effects
-        ),
-        additions=tuple(Addition(**vars(each)) for each in found.additions),
-        warnings=tuple(found.warnings),
-    )
 
 
 def text(result: Plan) -> str:

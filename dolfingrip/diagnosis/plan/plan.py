@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -12,8 +12,9 @@ from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.case import joined, planned_case
-from dolfingrip.diagnosis.plan.naming import Naming, namings, share, share_of_classes
-from dolfingrip.diagnosis.workers import NotAtHand, staying
+from dolfingrip.diagnosis.plan.naming import namings, share, share_of_classes
+from dolfingrip.diagnosis.plan.outcome import Addition, Effect, Plan
+from dolfingrip.diagnosis.simulation.runner import NotAtHand, staying
 from dolfingrip.experiments.synthetic import NOISE
 from dolfingrip.jobs.run import Progress, silent
 
@@ -45,49 +46,6 @@ class Settings:
     progress: Progress = silent
 
 
-@dataclass(frozen=True)
-class AdditionPlan:
-    """An addition, judged.
-
-    Attributes:
-        name, kind, minutes: of it.
-        share: part of the effects that is named with it.
-        gain_per_minute: by how much that rises, by the minute.
-        lifts: effects that are named at their ordinary strength with it, and not without.
-    """
-
-    name: str
-    kind: str
-    minutes: float
-    share: float
-    gain_per_minute: float
-    lifts: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What was found.
-
-    Attributes:
-        experiments, readings: of the rig, how many.
-        minutes: that the protocol takes, without setting up.
-        effects: what the rig says about each.
-        share: part of the effects that it names, strengths drawn from their priors.
-        class_share: part whose class it names: effects that these readings cannot tell apart.
-        additions: the best first.
-        warnings: what could not be judged, and why.
-    """
-
-    experiments: tuple[str, ...]
-    readings: int
-    minutes: float
-    effects: Sequence[Naming]
-    share: float
-    class_share: float
-    additions: Sequence[AdditionPlan]
-    warnings: Sequence[str] = field(default_factory=tuple)
-
-
 def plan(
     file: Path | None,
     config: Config,
@@ -115,7 +73,7 @@ def plan(
         own = planned_case(measurement, config, workers, names)
         found = namings(own)
         before = share(found)
-        additions: list[AdditionPlan] = []
+        additions: list[Addition] = []
         failed = [f"{name} could not be tried: {why}" for name, why in own.failed.items()]
         if names is not None:
             failed.append(ALONE)
@@ -132,10 +90,11 @@ def plan(
             additions.append(_judged(proposal, found, before, more))
     lasting = measurement.readings.groupby("test")["time_s"].max().sum() / 60
     return Plan(
-        tuple(test.experiment for test in measurement.tests), len(measurement.listed()),
-        float(lasting), found, before, share_of_classes(found),
-        sorted(additions, key=lambda a: -a.gain_per_minute),
-        (*measurement.warnings, *failed),
+        experiments=tuple(test.experiment for test in measurement.tests),
+        readings=len(measurement.listed()), minutes=float(lasting), share=before,
+        class_share=share_of_classes(found), effects=tuple(found),
+        additions=tuple(sorted(additions, key=lambda a: -a.gain_per_minute)),
+        warnings=(*measurement.warnings, *failed),
     )  # fmt: skip
 
 
@@ -153,12 +112,12 @@ def read_alike(proposal: Proposal, measurement: Measurement) -> Measurement:
 
 
 def _judged(
-    proposal: Proposal, before: Sequence[Naming], share_before: float, after: Sequence[Naming]
-) -> AdditionPlan:
+    proposal: Proposal, before: Sequence[Effect], share_before: float, after: Sequence[Effect]
+) -> Addition:
     named = {each.effect for each in before if each.at_ordinary}
     lifts = [each.effect for each in after if each.at_ordinary and each.effect not in named]
     whole = share(after)
-    return AdditionPlan(
-        proposal.name, proposal.kind, proposal.minutes, whole,
-        (whole - share_before) / proposal.minutes, tuple(lifts),
+    return Addition(
+        name=proposal.name, kind=proposal.kind, minutes=proposal.minutes, share=whole,
+        gain_per_minute=(whole - share_before) / proposal.minutes, lifts=tuple(lifts),
     )  # fmt: skip

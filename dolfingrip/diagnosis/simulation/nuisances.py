@@ -19,7 +19,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.lab_setup import NUISANCES
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.simulation.simulated import Simulated
-from dolfingrip.parameter import every, find, moduli
+from dolfingrip.parameter import every, find, moduli, named
 from dolfingrip.sections.geometry.index import TABLES
 
 WALLS: Final = tuple(f"{table}.wall_mm" for table in TABLES)
@@ -30,6 +30,11 @@ GAIN: Final = "extensions.pressure_gain.gain"
 OFFSET: Final = "extensions.pressure_offset.offset_kPa"
 GAP: Final = "plate.gap_mm"
 
+UNITS: Final = {
+    "pressure_offset_kPa": "kPa", "plate_gap_mm": "mm", "coupon_slack_mm": "mm"
+}  # fmt: skip
+"""Of nuisances that are no parameters and are not relative."""
+
 
 @dataclass(frozen=True, slots=True)
 class Nuisance:
@@ -37,10 +42,14 @@ class Nuisance:
 
     Attributes:
         name: key of the table ``[nuisance]``, and what it is of where there are several.
+        unit: of the number; empty where it is relative.
+        std: standard deviation, told or usual, in that unit.
         change: (n,) of the readings at one standard deviation, in the unit of each column.
     """
 
     name: str
+    unit: str
+    std: float
     change: np.ndarray
 
 
@@ -119,33 +128,43 @@ def nuisances(measurement: Measurement, base: Simulated) -> list[Nuisance]:
     configs = {number: run.config for run in base.runs for number in run.group.tests}
     forces = in_proportion(measurement)
 
-    def spread(key: str, scale: Callable[[Config], float] = lambda config: 1.0) -> np.ndarray:
-        """(n,) standard deviation in the parameter's unit."""
-        by_test = {
-            each.number: each.setup.nuisances.get(key, 0.0) * scale(configs[each.number])
-            for each in measurement.tests
-        }
-        return np.array([by_test[number] for number in test])
+    def of(
+        key: str,
+        slope: np.ndarray,
+        scale: Callable[[Config], float] = lambda config: 1.0,
+        name: str = "",
+    ) -> Nuisance:
+        """By the slope, (n,), and by the parameter's unit."""
+        told = [each.setup.nuisances.get(key, 0.0) for each in measurement.tests]
+        spread = np.array([std * scale(configs[i]) for i, std in enumerate(told)])
+        unit = UNITS.get(key) or (named(key).unit if "." in key else "")
+        return Nuisance(name or key, unit, max(told), slope * spread[test])
 
     stiffness = by_log_modulus(measurement, base)
     walls = np.sum([base.slope(key) for key in WALLS], axis=0)
     found = [
-        Nuisance("modulus", stiffness * spread("modulus")),
-        Nuisance(WALL, walls * spread(WALL, lambda config: config.geometry.wall_mm)),
-        Nuisance("pressure_gain", base.slope(GAIN) * spread("pressure_gain", _gain)),
-        Nuisance("pressure_offset_kPa", base.slope(OFFSET) * spread("pressure_offset_kPa")),
-        Nuisance("coupon_area", np.where(forces, base.readings, 0.0) * spread("coupon_area")),
-        *(Nuisance(key, base.slope(key) * spread(key)) for key in _own(measurement)),
+        of("modulus", stiffness),
+        of(WALL, walls, lambda config: config.geometry.wall_mm),
+        of("pressure_gain", base.slope(GAIN), _gain),
+        of("pressure_offset_kPa", base.slope(OFFSET)),
+        of("coupon_area", np.where(forces, base.readings, 0.0)),
+        *(of(key, base.slope(key)) for key in _own(measurement)),
     ]
-    found += _by_plate(measurement, base, configs, base.slope(GAP) * spread("plate_gap_mm"), test)
+    gap = base.slope(GAP)
+    found += [
+        of("plate_gap_mm", np.where(np.isin(test, numbers), gap, 0.0), name=name)
+        for name, numbers in _plates(measurement, configs).items()
+    ]
     names = list(dict.fromkeys(each.specimen for each in measurement.tests))
     if len(names) > 1:
         specimen = listed["specimen"].to_numpy()
-        each_own = stiffness * spread("specimen_scale")
         found += [
-            Nuisance(f"specimen_scale of {name}", np.where(specimen == name, each_own, 0.0))
+            of(
+                "specimen_scale", np.where(specimen == name, stiffness, 0.0),
+                name=f"specimen_scale of {name}",
+            )
             for name in names
-        ]
+        ]  # fmt: skip
     return [nuisance for nuisance in found if np.nan_to_num(nuisance.change).any()]
 
 
@@ -155,21 +174,13 @@ def _gain(config: Config) -> float:
     return 1.0 if on is None else float(on.gain)
 
 
-def _by_plate(
-    measurement: Measurement,
-    base: Simulated,
-    configs: dict[int, Config],
-    change: np.ndarray,
-    test: np.ndarray,
-) -> list[Nuisance]:
-    """One for each time that the plate was set: each file, and each gap in it."""
+def _plates(measurement: Measurement, configs: dict[int, Config]) -> dict[str, list[int]]:
+    """Tests by each time that the plate was set: each file, and each gap in it."""
     times: dict[tuple[str, float], list[int]] = {}
     for each in measurement.tests:
         if each.experiment == "blocked_force":
             gap_mm = configs[each.number].plate.gap_mm
             times.setdefault((each.file.name, gap_mm), []).append(each.number)
-    found = []
-    for (file, gap_mm), numbers in times.items():
-        name = "plate_gap_mm" if len(times) == 1 else f"plate_gap_mm at {gap_mm:g} mm in {file}"
-        found.append(Nuisance(name, np.where(np.isin(test, numbers), change, 0.0)))
-    return found
+    if len(times) == 1:
+        return {"plate_gap_mm": next(iter(times.values()))}
+    return {f"plate_gap_mm at {mm:g} mm in {file}": own for (file, mm), own in times.items()}

@@ -12,10 +12,9 @@ elastic body, q and F_el(q), relaxed. A finger under the pressure p turns as an 
 
 A coupon's travel is given, so its force is that of the elastic coupon, relaxed. Contact, large
 rotations and the network of :mod:`dolfingrip.forms.transient_network` are not linear. A blocked
-finger does not follow the elastic load, so that its contact opens otherwise in unloading. Of what
-viscosity changes in the free bending of a short finger the law misses 5 %, in its blocked force a
-third (``tests/diagnosis/test_viscous_surface.py``). It leads from one simulation to another
-(:mod:`dolfingrip.diagnosis.viscous_surface`); nothing is judged by it alone.
+finger does not follow the elastic load, so that its contact opens otherwise in unloading: the law
+is near in free bending, and off in a blocked force. Simulations mend it
+(:func:`dolfingrip.diagnosis.finger.closed_forms.nearly`); nothing is judged by it alone.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -46,9 +46,9 @@ class Known:
     """
 
     job: str
-    effects: tuple[str, ...]
+    effects: Sequence[str]
     protocol: Protocol
-    gradients: tuple[str, ...]
+    gradients: Sequence[str]
     curve: Mapping[str, np.ndarray] = field(repr=False)
     failure_class: str | None = None
     failure: str | None = None
@@ -79,6 +79,10 @@ class Known:
             job.key, "failed", partial={"curve": wanted}, failure_class=self.failure_class,
             failure=self.failure, wall_s=self.wall_s, worker="shipped",
         )  # fmt: skip
+
+
+_FACTS: Final = tuple(each.name for each in fields(Known) if each.name != "curve")
+"""What a file says of a result beside its numbers."""
 
 
 @dataclass(slots=True)
@@ -166,13 +170,11 @@ def write(
     ]
     facts: list[dict[str, Any]] = [
         {
-            "job": each.job, "effects": each.effects, "protocol": each.protocol,
-            "gradients": each.gradients,
+            **{name: getattr(each, name) for name in _FACTS},
             "columns": {name: len(values) for name, values in each.curve.items()},
-            "failure_class": each.failure_class, "failure": each.failure, "wall_s": each.wall_s,
         }
         for each in every
-    ]  # fmt: skip
+    ]
     numbers = [
         float(f"{x:.{DIGITS}g}") for each in every for values in each.curve.values() for x in values
     ]
@@ -187,7 +189,7 @@ def write(
 def _known(job: Job, result: JobResult) -> Known:
     slopes = {json.dumps(list(k)): values for k, values in result.slopes.items()}
     return Known(
-        job.key_without_protocol, tuple(_effects(job)), protocol_of(job), tuple(job.gradients),
+        job.key_without_protocol, _effects(job), protocol_of(job), job.gradients,
         {**result.columns, **slopes}, result.failure_class, result.failure, result.wall_s,
     )  # fmt: skip
 
@@ -235,12 +237,8 @@ def read(file: Path = FILE) -> Shipped | None:
             place += count
         if set(fact["effects"]) <= same:
             known.setdefault(fact["job"], []).append(
-                Known(
-                    fact["job"], tuple(fact["effects"]), fact["protocol"],
-                    tuple(fact["gradients"]), curve, fact["failure_class"], fact["failure"],
-                    fact["wall_s"],
-                )
-            )  # fmt: skip
+                Known(curve=curve, **{name: fact[name] for name in _FACTS})
+            )
     return Shipped(head["core"], known)
 
 

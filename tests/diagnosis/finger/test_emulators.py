@@ -10,7 +10,7 @@ import pytest
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
-from dolfingrip.diagnosis.core.emulator import Emulator, Mended, Stacked
+from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, mended
 from dolfingrip.diagnosis.core.numbers import causes
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
@@ -80,7 +80,7 @@ def test_an_exact_simulation_mends_value_and_slopes() -> None:
     place = np.array([0.4, 0.1, 1.2])
     inside = np.array([0, 2])
     missed = 0.3 * np.random.default_rng(SEED).standard_normal((len(X), 4))
-    found = Mended.of(inner, inside, (0, 1), place, missed, 1.0, 0.2)
+    found = mended(inner, (0, 1), place, missed, 0.2)
     before = inner.columns @ inner.at(place[None, inside])[0]
     value, slopes = found.with_slopes(place)
     np.testing.assert_allclose(found.columns @ value - before, missed[:, 0], atol=1e-12)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,14 +12,16 @@ import scipy.linalg
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import proposals
+from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.plan.case import PlannedCase, joined, planned_case
+from dolfingrip.diagnosis.plan.case import joined, planned_case
 from dolfingrip.diagnosis.plan.hiding import NOISES, STRENGTHS, Hidden, Judge, Judged
-from dolfingrip.diagnosis.plan.naming import Naming, namings, share, threshold
+from dolfingrip.diagnosis.plan.naming import namings, share, threshold
+from dolfingrip.diagnosis.plan.outcome import Effect
 from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation.runner import Workers
 
@@ -33,7 +36,7 @@ force_N = 0.05
 EFFECTS = ("mooney_rivlin", "ogden_terms", "print_anisotropy", "yeoh", "permanent_set", "prony")
 
 
-def made(measurement: Measurement) -> PlannedCase:
+def made(measurement: Measurement) -> Analysed[Any]:
     return planned_case(measurement, Config(), Workers(Path("nowhere")), EFFECTS)
 
 
@@ -45,23 +48,23 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 
 @pytest.fixture(scope="module")
-def planned(measurement: Measurement) -> PlannedCase:
+def planned(measurement: Measurement) -> Analysed[Any]:
     """A coupon, loaded once at one rate."""
     return made(measurement)
 
 
 @pytest.fixture(scope="module")
-def found(planned: PlannedCase) -> dict[str, Naming]:
+def found(planned: Analysed[Any]) -> dict[str, Effect]:
     return by_name(namings(planned))
 
 
-def by_name(found: list[Naming]) -> dict[str, Naming]:
+def by_name(found: list[Effect]) -> dict[str, Effect]:
     return {each.effect: each for each in found}
 
 
 @pytest.mark.parametrize("name", ["mooney_rivlin", "permanent_set"])
 def test_it_takes_the_strength_that_is_told(
-    name: str, planned: PlannedCase, found: dict[str, Naming]
+    name: str, planned: Analysed[Any], found: dict[str, Effect]
 ) -> None:
     """Named in most of noisy cases at 1.4 times the least strength, in few at 0.6 times.
 
@@ -89,7 +92,7 @@ def test_it_takes_the_strength_that_is_told(
 
 
 def test_twins_are_named_together_long_before_they_are_told_apart(
-    found: dict[str, Naming],
+    found: dict[str, Effect],
 ) -> None:
     one, other = found["yeoh"], found["print_anisotropy"]
     assert "print_anisotropy" in one.confused_with
@@ -100,7 +103,7 @@ def test_twins_are_named_together_long_before_they_are_told_apart(
 
 
 def test_one_loading_does_not_tell_viscosity_from_elasticity(
-    measurement: Measurement, found: dict[str, Naming]
+    measurement: Measurement, found: dict[str, Effect]
 ) -> None:
     """Some elastic law of the catalogue follows it; another rate or the way back tells."""
     assert found["prony"].share == 0.0
@@ -119,7 +122,7 @@ def test_one_loading_does_not_tell_viscosity_from_elasticity(
 
 
 def test_what_is_read_again_tells_more(
-    measurement: Measurement, planned: PlannedCase, found: dict[str, Naming]
+    measurement: Measurement, planned: Analysed[Any], found: dict[str, Effect]
 ) -> None:
     """Twice the readings: at most √2 times the strength, as all else is shared."""
     twice = made(joined(measurement, measurement))
@@ -137,7 +140,7 @@ def test_what_is_read_again_tells_more(
         assert beside == pytest.approx(alone)
 
 
-def blind(planned: PlannedCase, count: int) -> Case:
+def blind(planned: Analysed[Any], count: int) -> Case:
     """With readings that nothing changes."""
     case, more = planned.case, np.zeros(count)
     emulators = {
@@ -155,7 +158,7 @@ def blind(planned: PlannedCase, count: int) -> Case:
     )  # fmt: skip
 
 
-def test_strengths_are_parts_of_the_prior(planned: PlannedCase) -> None:
+def test_strengths_are_parts_of_the_prior(planned: Analysed[Any]) -> None:
     """The ordinary strength is among those that occur, and ζ follows from a strength."""
     for cause in planned.causes.values():
         hidden = Hidden(Judge(planned), cause)
@@ -166,7 +169,7 @@ def test_strengths_are_parts_of_the_prior(planned: PlannedCase) -> None:
 
 
 @pytest.mark.parametrize("least", [0, 1, 5, STRENGTHS])
-def test_strengths_between_are_not_drawn(planned: PlannedCase, least: int) -> None:
+def test_strengths_between_are_not_drawn(planned: Analysed[Any], least: int) -> None:
     """As where all are: none below a place is named, one draw there, and all above."""
     told = np.clip(1 + np.arange(STRENGTHS) - least, 0, NOISES)
     drawn: list[int] = []

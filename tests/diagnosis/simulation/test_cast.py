@@ -15,9 +15,9 @@ from diagnosis.simulation.here import Here
 
 from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.cautions import not_reached
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.finger.diagnose import not_reached
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation

@@ -18,8 +18,8 @@ from dolfingrip.diagnosis.simulation.groups import groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, simulate
 from dolfingrip.diagnosis.simulation.meshes import coarser
 from dolfingrip.diagnosis.simulation.reference import reference_measurement
+from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.shipped import Shipped
-from dolfingrip.diagnosis.workers import StayingWorkers, staying
 from dolfingrip.jobs.cluster import Where
 
 UP_DOWN_mm = [0.0, 4.0, 8.0, 4.0, 0.0]
@@ -152,7 +152,7 @@ def test_other_walls_are_at_hand_too(tmp_path: Path) -> None:
     """With all nuisances beside them, and no simulation."""
     found = opened(shipped.FILE)
     found.agrees = True
-    workers = StayingWorkers(tmp_path, Where(workers=1), known=found, computes=False)
+    workers = Workers(tmp_path, Where(workers=1), known=found, computes=False)
     measurement = three_cycles()
     walls = simulated(measurement, Config(), workers).walls
     assert walls is not None
