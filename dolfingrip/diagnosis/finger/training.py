@@ -21,7 +21,6 @@ from dolfingrip.diagnosis.finger.unknowns import (
     TILTED,
     box_of,
     coordinates_of,
-    overrides_at,
 )
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
 from dolfingrip.diagnosis.policy import POLICY
@@ -201,7 +200,7 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
     for z in zeta:
         c = simulation.centre if scales else float(factor(z[0]))
         own = z if scales else z[1:]
-        overrides = (*flat, *simulation.moduli(c), *overrides_at(cause, own, c))
+        overrides = (*flat, *simulation.moduli(c), *cause.overrides(own, c))
         gradients = [_gradient(number.key, listed=number.listed) for number in cause.numbers]
         if not scales:
             gradients += modulus_keys(simulation.applied)

@@ -144,7 +144,3 @@ def neutral(cause: Cause, number: UnknownNumber) -> float:
     name = number.key.rpartition(".")[2]
     told = effect(cause.name).neutral.get(name, 0.0)
     return float(told[0] if isinstance(told, Sequence) else told)
-
-
-overrides_at = Cause.overrides
-"""A cause at ζ, its moduli times a factor."""
