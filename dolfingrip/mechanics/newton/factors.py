@@ -88,7 +88,7 @@ class Factors:
         self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
     ) -> bool:
         """Solve by the inverse of an earlier matrix; return whether that was possible."""
-        if self._current or not self._good or matrix != self._factorised:
+        if self._current or not self._good:
             return False
         ksp.setOperators(matrix)
         ksp.setTolerances(rtol=self._rtol, max_it=self._policy.iterations)
@@ -136,8 +136,7 @@ class Factors:
     ) -> None:
         """Solve with an ``operator`` near ``matrix``, by an inverse of this or an earlier one."""
         most = (self._policy.operator_iterations, self._policy.operator_iterations_at_most)
-        known = self._good and matrix == self._factorised
-        for fresh in (False, True) if known else (True,):
+        for fresh in (False, True) if self._good else (True,):
             if fresh and not self._current:
                 self._factorise(matrix)
             ksp.setOperators(operator, matrix)
