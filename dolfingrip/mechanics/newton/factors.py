@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import cast
 
 import numpy as np
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.cholesky import Cholesky
 from dolfingrip.mechanics.newton.counts import Counts
-from dolfingrip.mechanics.newton.inverse import Factorisation, Inverse
+from dolfingrip.mechanics.newton.inverse import Exact, Inverse
 from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 
@@ -163,8 +163,8 @@ class Factors:
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides, this rank's rows, to rounding."""
         assert self._ksp is not None
-        if isinstance(self._inverse, Factorisation | Cholesky):
-            return self._inverse.solve_many(right)
+        if self._inverse.exact:
+            return cast(Exact, self._inverse).solve_many(right)
         assert self._factorised is not None
         found = np.empty_like(right)
         values, solution = self._factorised.createVecs()
