@@ -13,8 +13,6 @@ class GraspPath:
         guess_residual_ratio: pairs in contact make a predicted state a bad start, so its residual
             must be half of that of the step's start or less. If twice is allowed, more steps around
             a large potato fail.
-        iterations, worn: as :class:`~dolfingrip.mechanics.newton.policy.FactorPolicy` has them:
-            factors of three fingers cost as much as some twenty solutions.
         shortest, patience: as :class:`~dolfingrip.mechanics.newton.policy.StepPolicy` has them: a
             step that a bound cuts so short, as where the food is first touched, goes astray, and
             half a step in time is easy.
@@ -27,8 +25,6 @@ class GraspPath:
     """
 
     guess_residual_ratio: float = 0.5
-    iterations: int = 12
-    worn: int = 8
     shortest: float = 0.05
     patience: int = 0
     lag_tolerance: float = 0.05

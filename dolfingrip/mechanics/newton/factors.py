@@ -143,7 +143,7 @@ class Factors:
             ksp.setTolerances(rtol=self._policy.operator_rtol, max_it=most[fresh])
             ksp.solve(right, solution)
             done = ksp.getConvergedReason() > 0
-            self._good = self._current or ksp.getIterationNumber() <= self._policy.operator_worn
+            self._good = self._current or ksp.getIterationNumber() <= self._policy.iterations
             ksp.setTolerances(rtol=self._policy.rtol, max_it=self._policy.iterations)
             ksp.setOperators(matrix, matrix)
             if done:

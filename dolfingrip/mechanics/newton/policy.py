@@ -112,7 +112,6 @@ class FactorPolicy:
         operator_rtol: as ``rtol``, for an operator that the matrix is a part of: what is left is
             solved for again.
         operator_iterations: for such an operator, by factors of an earlier matrix.
-        operator_worn: as ``worn``, for such an operator.
         operator_iterations_at_most: for such an operator, by the matrix' own factors.
     """
 
@@ -127,7 +126,6 @@ class FactorPolicy:
     exact_rtol: float = 1e-8
     operator_rtol: float = 1e-2
     operator_iterations: int = 12
-    operator_worn: int = 8
     operator_iterations_at_most: int = 40
 
 
@@ -275,8 +273,6 @@ class NewtonPolicy:
     lag: LagPolicy = field(default_factory=LagPolicy)
     correction: CorrectionPolicy = field(default_factory=CorrectionPolicy)
     factors: FactorPolicy = field(default_factory=FactorPolicy)
-    multigrid: FactorPolicy = FactorPolicy(
-        rtol=1e-7, last=1e-3, iterations=30, worn=25, operator_worn=12
-    )
+    multigrid: FactorPolicy = FactorPolicy(rtol=1e-7, last=1e-3, iterations=30, worn=25)
     damping: DampingPolicy = field(default_factory=DampingPolicy)
     guess_residual_ratio: float = np.inf
