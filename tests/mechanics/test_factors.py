@@ -93,10 +93,15 @@ def test_renewed_factors_are_the_matrix_own(system: System) -> None:
     assert system.counts.factorisations == 2
 
 
-def test_another_matrix_is_factorised(system: System) -> None:
-    """As one of another pattern would have to be."""
+def test_factors_serve_a_matrix_of_another_pattern(system: System) -> None:
+    """As where pairs touch that no element joins; one far away is factorised."""
     system.error()
-    system.matrix = System.band(np.full(SIZE, 3.001))
+    factorised = system.matrix
+    system.matrix = System.band(np.full(SIZE, 3.03))
+    assert 1e-12 < system.error() < 100 * FactorPolicy().rtol
+    assert system.counts.factorisations == 1
+    assert system.matrix != factorised
+    system.matrix = System.band(system.rng.uniform(3, 300, SIZE))
     assert system.error() < 1e-12
     assert system.counts.factorisations == 2
 

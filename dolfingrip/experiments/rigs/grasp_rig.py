@@ -18,7 +18,7 @@ from dolfingrip.experiments.rigs.policy import GRASP_PATH
 from dolfingrip.experiments.rigs.rig import Rig
 from dolfingrip.mechanics.model.profile import Profile
 from dolfingrip.mechanics.newton.newton import Newton
-from dolfingrip.mechanics.newton.policy import CorrectionPolicy, LagPolicy, NewtonPolicy
+from dolfingrip.mechanics.newton.policy import CorrectionPolicy, LagPolicy, NewtonPolicy, StepPolicy
 from dolfingrip.mechanics.path.path import LoadPath, Observer
 from dolfingrip.mechanics.path.policy import PathPolicy
 
@@ -36,6 +36,7 @@ class GraspRig(Rig):
 
     def __init__(self, config: Config, gripper: GripperModel, profile: Profile) -> None:
         policy = NewtonPolicy(
+            steps=StepPolicy(shortest=GRASP_PATH.shortest, patience=GRASP_PATH.patience),
             lag=LagPolicy(tolerance=GRASP_PATH.lag_tolerance),
             correction=CorrectionPolicy(tolerance=GRASP_PATH.close),
             guess_residual_ratio=GRASP_PATH.guess_residual_ratio,

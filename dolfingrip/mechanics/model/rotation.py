@@ -17,6 +17,24 @@ SERIES: Final = 1.0
 TERMS: Final = 12
 """Number of terms of the series; the first one that is left out is below 1e-24."""
 
+POWERS: Final = np.array(
+    [
+        [
+            [
+                (-1) ** (n + order) * factorial(n + order) / factorial(n)
+                / factorial(2 * (n + order) + first)
+                for n in range(TERMS)
+            ]
+            for first in range(3)
+        ]
+        for order in range(3)
+    ]
+)  # fmt: skip
+"""Factors of qⁿ in the derivatives by q, of order 0, 1 and 2, of Σ (−q)ⁿ/(2n + first)!.
+
+The sums are c, a and b for first = 0, 1 and 2.
+"""
+
 
 class Rotation(NamedTuple):
     """R = exp(θ×) and its derivatives by θ.
@@ -82,7 +100,7 @@ def rotation(theta: np.ndarray) -> Rotation:
 def _factors(q: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
     """c, a and b at q = |θ|², and their first and second derivatives by q."""
     if q < SERIES:
-        found = [[_series(first, order, q) for first in range(3)] for order in range(3)]
+        found = (POWERS @ q ** np.arange(TERMS)).tolist()
         return tuple(found[0]), tuple(found[1]), tuple(found[2])
     angle = np.sqrt(q)
     c, a = np.cos(angle), np.sin(angle) / angle
@@ -91,14 +109,3 @@ def _factors(q: float) -> tuple[tuple[float, ...], tuple[float, ...], tuple[floa
     b1 = (a / 2 - b) / q
     c2, a2, b2 = -a1 / 2, -(a / 2 + 3 * a1) / (2 * q), (a1 / 2 - 2 * b1) / q
     return (c, a, b), (c1, a1, b1), (c2, a2, b2)
-
-
-def _series(first: int, order: int, q: float) -> float:
-    """Derivative by q of Σ (−q)^n/(2n + first)!, which is c, a and b for first = 0, 1 and 2."""
-    return float(
-        sum(
-            (-1) ** n * q ** (n - order) * factorial(n) / factorial(n - order)
-            / factorial(2 * n + first)
-            for n in range(order, TERMS)
-        )
-    )  # fmt: skip

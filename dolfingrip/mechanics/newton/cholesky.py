@@ -15,7 +15,6 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.inverse import Factorisation, solve_many
 from dolfingrip.mechanics.newton.policy import CHOLESKY
 
@@ -24,28 +23,6 @@ BLOCK = 3
 
 NOT_DEFINITE = 81
 """PETSc's error PETSC_ERR_MAT_CH_ZRPVT."""
-
-
-def factors(prefix: str, model: Model, order: int) -> Factorisation | Cholesky:
-    """What factorises tangents of a model, or their part on a coarser level.
-
-    Solutions are no minima of Π where it is concave in a pressure, or in a multiplier. Their
-    tangents are never definite.
-
-    Args:
-        prefix: prefix of PETSc's options.
-        model: the model.
-        order: elimination order for LDLᵀ.
-    """
-
-    def any_sign() -> Factorisation:
-        return Factorisation(prefix, model.comm, order)
-
-    unknowns = model.unknowns
-    saddle = len(unknowns.fields) > 1 or any(each.multiplier for each in unknowns.global_unknowns)
-    if model.comm.size > 1 or saddle:
-        return any_sign()
-    return Cholesky(prefix + "definite_", model.comm, any_sign)
 
 
 class Cholesky:
@@ -180,8 +157,7 @@ class _Scalars:
 
     def update(self) -> None:
         """Copy the present values."""
-        stored = int(self.blocks.getInfo()["nz_used"])
-        source, target = _values(self.blocks, stored), _values(self.matrix, len(self._from))
+        source, target = stored_values(self.blocks), stored_values(self.matrix)
         np.take(source, self._from, out=target, mode="clip")
         self.matrix.assemble()
         self.matrix.stateIncrease()
@@ -193,10 +169,10 @@ def _petsc() -> ctypes.CDLL:
     return ctypes.CDLL(PETSc.__file__)
 
 
-def _values(matrix: PETSc.Mat, size: int) -> np.ndarray:
-    """The stored values of a matrix of type SBAIJ on one rank, not a copy."""
+def stored_values(matrix: PETSc.Mat) -> np.ndarray:
+    """The values of a matrix of type SBAIJ on one rank as PETSc stores them, not a copy."""
     place = ctypes.POINTER(ctypes.c_double)()
     code = _petsc().MatSeqSBAIJGetArray(ctypes.c_void_p(matrix.handle), ctypes.byref(place))
     if code:
         raise PETSc.Error(code)
-    return np.ctypeslib.as_array(place, (size,))
+    return np.ctypeslib.as_array(place, (int(matrix.getInfo()["nz_used"]),))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import cast
 
 import numpy as np
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.cholesky import Cholesky
 from dolfingrip.mechanics.newton.counts import Counts
-from dolfingrip.mechanics.newton.inverse import Factorisation, Inverse
+from dolfingrip.mechanics.newton.inverse import Exact, Inverse
 from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 
@@ -88,7 +88,7 @@ class Factors:
         self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
     ) -> bool:
         """Solve by the inverse of an earlier matrix; return whether that was possible."""
-        if self._current or not self._good or matrix != self._factorised:
+        if self._current or not self._good:
             return False
         ksp.setOperators(matrix)
         ksp.setTolerances(rtol=self._rtol, max_it=self._policy.iterations)
@@ -136,8 +136,7 @@ class Factors:
     ) -> None:
         """Solve with an ``operator`` near ``matrix``, by an inverse of this or an earlier one."""
         most = (self._policy.operator_iterations, self._policy.operator_iterations_at_most)
-        known = self._good and matrix == self._factorised
-        for fresh in (False, True) if known else (True,):
+        for fresh in (False, True) if self._good else (True,):
             if fresh and not self._current:
                 self._factorise(matrix)
             ksp.setOperators(operator, matrix)
@@ -164,8 +163,8 @@ class Factors:
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides, this rank's rows, to rounding."""
         assert self._ksp is not None
-        if isinstance(self._inverse, Factorisation | Cholesky):
-            return self._inverse.solve_many(right)
+        if self._inverse.exact:
+            return cast(Exact, self._inverse).solve_many(right)
         assert self._factorised is not None
         found = np.empty_like(right)
         values, solution = self._factorised.createVecs()

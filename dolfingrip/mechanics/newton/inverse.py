@@ -36,6 +36,14 @@ class Inverse(Protocol):
     def failed(self) -> int: ...
 
 
+class Exact(Inverse, Protocol):
+    """An inverse up to rounding, which also serves many right-hand sides at once."""
+
+    def solve_many(self, right: np.ndarray) -> np.ndarray:
+        """(n, k) solutions for (n, k) right-hand sides, this rank's rows."""
+        ...
+
+
 class Factorisation:
     """The inverse of a symmetric matrix by MUMPS' LDLᵀ.
 

@@ -6,8 +6,8 @@ from functools import cached_property
 
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton import memory
-from dolfingrip.mechanics.newton.cholesky import Cholesky, factors
-from dolfingrip.mechanics.newton.inverse import Factorisation, Inverse
+from dolfingrip.mechanics.newton.bordered import factors
+from dolfingrip.mechanics.newton.inverse import Exact, Factorisation, Inverse
 from dolfingrip.mechanics.newton.multigrid import Multigrid
 from dolfingrip.mechanics.newton.ordering import AUTOMATIC, Order, cheapest
 from dolfingrip.mechanics.newton.policy import LINEAR, MEMORY
@@ -76,7 +76,7 @@ class LinearSolver:
         """The inverse for solves of Newton's method."""
         return Multigrid(prefix, self._model) if self.iterative else self.factors(prefix)
 
-    def factors(self, prefix: str) -> Factorisation | Cholesky:
+    def factors(self, prefix: str) -> Exact:
         """A factorisation, whatever the choice is."""
         return factors(prefix, self._model, self._order.number)
 

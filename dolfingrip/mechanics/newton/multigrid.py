@@ -6,8 +6,8 @@ import numpy as np
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.model.model import Model
-from dolfingrip.mechanics.newton.cholesky import Cholesky, factors
-from dolfingrip.mechanics.newton.inverse import Factorisation
+from dolfingrip.mechanics.newton.bordered import factors
+from dolfingrip.mechanics.newton.inverse import Exact
 from dolfingrip.mechanics.newton.linear_level import BLOCK, LinearLevel
 from dolfingrip.mechanics.newton.ordering import cheapest
 from dolfingrip.mechanics.newton.policy import MULTIGRID
@@ -34,7 +34,7 @@ class Multigrid:
     def __init__(self, prefix: str, model: Model) -> None:
         self._level = LinearLevel(model)
         self._model, self._comm = model, model.comm
-        self._coarse: Factorisation | Cholesky | None = None
+        self._coarse: Exact | None = None
         self._prefix = prefix + "linear_"
         self._largest = 0.0
         self._vectors: list[PETSc.Vec] = []

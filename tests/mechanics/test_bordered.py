@@ -1,0 +1,58 @@
+"""Factors of two parts that only a border couples, whatever the sign of the border's part."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from dolfingrip.mechanics.newton.bordered import Bordered
+from dolfingrip.mechanics.newton.cholesky import Cholesky
+from dolfingrip.mechanics.newton.inverse import Factorisation
+from tests.mechanics.test_cholesky import NODES, chain, tangent
+
+BORDER = 2
+SEED = 5
+
+
+def coupled(rng: np.random.Generator, cut: int, shift: float) -> np.ndarray:
+    """A chain without links at node ``cut``, whose last nodes are coupled with all others."""
+    dense = chain(3)
+    end, inner = 3 * cut, 3 * (NODES - BORDER)
+    dense[:end, end:inner] = dense[end:inner, :end] = 0.0
+    dense[:inner, inner:] = rng.uniform(-1, 1, (inner, 3 * BORDER))
+    dense[inner:, :inner] = dense[:inner, inner:].T
+    dense[inner:, inner:] -= shift * np.eye(3 * BORDER)
+    return dense
+
+
+@pytest.mark.parametrize("shift", [0.0, 100.0])
+def test_parts_and_border_together_are_the_inverse(shift: float) -> None:
+    print("seed", SEED)
+    rng = np.random.default_rng(SEED)
+    made = []
+
+    def create(part: int) -> Cholesky:
+        made.append(part)
+        return Cholesky(
+            f"test_part_{part}_", MPI.COMM_SELF,
+            lambda: Factorisation("test_part_any_", MPI.COMM_SELF),
+        )  # fmt: skip
+
+    inverse = Bordered(MPI.COMM_SELF, BORDER, create)
+    for cut in (15, 15, 22, 0):
+        dense = coupled(rng, cut, shift)
+        matrix = tangent(dense)
+        inverse.set_up(matrix)
+        right = rng.uniform(-1, 1, (len(dense), 2))
+        exact = np.linalg.solve(dense, right)
+        one, found = matrix.createVecs()
+        one.array[:] = right[:, 0]
+        inverse.pc.apply(one, found)
+        assert np.allclose(found.array_r, exact[:, 0], rtol=0, atol=1e-10 * abs(exact).max())
+        many = inverse.solve_many(right)
+        assert np.allclose(many, exact, rtol=0, atol=1e-10 * abs(exact).max())
+        negative = int((np.linalg.eigvalsh(dense) < 0).sum())
+        assert (inverse.negative, inverse.failed) == (negative, 0)
+        assert negative == (3 * BORDER if shift else 0)
+    assert made == [0, 1, 0, 1, 0]  # a pattern that stays keeps its parts
