@@ -1563,6 +1563,7 @@ void main() { ${CUT} gl_FragColor = uFlat; }`;
     }
     ask() {
       this.asked += 1;
+      root2.dataset.asked = this.asked;
       this.socket.send({ do: "show", id: this.asked, ...this.design() });
       const text = encodeURIComponent(JSON.stringify(this.design()));
       for (const suffix of ["stl", "step", "toml"]) $3(suffix).href = `/export/${suffix}?design=${text}`;
