@@ -8,7 +8,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfingrip.mechanics.newton.cholesky import Cholesky
-from dolfingrip.mechanics.newton.inverse import Factorisation
+from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
 
 SEED = 3
 NODES = 40
@@ -40,6 +40,21 @@ def tangent(dense: np.ndarray) -> PETSc.Mat:
     return matrix
 
 
+def assert_solves(
+    inverse: Exact, matrix: PETSc.Mat, dense: np.ndarray, negative: int, rng: np.random.Generator
+) -> None:
+    """One random right-hand side, and two at once, to rounding; negative eigenvalues."""
+    right = rng.uniform(-1, 1, (len(dense), 2))
+    exact = np.linalg.solve(dense, right)
+    one, found = matrix.createVecs()
+    one.array[:] = right[:, 0]
+    inverse.pc.apply(one, found)
+    assert np.allclose(found.array_r, exact[:, 0], rtol=0, atol=1e-10 * abs(exact).max())
+    many = inverse.solve_many(right)
+    assert np.allclose(many, exact, rtol=0, atol=1e-10 * abs(exact).max())
+    assert (inverse.negative, inverse.failed) == (negative, 0)
+
+
 def test_any_matrix_is_solved_for_and_only_definite_ones_have_no_negative_pivots() -> None:
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
@@ -58,12 +73,4 @@ def test_any_matrix_is_solved_for_and_only_definite_ones_have_no_negative_pivots
         which.setDiagonal(PETSc.Vec().createWithArray(difference, comm=MPI.COMM_SELF), addv=True)
         which.assemble()
         inverse.set_up(which)
-        right = rng.uniform(-1, 1, (len(dense), 2))
-        exact = np.linalg.solve(dense, right)
-        one, found = which.createVecs()
-        one.array[:] = right[:, 0]
-        inverse.pc.apply(one, found)
-        assert np.allclose(found.array_r, exact[:, 0], rtol=0, atol=1e-10 * abs(exact).max())
-        many = inverse.solve_many(right)
-        assert np.allclose(many, exact, rtol=0, atol=1e-10 * abs(exact).max())
-        assert (inverse.negative, inverse.failed) == (negative, 0)
+        assert_solves(inverse, which, dense, negative, rng)

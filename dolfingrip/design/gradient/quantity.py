@@ -41,8 +41,8 @@ OF_SHAPE: Final = ("cog_offset_mm", "mass_g", *FACING, "overhang_deg")
 """Numbers of the unloaded shape; they take no simulation."""
 
 CELL_QUALITY: Final = "least_cell_quality"
-"""Smallest determinant of unit vectors along the edges at a cell's corner, by the straight mesh's;
-1 of a box."""
+"""Smallest of the scaled Jacobians at cells' corners and of twice the lengths of edges, each by
+that of the straight mesh; 1 of a box."""
 
 OF_MANY: Final = (*FACING, "overhang_deg", CELL_QUALITY)
 """Of these, extremes over the whole shape: they can be limited, not improved."""

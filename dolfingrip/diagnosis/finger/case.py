@@ -200,8 +200,8 @@ def finger_case(
     grid = np.linspace(float(box[0]), float(box[1]), 401)
     middle = float(np.interp(np.log(centre), np.log(plain.factor(grid)[0]), grid))
     trained = trained_causes(
-        simulation, causes, off.noise, lambda z: plain.factor(z)[0], middle, plain,
-        None if fully else say,
+        simulation, causes, off.noise, lambda z: plain.factor(z)[0], middle, plain, say,
+        fully=fully,
     )  # fmt: skip
     felt = {each.name: each for each in causes if each.name in trained.emulators}
     case = replace(

@@ -10,7 +10,7 @@ from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core import discrepancy, tails
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
-from dolfingrip.diagnosis.core.evidence import Level
+from dolfingrip.diagnosis.core.evidence import Fit, Level
 from dolfingrip.diagnosis.core.search import NONE, levels
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
 from dolfingrip.diagnosis.finger.unknowns import WALLS
@@ -97,9 +97,13 @@ def fitted_walls(plain: Case, spread: float) -> float:
     return float(np.round(step * np.round(walls / step), 9))
 
 
+def plain_fit(plain: Case, level: Level) -> Fit:
+    """The fit of the model without causes, under one discrepancy."""
+    rest = np.zeros(plain.own - 1)
+    return level.of(NONE).fit([np.r_[start, rest] for start in POLICY.starts])
+
+
 def _fitted(plain: Case) -> np.ndarray:
     """ζ under whichever discrepancy the model without causes needs."""
-    rest = np.zeros(plain.own - 1)
-    starts = [np.r_[start, rest] for start in POLICY.starts]
-    fits = [Level(plain, level).of(NONE).fit(starts) for level in levels()]
+    fits = [plain_fit(plain, Level(plain, level)) for level in levels()]
     return max(fits, key=lambda fit: fit.log_evidence).zeta

@@ -84,7 +84,9 @@ def trained_causes(
     factor: Factor,
     middle: float,
     plain: Readings,
-    say: Callable[[str], None] | None = None,
+    say: Callable[[str], None],
+    *,
+    fully: bool,
 ) -> Trained:
     """Simulate causes, and make emulators of what they change.
 
@@ -97,7 +99,8 @@ def trained_causes(
         factor: of the moduli by ζ.
         middle: ζ of the moduli that causes are simulated at.
         plain: the model without causes.
-        say: told what is being done; every cause is simulated fully where None.
+        say: told what is being done.
+        fully: simulate every cause further.
     """
     box = plain.ground_box[0]
     nodes = np.linspace(float(box[0]), float(box[1]), POLICY.nodes)
@@ -122,17 +125,18 @@ def trained_causes(
             told[name], failed[name] = _assembled(simulation, each, own, nodes, factor)
 
     more = designs
-    if say is not None:
+    if not fully:
         compute({name: each.first() for name, each in designs.items()})
         more = {name: each for name, each in designs.items() if told[name] is None}
     further: set[str] = set()
     while True:
         compute(more)
         further |= set(more)
+        if further == set(designs):
+            break
         known = {name: columns_of(each, scale) for name, each in told.items() if each is not None}
-        finished = further | set(closed)
-        wanted = set() if say is None else worth_simulating(plain, known, finished)
-        if say is None or not wanted:
+        wanted = worth_simulating(plain, known, further | set(closed))
+        if not wanted:
             break
         say(f"simulating further what could be seen: {', '.join(sorted(wanted))}")
         more = {name: designs[name] for name in wanted}
@@ -146,14 +150,12 @@ def trained_causes(
         if np.sqrt(np.square(own.values / scale).mean(axis=2)).max() < LEAST:
             unseen.append(cause.name)
             continue
-        by_moduli = cause.name in designs and not designs[cause.name].scales
-        degree = closed_forms.PLACES - 1 if cause.name in closed else POLICY.curved_degree
-        if not by_moduli:
-            emulators[cause.name] = trained_on(
-                own, coordinates_of(cause), scale, (0,), degree=degree
-            )
-            continue
-        emulators[cause.name] = _by_moduli(simulation, cause, own, scale, factor, middle)
+        if cause.name in designs and not designs[cause.name].scales:
+            emulator = _by_moduli(simulation, cause, own, scale, factor, middle)
+        else:
+            degree = closed_forms.PLACES - 1 if cause.name in closed else POLICY.curved_degree
+            emulator = trained_on(own, coordinates_of(cause), scale, (0,), degree=degree)
+        emulators[cause.name] = emulator
     return Trained(emulators, tuple(unseen), {name: why for name, why in failed.items() if why})
 
 

@@ -15,11 +15,13 @@ import scipy.linalg
 
 from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.curved import Simulations
+from dolfingrip.diagnosis.core.emulator import principal
 from dolfingrip.diagnosis.core.evidence import Level
-from dolfingrip.diagnosis.core.search import NONE, levels
+from dolfingrip.diagnosis.core.search import NONE, Key, levels
+from dolfingrip.diagnosis.finger.model import plain_fit
 from dolfingrip.diagnosis.policy import POLICY
 
-BESIDE = 0.5
+STEP = 0.5
 """ζ of the model's own numbers between which the model is taken to be a parabola."""
 
 
@@ -33,10 +35,7 @@ def columns_of(told: Simulations, scale: np.ndarray) -> np.ndarray:
     middle = len(told.values) // 2
     rows = np.vstack([told.values[middle], *np.moveaxis(told.slopes[middle], 1, 0)])
     rows = rows[np.isfinite(rows).all(axis=1)] / scale
-    _, sizes, right = np.linalg.svd(rows, full_matrices=False)
-    left = np.cumsum((sizes**2)[::-1])[::-1] / rows.size
-    k = max(int((left > POLICY.component_error**2).sum()), 1)
-    return np.asarray(right[:k].T * scale[:, None])
+    return np.asarray(principal(rows, len(rows)).T * scale[:, None])
 
 
 def worth_simulating(
@@ -75,16 +74,12 @@ def worth_simulating(
     return set()
 
 
-Hypothesis = tuple[Subset, float]
-"""Causes, and the level of a discrepancy beside them."""
-
-
 def _bounds(
     plain: Case, columns: Mapping[str, np.ndarray]
-) -> tuple[dict[Hypothesis, float], dict[Hypothesis, float]]:
+) -> tuple[dict[Key, float], dict[Key, float]]:
     """How much χ² each hypothesis explains at most, and ln of its largest likelihood."""
-    explained: dict[Hypothesis, float] = {}
-    largest: dict[Hypothesis, float] = {}
+    explained: dict[Key, float] = {}
+    largest: dict[Key, float] = {}
     every: list[Subset] = [NONE, *((name,) for name in columns), *combinations(columns, 2)]
     for size, prior in levels().items():
         level = Level(plain, size)
@@ -108,11 +103,10 @@ def _bounds(
 
 def _about_fit(plain: Case, level: Level) -> tuple[np.ndarray, np.ndarray]:
     """What the model without causes leaves, (n,), and a basis of what it may change; white."""
-    starts = [np.r_[start, np.zeros(plain.own - 1)] for start in POLICY.starts]
-    zeta = level.of(NONE).fit(starts).zeta
+    zeta = plain_fit(plain, level).zeta
     here = plain.predicted(NONE, zeta)
     ways = []
-    for step in np.diag(np.full(plain.own, BESIDE)):
+    for step in np.diag(np.full(plain.own, STEP)):
         more, less = (plain.predicted(NONE, zeta + by * step) - here for by in (1.0, -1.0))
         ways += [more - less, more + less]
     return level.whitened(plain.value - here), _basis(level.whitened(np.column_stack(ways)))
