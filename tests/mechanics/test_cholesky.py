@@ -43,13 +43,18 @@ def tangent(dense: np.ndarray) -> PETSc.Mat:
 def assert_solves(
     inverse: Exact, matrix: PETSc.Mat, dense: np.ndarray, negative: int, rng: np.random.Generator
 ) -> None:
-    """One random right-hand side, and two at once, to rounding; negative eigenvalues."""
+    """Two random right-hand sides at once to rounding, one as far as needed; eigenvalues.
+
+    The preconditioner is in single precision, whose rounding is 6e-8.
+    """
     right = rng.uniform(-1, 1, (len(dense), 2))
     exact = np.linalg.solve(dense, right)
     one, found = matrix.createVecs()
     one.array[:] = right[:, 0]
+    inverse.solve(one, found, 1e-6)
+    assert np.allclose(found.array_r, exact[:, 0], rtol=0, atol=1e-5 * abs(exact).max())
     inverse.pc.apply(one, found)
-    assert np.allclose(found.array_r, exact[:, 0], rtol=0, atol=1e-10 * abs(exact).max())
+    assert np.allclose(found.array_r, exact[:, 0], rtol=0, atol=1e-4 * abs(exact).max())
     many = inverse.solve_many(right)
     assert np.allclose(many, exact, rtol=0, atol=1e-10 * abs(exact).max())
     assert (inverse.negative, inverse.failed) == (negative, 0)
@@ -58,9 +63,7 @@ def assert_solves(
 def test_any_matrix_is_solved_for_and_only_definite_ones_have_no_negative_pivots() -> None:
     print("seed", SEED)
     rng = np.random.default_rng(SEED)
-    inverse = Cholesky(
-        "test_definite_", MPI.COMM_SELF, lambda: Factorisation("test_any_sign_", MPI.COMM_SELF)
-    )
+    inverse = Cholesky(MPI.COMM_SELF, lambda: Factorisation("test_any_sign_", MPI.COMM_SELF))
     near, far = chain(2), chain(5)
     eigenvalues = np.linalg.eigvalsh(near)
     lowered = near - (eigenvalues[6] + eigenvalues[7]) / 2 * np.eye(len(near))

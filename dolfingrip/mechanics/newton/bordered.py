@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from dolfingrip.mechanics.model.model import Model
 from dolfingrip.mechanics.newton.cholesky import BLOCK, Cholesky, stored_values
 from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
+from dolfingrip.mechanics.newton.policy import CHOLESKY
 
 
 def factors(prefix: str, model: Model, order: int) -> Exact:
@@ -35,11 +36,11 @@ def factors(prefix: str, model: Model, order: int) -> Exact:
     if model.comm.size > 1 or saddle:
         return any_sign()
 
-    def definite(part: int) -> Cholesky:
-        return Cholesky(f"{prefix}definite_{part}_", model.comm, any_sign)
+    def definite() -> Cholesky:
+        return Cholesky(model.comm, any_sign)
 
     border = unknowns.padded // BLOCK
-    return Bordered(model.comm, border, definite) if border else definite(0)
+    return Bordered(model.comm, border, definite) if border else definite()
 
 
 class Bordered:
@@ -53,12 +54,12 @@ class Bordered:
     Args:
         comm: one rank.
         border: rows of blocks at the matrix' end that are no part's.
-        create: returns what factorises a part, by its number.
+        create: returns what factorises a part.
     """
 
     exact = True
 
-    def __init__(self, comm: MPI.Comm, border: int, create: Callable[[int], Cholesky]) -> None:
+    def __init__(self, comm: MPI.Comm, border: int, create: Callable[[], Cholesky]) -> None:
         self._border, self._create = border, create
         self._matrix: PETSc.Mat | None = None
         self._parts: list[_Part] = []
@@ -74,12 +75,16 @@ class Bordered:
         blocks = stored_values(matrix).reshape(-1, BLOCK, BLOCK)
         for part in self._parts:
             part.set_up(blocks)
-        across, within = self._coupling(blocks)
-        self._across = across
-        self._moved = self._inner(across)
+        self._coupling = self._coupled(blocks)
+        self._eliminate(CHOLESKY.border_rtol)
+        self.pc.setOperators(matrix)
+
+    def _eliminate(self, rtol: float) -> None:
+        """Find D⁻¹B and the Schur complement."""
+        across, within = self._coupling
+        self._moved = self._inner(across, rtol)
         schur = within - across.T @ self._moved
         self._eigenvalues, self._modes = np.linalg.eigh((schur + schur.T) / 2)
-        self.pc.setOperators(matrix)
 
     def _split(self, matrix: PETSc.Mat) -> None:
         """Find the parts of a new pattern; those that are as before keep what they have."""
@@ -100,13 +105,13 @@ class Bordered:
             place[members] = np.arange(len(members))
             pattern = np.array([place[rows[which]], place[nodes[which]]])
             known = [part for part in before if part.is_like(members, pattern)]
-            part = known[0] if known else _Part(self._create(number), members, pattern)
+            part = known[0] if known else _Part(self._create(), members, pattern)
             part.which = which
             self._parts.append(part)
         self._outside = np.flatnonzero(nodes >= inside)
         self._places = rows[self._outside], nodes[self._outside] - inside
 
-    def _coupling(self, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _coupled(self, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The border's columns (n, m) and the border alone (m, m)."""
         size = self._inside + self._border
         by_block = np.zeros((size, BLOCK, self._border, BLOCK))
@@ -117,31 +122,40 @@ class Bordered:
         upper = np.triu(columns[BLOCK * self._inside :])
         return columns[: BLOCK * self._inside], upper + np.triu(upper, 1).T
 
-    def _inner(self, right: np.ndarray) -> np.ndarray:
-        """D⁻¹ of (n, k) right-hand sides."""
-        found = np.empty_like(right)
+    def _inner(self, right: np.ndarray, rtol: float) -> np.ndarray:
+        """D⁻¹ of the parts' rows of (n, k) right-hand sides."""
+        found = np.empty((BLOCK * self._inside, right.shape[1]))
         for part in self._parts:
-            found[part.rows] = part.inverse.solve_many(right[part.rows])
+            found[part.rows] = part.inverse.solve_many(right[part.rows], rtol)
         return found
 
-    def _joined(self, inner: np.ndarray, outer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """All unknowns, by D⁻¹r of the parts and r of the border."""
-        left = self._modes.T @ (outer - self._across.T @ inner)
-        moved = self._modes @ (left.T / self._eigenvalues).T
-        return inner - self._moved @ moved, moved
+    def _joined(self, right: np.ndarray, inner: np.ndarray) -> np.ndarray:
+        """All unknowns, by (n, k) right-hand sides and D⁻¹r of the parts.
+
+        BᵀD⁻¹r is (D⁻¹B)ᵀr, which is more exact than a preconditioner's D⁻¹r.
+        """
+        end = len(inner)
+        left = self._modes.T @ (right[end:] - self._moved.T @ right[:end])
+        outer = self._modes @ (left.T / self._eigenvalues).T
+        return np.concatenate([inner - self._moved @ outer, outer])
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Solve, for PETSc's preconditioner of type ``python``."""
-        values, end = right.array_r, BLOCK * self._inside
-        inner = np.empty(end)
+        """Precondition, for PETSc's preconditioner of type ``python``."""
+        values = right.array_r[:, None]
+        inner = np.empty((BLOCK * self._inside, 1))
         for part in self._parts:
-            inner[part.rows] = part.solve(values[:end][part.rows])
-        solution.array[:end], solution.array[end:] = self._joined(inner, values[end:])
+            inner[part.rows] = part.inverse.nearly(values[part.rows])
+        solution.array[:] = self._joined(values, inner)[:, 0]
+
+    def solve(self, right: PETSc.Vec, solution: PETSc.Vec, rtol: float) -> None:
+        """Solve for one right-hand side to an error of ``rtol`` times the solution."""
+        found = self._joined(right.array_r[:, None], self._inner(right.array_r[:, None], rtol))
+        solution.array[:] = found[:, 0]
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides."""
-        end = BLOCK * self._inside
-        return np.concatenate(self._joined(self._inner(right[:end]), right[end:]))
+        self._eliminate(CHOLESKY.rounding)
+        return self._joined(right, self._inner(right, CHOLESKY.rounding))
 
     @property
     def negative(self) -> int:
@@ -183,7 +197,6 @@ class _Part:
         )
         self._matrix = PETSc.Mat().createSBAIJ((size, size), BLOCK, csr=csr, comm=MPI.COMM_SELF)
         self._matrix.assemble()
-        self._right, self._found = self._matrix.createVecs()
 
     def is_like(self, members: np.ndarray, pattern: np.ndarray) -> bool:
         """Whether this part has these rows and blocks."""
@@ -197,9 +210,3 @@ class _Part:
         self._matrix.assemble()
         self._matrix.stateIncrease()
         self.inverse.set_up(self._matrix)
-
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        """The solution for one right-hand side, overwritten by the next one's."""
-        self._right.array[:] = right
-        self.inverse.pc.apply(self._right, self._found)
-        return np.asarray(self._found.array_r)

@@ -1,8 +1,7 @@
-"""Cholesky factors of definite tangents on one rank, by CHOLMOD; other tangents are left to LDLᵀ.
+"""Cholesky factors of definite tangents on one rank; other tangents are left to LDLᵀ.
 
-CHOLMOD (Chen, Davis, Hager & Rajamanickam, ACM Trans. Math. Softw. 35, 2008) factorises a finger's
-tangent in two thirds of MUMPS' time. It has no pivots, so it cannot factorise a tangent that is not
-definite, as beyond a limit point.
+CHOLMOD factorises a finger's tangent in half of MUMPS' time. It has no pivots, so it cannot
+factorise a tangent that is not definite, as beyond a limit point.
 """
 
 from __future__ import annotations
@@ -10,40 +9,40 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfingrip.mechanics.newton.inverse import Factorisation, solve_many
+from dolfingrip.mechanics.newton.cholmod import CholmodFactors, elimination_order
+from dolfingrip.mechanics.newton.conjugate_gradients import conjugate_gradients
+from dolfingrip.mechanics.newton.inverse import Factorisation
 from dolfingrip.mechanics.newton.policy import CHOLESKY
 
 BLOCK = 3
 """Rows of a block of the tangent."""
 
-NOT_DEFINITE = 81
-"""PETSc's error PETSC_ERR_MAT_CH_ZRPVT."""
-
 
 class Cholesky:
     """The inverse of a symmetric matrix by Cholesky factors, or by LDLᵀ if it is not definite.
 
+    The factors are in single precision. As a preconditioner they are applied once; solutions take
+    two or three of conjugate gradients' iterations. Where rounding makes a definite matrix
+    indefinite, as fine meshes of slender bodies do, they are in double precision from there on.
+
     Args:
-        prefix: prefix of PETSc's options.
         comm: one rank.
         indefinite: returns what factorises matrices that are not definite.
     """
 
     exact = True
 
-    def __init__(
-        self, prefix: str, comm: MPI.Comm, indefinite: Callable[[], Factorisation]
-    ) -> None:
-        self._prefix, self._comm = prefix, comm
+    def __init__(self, comm: MPI.Comm, indefinite: Callable[[], Factorisation]) -> None:
         self._create_indefinite = indefinite
-        self._factors: PETSc.PC | None = None
         self._scalars: _Scalars | None = None
-        self._used: PETSc.PC | None = None
+        self._definite = False
+        self._dtype: type[np.floating[Any]] = np.float32
         self._refused = self._left = 0
         self.pc = PETSc.PC().create(comm)
         self.pc.setType(PETSc.PC.Type.PYTHON)
@@ -51,13 +50,13 @@ class Cholesky:
 
     def set_up(self, matrix: PETSc.Mat) -> None:
         """Factorise ``matrix`` (type SBAIJ, blocks of 3)."""
-        definite = self._factorised(matrix) if self._left == 0 else None
-        if definite is not None:
+        self._matrix = matrix
+        self._definite = self._left == 0 and self._factorised(matrix)
+        if self._definite:
             self._refused = 0
         else:
             self._leave()
             self._indefinite.set_up(matrix)
-        self._used = definite or self._indefinite.pc
         self.pc.setOperators(matrix)
 
     def _leave(self) -> None:
@@ -72,74 +71,94 @@ class Cholesky:
     def _indefinite(self) -> Factorisation:
         return self._create_indefinite()
 
-    def _factorised(self, matrix: PETSc.Mat) -> PETSc.PC | None:
-        """The factors by CHOLMOD; None if ``matrix`` is not definite."""
+    def _factorised(self, matrix: PETSc.Mat) -> bool:
+        """Whether CHOLMOD has the factors of ``matrix``."""
         if self._scalars is None or self._scalars.blocks != matrix:
-            self._scalars = _Scalars(matrix)
-            self._factors = None
-        self._scalars.update()
-        if self._factors is None:
-            self._factors = self._created()
-        self._factors.setOperators(self._scalars.matrix)
-        try:
-            self._factors.setUp()
-        except PETSc.Error as error:
-            if error.ierr != NOT_DEFINITE:
-                raise
-            self._factors = None  # PETSc takes no further matrix for them
-        return self._factors
+            self._scalars = _Scalars(matrix, self._dtype)
+        return self._scalars.factorise() or self._factorised_in_double(self._scalars)
 
-    def _created(self) -> PETSc.PC:
-        pc = PETSc.PC().create(self._comm)
-        pc.setOptionsPrefix(self._prefix)
-        pc.setType(PETSc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType(PETSc.Mat.SolverType.CHOLMOD)
-        options = PETSc.Options(self._prefix)
-        options["mat_cholmod_print"] = 0
-        # supernodal always: CHOLMOD's other method is LDLᵀ without pivots, which takes any matrix
-        options["mat_cholmod_supernodal_switch"] = 0
-        return pc
+    def _factorised_in_double(self, scalars: _Scalars) -> bool:
+        """Whether a matrix is definite in double precision, which is then kept."""
+        if self._dtype == np.float64:
+            return False
+        scalars.analyse(np.float64)
+        if scalars.factorise():
+            self._dtype = np.float64
+            return True
+        scalars.analyse(self._dtype)
+        return False
 
     def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
-        """Solve, for PETSc's preconditioner of type ``python``."""
-        assert self._used is not None
-        self._used.apply(right, solution)
+        """Precondition, for PETSc's preconditioner of type ``python``."""
+        solution.array[:] = self.nearly(right.array_r[:, None])[:, 0]
+
+    def nearly(self, right: np.ndarray) -> np.ndarray:
+        """(n, k) solutions, to single precision at least, for (n, k) right-hand sides.
+
+        The next ones may overwrite them.
+        """
+        if not self._definite:
+            return self._indefinite.solve_many(right)
+        assert self._scalars is not None
+        return self._scalars.factors.solve(right)
 
     @property
     def negative(self) -> int:
         """Negative pivots."""
-        return 0 if self._used == self._factors else self._indefinite.negative
+        return 0 if self._definite else self._indefinite.negative
 
     @property
     def failed(self) -> int:
         """PETSc's reason why the matrix could not be factorised; 0 if it was."""
-        return 0 if self._used is None else int(self._used.getFailedReason())
+        return 0 if self._definite else self._indefinite.failed
 
-    def solve_many(self, right: np.ndarray) -> np.ndarray:
-        """(n, k) solutions for (n, k) right-hand sides."""
-        return solve_many(self._used, right)
+    def solve(self, right: PETSc.Vec, solution: PETSc.Vec, rtol: float) -> None:
+        """Solve for one right-hand side to an error of ``rtol`` times the solution."""
+        solution.array[:] = self.solve_many(right.array_r[:, None], rtol)[:, 0]
+
+    def solve_many(self, right: np.ndarray, rtol: float = CHOLESKY.rounding) -> np.ndarray:
+        """(n, k) solutions for (n, k) right-hand sides.
+
+        Args:
+            right: the right-hand sides.
+            rtol: largest error in the norm of the energy, relative to the solution.
+        """
+        if self._definite and self._dtype == np.float32:
+            found = conjugate_gradients(self._matrix, self.nearly, right, rtol)
+            if found is not None:
+                return found
+            assert self._scalars is not None
+            self._definite = self._factorised_in_double(self._scalars)
+            if not self._definite:
+                self._indefinite.set_up(self._matrix)
+        return self.nearly(right)
 
 
 class _Scalars:
     """A copy in scalars of a matrix in blocks of 3, since CHOLMOD knows no blocks.
 
+    The upper triangle by rows is CHOLMOD's lower triangle by columns. Blocks are ordered, not
+    scalars, which is as good and takes a ninth of the time.
+
     Args:
         blocks: the matrix (type SBAIJ), whose pattern stays.
+        dtype: float32 or float64.
 
     Attributes:
         blocks: the argument.
-        matrix: the copy (type SBAIJ, blocks of 1).
+        factors: of the copy.
     """
 
-    def __init__(self, blocks: PETSc.Mat) -> None:
+    def __init__(self, blocks: PETSc.Mat, dtype: type[np.floating[Any]]) -> None:
         self.blocks = blocks
         starts, nodes = blocks.getRowIJ(symmetric=False, compressed=True)
+        starts, nodes = starts.astype(np.int32), nodes.astype(np.int32)
         counts = np.diff(starts)
         # the lower triangle of a row's first block, which is on the diagonal, is left out
         lengths = BLOCK * counts[:, None] - np.arange(BLOCK, dtype=np.int32)
-        ends = np.concatenate([[0], np.cumsum(lengths.ravel())]).astype(PETSc.IntType)
+        ends = np.concatenate([[0], np.cumsum(lengths.ravel())]).astype(np.int32)
         self._from = np.empty(ends[-1], dtype=np.int32)
-        columns = np.empty(ends[-1], dtype=PETSc.IntType)
+        columns = np.empty(ends[-1], dtype=np.int32)
         numbers = np.arange(len(nodes), dtype=np.int32)
         within = numbers - np.repeat(starts[:-1], counts)
         across = np.arange(BLOCK, dtype=np.int32)
@@ -150,17 +169,20 @@ class _Scalars:
             columns[place] = BLOCK * nodes[:, None] + across
             # blocks are stored by columns
             self._from[place] = BLOCK * BLOCK * numbers[:, None] + BLOCK * across + r
-        count = BLOCK * len(counts)
-        csr = (ends, columns, np.zeros(ends[-1]))
-        self.matrix = PETSc.Mat().createSBAIJ((count, count), 1, csr=csr, comm=blocks.comm)
-        self.matrix.assemble()
+        order = BLOCK * elimination_order(starts, nodes)[:, None] + across
+        self._pattern = ends, columns, order.ravel()
+        self.factors = CholmodFactors(*self._pattern, dtype)
 
-    def update(self) -> None:
-        """Copy the present values."""
-        source, target = stored_values(self.blocks), stored_values(self.matrix)
-        np.take(source, self._from, out=target, mode="clip")
-        self.matrix.assemble()
-        self.matrix.stateIncrease()
+    def analyse(self, dtype: type[np.floating[Any]]) -> None:
+        """Have factors of another type, whatever there is."""
+        self.factors.free()
+        self.factors = CholmodFactors(*self._pattern, dtype)
+
+    def factorise(self) -> bool:
+        """Factorise the present values; return whether they are definite."""
+        values = stored_values(self.blocks).astype(self.factors.values.dtype, copy=False)
+        np.take(values, self._from, out=self.factors.values, mode="clip")
+        return self.factors.factorise()
 
 
 @cache

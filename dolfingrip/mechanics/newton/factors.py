@@ -14,6 +14,10 @@ from dolfingrip.mechanics.newton.inverse import Exact, Inverse
 from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 
+# PETSc's fast product of a vector with several depends on where in memory they are: the same solve
+# would differ in its last digits when a process repeats it.
+PETSc.Options()["vec_mdot_use_gemv"] = 0
+
 
 class Factors:
     """Solves with the present matrix, by the inverse of an earlier one as long as that is good.
@@ -106,7 +110,11 @@ class Factors:
             if self._solve_fresh(ksp, right, solution, self._rtol):
                 return
             self._replace(matrix)
-        self._inverse.pc.apply(right, solution)
+        self._exact.solve(right, solution, self._rtol)
+
+    @property
+    def _exact(self) -> Exact:
+        return cast(Exact, self._inverse)
 
     def _solve_fresh(
         self, ksp: PETSc.KSP, right: PETSc.Vec, solution: PETSc.Vec, rtol: float
@@ -150,7 +158,7 @@ class Factors:
                 return
         if not self._inverse.exact:
             self._replace(matrix)
-        self._inverse.pc.apply(right, solution)
+        self._exact.solve(right, solution, self._rtol)
 
     # -- many right-hand sides ---------------------------------------------------------------------
 
@@ -164,7 +172,7 @@ class Factors:
         """(n, k) solutions for (n, k) right-hand sides, this rank's rows, to rounding."""
         assert self._ksp is not None
         if self._inverse.exact:
-            return cast(Exact, self._inverse).solve_many(right)
+            return self._exact.solve_many(right)
         assert self._factorised is not None
         found = np.empty_like(right)
         values, solution = self._factorised.createVecs()

@@ -16,7 +16,7 @@ class Inverse(Protocol):
     """What solves with one matrix, exactly or nearly, and with matrices near it.
 
     Attributes:
-        exact: whether it is the inverse up to rounding.
+        exact: whether it is :class:`Exact`.
         pc: applies it to a vector.
         negative: negative eigenvalues of the matrix, or fewer where the inverse is not exact.
         failed: why there is none; 0 if there is one.
@@ -37,7 +37,14 @@ class Inverse(Protocol):
 
 
 class Exact(Inverse, Protocol):
-    """An inverse up to rounding, which also serves many right-hand sides at once."""
+    """An inverse up to rounding, whose ``pc`` may be less exact than its solutions.
+
+    Solutions are those of the matrix that was set up, which must not have changed.
+    """
+
+    def solve(self, right: PETSc.Vec, solution: PETSc.Vec, rtol: float) -> None:
+        """Solve for one right-hand side to an error of ``rtol`` times the solution."""
+        ...
 
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides, this rank's rows."""
@@ -92,27 +99,26 @@ class Factorisation:
         """PETSc's reason why the matrix could not be factorised; 0 if it was."""
         return int(self.pc.getFailedReason())
 
+    def solve(self, right: PETSc.Vec, solution: PETSc.Vec, rtol: float) -> None:
+        """Solve for one right-hand side to rounding."""
+        self.pc.apply(right, solution)
+
     def solve_many(self, right: np.ndarray) -> np.ndarray:
         """(n, k) solutions for (n, k) right-hand sides, this rank's rows.
 
         MUMPS passes its factors through memory once for a block of them, not once for each.
         """
-        return solve_many(self.pc, right)
-
-
-def solve_many(pc: PETSc.PC, right: np.ndarray) -> np.ndarray:
-    """(n, k) solutions for (n, k) right-hand sides, this rank's rows, by the factors of ``pc``."""
-    factor = pc.getFactorMatrix()
-    size = (right.shape[0], factor.getSize()[0])
-    columns = (PETSc.DECIDE, right.shape[1])
-    b, x = (PETSc.Mat().createDense((size, columns), comm=pc.comm) for _ in range(2))
-    b.setUp()
-    b.getDenseArray()[:] = right
-    for matrix in (b, x):
-        matrix.setUp()
-        matrix.assemble()
-    factor.matSolve(b, x)
-    found = x.getDenseArray().copy()
-    b.destroy()
-    x.destroy()
-    return np.asarray(found)
+        factor = self.pc.getFactorMatrix()
+        size = (right.shape[0], factor.getSize()[0])
+        columns = (PETSc.DECIDE, right.shape[1])
+        b, x = (PETSc.Mat().createDense((size, columns), comm=self.pc.comm) for _ in range(2))
+        b.setUp()
+        b.getDenseArray()[:] = right
+        for matrix in (b, x):
+            matrix.setUp()
+            matrix.assemble()
+        factor.matSolve(b, x)
+        found = x.getDenseArray().copy()
+        b.destroy()
+        x.destroy()
+        return np.asarray(found)

@@ -116,7 +116,7 @@ class FactorPolicy:
     """
 
     rtol: float = 3e-5
-    last: float = np.inf
+    last: float = 1e-3
     least_rtol: float = 1e-10
     close: float = 1e-2
     iterations: int = 8
@@ -185,9 +185,17 @@ class CholeskyPolicy:
     Attributes:
         most_left: largest number of matrices that are left to LDLᵀ before the next try: none after
             one that was not definite, then 1, 3, 7 and so on after each further one in a row.
+        iterations: largest number of conjugate gradients' iterations with factors in single
+            precision.
+        rounding: error that is taken for rounding, relative to the solution; see
+            :mod:`~.conjugate_gradients`.
+        border_rtol: error of the columns that couple a border, relative to them.
     """
 
     most_left: int = 31
+    iterations: int = 30
+    rounding: float = 1e-12
+    border_rtol: float = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
