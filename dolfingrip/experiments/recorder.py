@@ -121,12 +121,12 @@ class Recorder:
 
     def append(self, row: Row) -> None:
         """Write one row and its fields."""
-        self._rows, self._last = self._rows + 1, row
         with self._profile.phase("output"):
             self._fields.write(row["time_s"])
             if self._file is not None:
                 self._table.writerow({k: digits(v) for k, v in row.items() if not _empty(v)})
                 self._file.flush()
+        self._rows, self._last = self._rows + 1, row
 
     def finish(self, facts: dict[str, Any], sensitivities: Sequence[Row] = ()) -> None:
         """Complete ``run.json``; write ``sensitivity.csv`` if there are derivatives."""

@@ -15,12 +15,12 @@ def test_the_same_solution_in_fewer_iterations() -> None:
     for before in (None, {"pressure_kPa": 0.0}):
         model = small.model(small.short(), plate=False).model
         newton = Newton(model, Solver(rtol=1e-9))
-        model.prescribe({"pressure_kPa": 20.0})
+        model.prescribe({"pressure_kPa": 60.0})
         solve = newton.solve(before=before)
         assert solve.converged
-        assert model.controls["pressure_kPa"].value == 20.0
+        assert model.controls["pressure_kPa"].value == 60.0
         found.append(model.u.x.array.copy())
         iterations.append(solve.iterations)
     print(iterations)
-    assert iterations[1] < iterations[0]
+    assert iterations[1] < iterations[0] / 2
     np.testing.assert_allclose(found[1], found[0], atol=1e-6 * np.abs(found[0]).max())

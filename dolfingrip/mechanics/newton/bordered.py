@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,7 +17,9 @@ from dolfingrip.mechanics.newton.inverse import Exact, Factorisation
 from dolfingrip.mechanics.newton.policy import CHOLESKY
 
 
-def factors(prefix: str, model: Model, order: int) -> Exact:
+def factors(
+    prefix: str, model: Model, order: int, dtype: type[np.floating[Any]] = np.float32
+) -> Exact:
     """What factorises tangents of a model, or their part on a coarser level.
 
     Solutions are no minima of Π where it is concave in a pressure, or in a multiplier. Their
@@ -26,6 +29,7 @@ def factors(prefix: str, model: Model, order: int) -> Exact:
         prefix: prefix of PETSc's options.
         model: the model.
         order: elimination order for LDLᵀ.
+        dtype: precision of Cholesky factors, as long as that of float32 is enough.
     """
 
     def any_sign() -> Factorisation:
@@ -37,7 +41,7 @@ def factors(prefix: str, model: Model, order: int) -> Exact:
         return any_sign()
 
     def definite() -> Cholesky:
-        return Cholesky(model.comm, any_sign)
+        return Cholesky(model.comm, any_sign, dtype)
 
     border = unknowns.padded // BLOCK
     return Bordered(model.comm, border, definite) if border else definite()

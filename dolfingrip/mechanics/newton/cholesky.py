@@ -27,22 +27,28 @@ BLOCK = 3
 class Cholesky:
     """The inverse of a symmetric matrix by Cholesky factors, or by LDLᵀ if it is not definite.
 
-    The factors are in single precision. As a preconditioner they are applied once; solutions take
-    two or three of conjugate gradients' iterations. Where rounding makes a definite matrix
+    Factors in single precision are applied once as a preconditioner; solutions take two or three of
+    conjugate gradients' iterations. Where rounding makes a definite matrix
     indefinite, as fine meshes of slender bodies do, they are in double precision from there on.
 
     Args:
         comm: one rank.
         indefinite: returns what factorises matrices that are not definite.
+        dtype: precision of the first factors, float32 or float64.
     """
 
     exact = True
 
-    def __init__(self, comm: MPI.Comm, indefinite: Callable[[], Factorisation]) -> None:
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        indefinite: Callable[[], Factorisation],
+        dtype: type[np.floating[Any]] = np.float32,
+    ) -> None:
         self._create_indefinite = indefinite
         self._scalars: _Scalars | None = None
         self._definite = False
-        self._dtype: type[np.floating[Any]] = np.float32
+        self._dtype = dtype
         self._refused = self._left = 0
         self.pc = PETSc.PC().create(comm)
         self.pc.setType(PETSc.PC.Type.PYTHON)

@@ -78,15 +78,12 @@ class Factors:
         ksp = self._ksp or self._create(matrix)
         if self.corrected_step is not None:
             self.corrected_step.solve(partial(self._solve_beside, ksp, matrix), right, solution)
-        elif not self._solve_near(ksp, matrix, right, solution):
-            self._solve_own(ksp, matrix, right, solution)
+        else:
+            if not self._solve_near(ksp, matrix, right, solution):
+                self._solve_own(ksp, matrix, right, solution)
+            if self.last_fall < 1:
+                self._end(ksp, matrix, right, solution)
         pc.setFailedReason(self._inverse.failed)
-
-    @property
-    def _rtol(self) -> float:
-        """Tolerance with which the next step ends the solve where Newton's method would."""
-        last = max(self._policy.last * self.last_fall, self._policy.least_rtol)
-        return min(self._policy.rtol, last)
 
     def _solve_near(
         self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
@@ -95,10 +92,31 @@ class Factors:
         if self._current or not self._good:
             return False
         ksp.setOperators(matrix)
-        ksp.setTolerances(rtol=self._rtol, max_it=self._policy.iterations)
+        ksp.setTolerances(rtol=self._policy.rtol, max_it=self._policy.iterations)
         ksp.solve(right, solution)
         self._good = ksp.getIterationNumber() <= self._policy.worn
         return bool(ksp.getConvergedReason() > 0)
+
+    def _end(
+        self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
+    ) -> None:
+        """Improve the solution until the step can be the last one.
+
+        GMRES' residual is that after the preconditioner, nearly the error of the displacement. What
+        is left of the forces may be thousands of times as large.
+        """
+        left, more = right.duplicate(), right.duplicate()
+        enough = self._policy.last * self.last_fall * right.norm()
+        ksp.setOperators(matrix)
+        for _ in range(self._policy.ends):
+            matrix.mult(solution, left)
+            left.aypx(-1.0, right)
+            if left.norm() <= enough:
+                break
+            ksp.solve(left, more)
+            solution.axpy(1.0, more)
+        left.destroy()
+        more.destroy()
 
     def _solve_own(
         self, ksp: PETSc.KSP, matrix: PETSc.Mat, right: PETSc.Vec, solution: PETSc.Vec
@@ -107,10 +125,10 @@ class Factors:
         if not self._current:
             self._factorise(matrix)
         if not self._inverse.exact:
-            if self._solve_fresh(ksp, right, solution, self._rtol):
+            if self._solve_fresh(ksp, right, solution, self._policy.rtol):
                 return
             self._replace(matrix)
-        self._exact.solve(right, solution, self._rtol)
+        self._exact.solve(right, solution, self._policy.rtol)
 
     @property
     def _exact(self) -> Exact:
@@ -158,7 +176,7 @@ class Factors:
                 return
         if not self._inverse.exact:
             self._replace(matrix)
-        self._exact.solve(right, solution, self._rtol)
+        self._exact.solve(right, solution, self._policy.rtol)
 
     # -- many right-hand sides ---------------------------------------------------------------------
 

@@ -98,9 +98,8 @@ class FactorPolicy:
         rtol: preconditioned residual of an iterative solve, relative to its first: a step as good
             as an exact one. Thirty times looser leaves errors of 1e-6 in a run's figures, this of
             1e-13.
-        last: part of the fall that ends a solve to which the last steps are exact; infinite if
-            ``rtol`` is so anyway.
-        least_rtol: the smallest tolerance of these steps.
+        last: part of the residual that ends a solve which the last step may leave.
+        ends: how often a last step is improved.
         close: part of a solve's first residual below which a step may be the last one.
         iterations: number of GMRES' iterations that cost as much as a factorisation.
         worn: iterations after which the next matrix is factorised at once.
@@ -116,8 +115,8 @@ class FactorPolicy:
     """
 
     rtol: float = 3e-5
-    last: float = 1e-3
-    least_rtol: float = 1e-10
+    last: float = 0.1
+    ends: int = 3
     close: float = 1e-2
     iterations: int = 8
     worn: int = 5
@@ -281,6 +280,6 @@ class NewtonPolicy:
     lag: LagPolicy = field(default_factory=LagPolicy)
     correction: CorrectionPolicy = field(default_factory=CorrectionPolicy)
     factors: FactorPolicy = field(default_factory=FactorPolicy)
-    multigrid: FactorPolicy = FactorPolicy(rtol=1e-7, last=1e-3, iterations=30, worn=25)
+    multigrid: FactorPolicy = FactorPolicy(rtol=1e-7, iterations=30, worn=25)
     damping: DampingPolicy = field(default_factory=DampingPolicy)
     guess_residual_ratio: float = np.inf
