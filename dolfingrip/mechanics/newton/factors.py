@@ -15,8 +15,9 @@ from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 
 # PETSc's fast product of a vector with several depends on where in memory they are: the same solve
-# would differ in its last digits when a process repeats it.
-PETSc.Options()["vec_mdot_use_gemv"] = 0
+# would differ in its last digits when a process repeats it. PETSc warns of options that nobody reads.
+PETSc.Options()["vec_mdot_use_gemv"] = False
+PETSc.Options().getBool("vec_mdot_use_gemv")
 
 
 class Factors:
