@@ -15,7 +15,8 @@ from dolfingrip.mechanics.newton.lagged_correction import CorrectedStep
 from dolfingrip.mechanics.newton.policy import FactorPolicy
 
 # PETSc's fast product of a vector with several depends on where in memory they are: the same solve
-# would differ in its last digits when a process repeats it. PETSc warns of options that nobody reads.
+# would differ in its last digits when a process repeats it. It is read here, as PETSc warns of an
+# option that nobody reads.
 PETSc.Options()["vec_mdot_use_gemv"] = False
 PETSc.Options().getBool("vec_mdot_use_gemv")
 
