@@ -26,6 +26,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from benchmarks.reference_measurement import reference_measurement
 from benchmarks.remembering import Remembering
 from dolfingrip.cli import progress
 from dolfingrip.cli.options import console
@@ -36,7 +37,6 @@ from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.case import joined, planned_case
 from dolfingrip.diagnosis.plan.plan import read_alike
 from dolfingrip.diagnosis.simulation import shipped, sources
-from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.jobs.cluster import Where
 from dolfingrip.jobs.pool import Pool, SchedulerGone

@@ -10,6 +10,7 @@ from diagnosis.invented_coupon import WIDTH_NOISE, made, white
 from diagnosis.simulation.bases import simulated
 from diagnosis.simulation.here import Here
 
+from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.additions.protocols import SETUP_MIN, Proposal, proposals
 from dolfingrip.diagnosis.coupon.case import coupon_case
@@ -18,7 +19,6 @@ from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
-from dolfingrip.diagnosis.simulation.reference import reference_measurement
 
 WIDTH = "transverse_strain"
 ONCE = ("experiment.unload=false",)

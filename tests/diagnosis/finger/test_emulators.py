@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
@@ -15,7 +16,6 @@ from dolfingrip.diagnosis.core.numbers import causes
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, coordinates_of, unknowns
-from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.tried import tried
 from dolfingrip.extensions.index import effect
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.cli import app as cli
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.additions.protocols import proposals
@@ -14,7 +15,6 @@ from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.noise import noise
 from dolfingrip.diagnosis.plan.outcome import Plan
 from dolfingrip.diagnosis.plan.plan import read_alike
-from dolfingrip.diagnosis.simulation.reference import reference_measurement
 
 RIG = """experiment = "coupon"
 gauge_length_mm = 33.0

@@ -10,6 +10,7 @@ import pytest
 from diagnosis.simulation.bases import simulated
 from diagnosis.simulation.here import Here
 
+from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.lab_setup import LabSetup
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -17,7 +18,6 @@ from dolfingrip.diagnosis.simulation import shipped, sources
 from dolfingrip.diagnosis.simulation.groups import groups
 from dolfingrip.diagnosis.simulation.job import Job, JobResult, simulate
 from dolfingrip.diagnosis.simulation.meshes import coarser
-from dolfingrip.diagnosis.simulation.reference import reference_measurement
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.simulation.shipped import Shipped
 from dolfingrip.jobs.cluster import Where
