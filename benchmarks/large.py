@@ -1,10 +1,10 @@
 """Time and memory against unknowns, by linear solver: free bending to 50 kPa.
 
-    scripts/run python -m benchmarks.large [--only ELEMENT SIZE_mm SOLVER] [--draw]
+    scripts/run python -m benchmarks.large [--only ELEMENT SIZE_mm SOLVER RANKS] [--draw]
 
-Each run is a process of its own on one core. Its row is added to ``benchmarks/large.csv``, in place
-of an earlier one of the same mesh and solver; ``benchmarks/large.png`` is drawn from the table. All
-of them take about 12 minutes of processor time, the largest model 5 GB.
+Each rank is a process of its own on one core. A run's row is added to ``benchmarks/large.csv``, in
+place of an earlier one of the same mesh, solver and number of ranks; ``benchmarks/large.png`` is
+drawn from the table. All of them take about 12 minutes of processor time, the largest model 5 GB.
 """
 
 from __future__ import annotations
@@ -27,21 +27,25 @@ from benchmarks.orders import exponent
 from dolfingrip.report import theme
 
 TABLE = Path(__file__).with_suffix(".csv")
-COLUMNS = ("element", "size_mm", "solver", "dofs", "processor_s", "peak_MB", "iterations", "angle")
+KEY = ("element", "size_mm", "solver", "ranks")
+COLUMNS = (*KEY, "dofs", "wall_s", "processor_s", "peak_MB", "forecast_MB", "iterations", "angle")
 SIZES = {"P2": ("2.8", "2", "1.25", "0.86", "0.61"), "S2": ("1", "2")}
 """Largest element (mm) of tetrahedra; divisions of hexahedra."""
 STYLE = {"direct": ("o", theme.ORANGE), "iterative": ("s", theme.BLUE)}
 LARGEST_DIRECT = "0.86"
 """Size of the finest mesh that is factorised."""
+ON_TWO = ("P2", "0.61", "iterative", "2")
+"""What two ranks solve, too."""
 
 
-def run(element: str, size: str, solver: str) -> dict[str, object]:
+def run(element: str, size: str, solver: str, ranks: str) -> dict[str, object]:
     """One run's row."""
     key = "mesh.size_mm" if element == "P2" else "mesh.refine"
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    mpirun = [] if ranks == "1" else ["mpirun", "-n", ranks]
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run(
-            [sys.executable, "-m", "dolfingrip", "bend", "--pressure", "50", "-o", folder,
+            [*mpirun, sys.executable, "-m", "dolfingrip", "bend", "--pressure", "50", "-o", folder,
              "--set", f"solver.element={element}", "--set", f"{key}={size}",
              "--set", f"solver.linear={solver}"],
             check=True, env={**os.environ, "OMP_NUM_THREADS": "1"},
@@ -55,9 +59,12 @@ def run(element: str, size: str, solver: str) -> dict[str, object]:
         "element": element,
         "size_mm": size,
         "solver": solver,
+        "ranks": ranks,
         "dofs": facts["mesh"]["dofs"],
+        "wall_s": round(facts["wall_s"], 1),
         "processor_s": round(spent, 1),
         "peak_MB": facts["peak_memory_MB"],
+        "forecast_MB": facts["memory_forecast_MB"],
         "iterations": facts["newton"]["iterations"],
         "angle": rows[-1]["angle_deg"],
     }
@@ -74,8 +81,8 @@ def table() -> list[dict[str, str]]:
 def add(row: dict[str, object]) -> None:
     """Write a row to the table."""
     new = {name: str(row[name]) for name in COLUMNS}
-    same = [(new[name]) for name in COLUMNS[:3]]
-    rows = [old for old in table() if [old[name] for name in COLUMNS[:3]] != same]
+    same = [new[name] for name in KEY]
+    rows = [old for old in table() if [old[name] for name in KEY] != same]
     rows = sorted([*rows, new], key=lambda r: (r["element"], r["solver"], int(r["dofs"])))
     with TABLE.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
@@ -85,7 +92,7 @@ def add(row: dict[str, object]) -> None:
 
 def draw() -> None:
     """Draw the table."""
-    rows = table()
+    rows = [row for row in table() if row["ranks"] == "1"]
     with theme.figure_theme():
         figure, panels = plt.subplots(1, 2, figsize=(7.0, 3.2), layout="constrained")
         for solver, (marker, colour) in STYLE.items():
@@ -106,20 +113,21 @@ def draw() -> None:
         figure.savefig(TABLE.with_suffix(".png"))
 
 
-def wanted() -> Iterable[tuple[str, str, str]]:
+def wanted() -> Iterable[tuple[str, ...]]:
     """All meshes and solvers, those that cost least first."""
     for element, sizes in SIZES.items():
         for size in sizes:
             for solver in STYLE:
                 finer = element == "P2" and float(size) < float(LARGEST_DIRECT)
                 if not (solver == "direct" and finer):
-                    yield element, size, solver
+                    yield element, size, solver, "1"
+    yield ON_TWO
 
 
 def main() -> None:
     """Run what is asked for, and draw."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", nargs=3, metavar=("ELEMENT", "SIZE", "SOLVER"))
+    parser.add_argument("--only", nargs=4, metavar=KEY)
     parser.add_argument("--draw", action="store_true", help="draw the table alone")
     asked = parser.parse_args()
     for case in [] if asked.draw else [tuple(asked.only)] if asked.only else wanted():
