@@ -112,3 +112,39 @@ def test_a_singular_matrix_is_reported(system: System) -> None:
     system.ksp.setOperators(system.matrix)
     system.ksp.solve(system.right, system.right.duplicate())
     assert system.ksp.getConvergedReason() == PETSc.KSP.ConvergedReason.DIVERGED_PCSETUP_FAILED
+
+
+class HalfBlind:
+    """An approximate inverse that hardly sees half of the residual."""
+
+    exact = False
+    negative = failed = 0
+
+    def __init__(self) -> None:
+        self.pc = PETSc.PC().create(MPI.COMM_SELF)
+        self.pc.setType(PETSc.PC.Type.PYTHON)
+        self.pc.setPythonContext(self)
+
+    def set_up(self, matrix: PETSc.Mat) -> None:
+        self.pc.setOperators(matrix)
+
+    def apply(self, pc: PETSc.PC, right: PETSc.Vec, solution: PETSc.Vec) -> None:
+        solution.array[:] = right.array_r * np.where(np.arange(SIZE) < SIZE // 2, 0.3, 1e-12)
+
+
+def test_solutions_that_leave_too_much_are_those_of_factors(system: System) -> None:
+    """GMRES' own residual falls to its tolerance, that of the equations does not."""
+    factors = Factors(
+        "test_blind_",
+        HalfBlind(),
+        FactorPolicy(),
+        system.counts,
+        spare=lambda: Factorisation("test_spare_", MPI.COMM_SELF),
+    )
+    factors.factorise(system.matrix)
+    right = system.rng.uniform(-1, 1, (SIZE, 2))
+    found = factors.solve_many(right)
+    ones = np.ones(SIZE - 1)
+    whole = sp.diags_array([ones, np.full(SIZE, 3.0), ones], offsets=[-1, 0, 1])
+    assert abs(whole @ found - right).max() < 1e-12
+    assert system.counts.factorisations == 2  # the approximate inverse counts, too

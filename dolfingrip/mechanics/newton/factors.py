@@ -37,6 +37,7 @@ class Factors:
         policy: how long an inverse serves.
         counts: counts that solves add to.
         spare: returns the inverse that takes the place of one that is not exact and fails.
+        spare_policy: how long that one serves.
 
     Attributes:
         corrected_step: the operator that the next matrix is a part of; None if it is the whole.
@@ -51,12 +52,13 @@ class Factors:
         policy: FactorPolicy,
         counts: Counts,
         spare: Callable[[], Inverse] | None = None,
+        spare_policy: FactorPolicy | None = None,
     ) -> None:
         self._prefix = prefix
         self._policy = policy
         self._counts = counts
         self._inverse = inverse
-        self._spare = spare
+        self._spare, self._spare_policy = spare, spare_policy or policy
         self._ksp: PETSc.KSP | None = None
         self._factorised: PETSc.Mat | None = None
         self._current = False
@@ -149,7 +151,7 @@ class Factors:
     def _replace(self, matrix: PETSc.Mat) -> None:
         """Take factors from here on."""
         assert self._spare is not None
-        self._inverse = self._spare()
+        self._inverse, self._policy = self._spare(), self._spare_policy
         assert self._ksp is not None
         self._ksp.setPC(self._inverse.pc)
         self._factorise(matrix)
@@ -194,19 +196,21 @@ class Factors:
         if self._inverse.exact:
             return self._exact.solve_many(right)
         assert self._factorised is not None
-        found = np.empty_like(right)
+        found = np.zeros_like(right)
         values, solution = self._factorised.createVecs()
         for column in range(right.shape[1]):
             values.array[:] = right[:, column]
-            if not self._solve_fresh(self._ksp, values, solution, self._policy.exact_rtol):
+            enough = self._policy.exact_left * values.norm()
+            # GMRES' residual is that after a V-cycle: what is left is solved for, as far as it goes
+            for _ in range(2):
+                self._solve_fresh(self._ksp, values, solution, self._policy.exact_rtol)
+                found[:, column] += solution.array_r
+                solution.array[:] = found[:, column]
+                self._factorised.mult(solution, values)
+                values.array[:] = right[:, column] - values.array_r
+            if values.norm() > enough:
                 self._replace(self._factorised)
                 return self.solve_many(right)
-            found[:, column] = solution.array_r
-            # what is left is solved for, as far as it goes: GMRES' residual is that after a V-cycle
-            self._factorised.mult(solution, values)
-            values.array[:] = right[:, column] - values.array_r
-            if self._solve_fresh(self._ksp, values, solution, self._policy.exact_rtol):
-                found[:, column] += solution.array_r
         return found
 
     def _create(self, matrix: PETSc.Mat) -> PETSc.KSP:

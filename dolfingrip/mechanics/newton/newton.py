@@ -72,6 +72,7 @@ class Newton:
             policy.multigrid if linear.iterative else policy.factors,
             self.counts,
             spare=lambda: linear.factors(PREFIX + "spare_"),
+            spare_policy=policy.factors,
         )
         self._residual = model.unknowns.create_vector()
         # SNES never gets u's own vector: values are copied in and out (FEniCS/dolfinx#3507)

@@ -108,6 +108,8 @@ class FactorPolicy:
         restart: iterations whose vectors GMRES keeps.
         exact_rtol: as ``rtol``, where solutions are differentiated, of two solves: the second one
             is for what the first one left.
+        exact_left: residual that these may leave, relative to the right-hand side, or factors take
+            the inverse's place.
         operator_rtol: as ``rtol``, for an operator that the matrix is a part of: what is left is
             solved for again.
         operator_iterations: for such an operator, by factors of an earlier matrix.
@@ -123,6 +125,7 @@ class FactorPolicy:
     fresh: int = 200
     restart: int = 60
     exact_rtol: float = 1e-8
+    exact_left: float = 1e-6
     operator_rtol: float = 1e-2
     operator_iterations: int = 12
     operator_iterations_at_most: int = 40
