@@ -132,9 +132,10 @@ def _grounds(case: Case) -> tuple[tuple[str, ...], ...]:
 
 
 def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
-    """The model's own number that is farthest out, and how probably it is.
+    """How probably the model's own number that is farthest out is so, and what it is named.
 
-    The probability is that of a prior as wide as that of the rig's numbers.
+    The probability is that of a prior as wide as that of the rig's numbers. Causes that explain the
+    readings with this number as told stand for it.
     """
     fit, case = posterior.best(NONE, level=0.0), posterior.case
     off = np.abs(tails.off(fit.zeta[: case.own]))
@@ -144,7 +145,28 @@ def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
     log_odds = 0.5 * float(off[place]) ** 2 * (1 - POLICY.far**-2) - np.log(POLICY.far)
     log_odds += np.log(POLICY.prior_by_size[1] / POLICY.prior_by_size[0])
     log_odds -= np.log(max(len(posterior.names), 1))
-    return float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50)))), _grounds(case)[place]
+    probability = float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50))))
+    return probability, (*_grounds(case)[place], *_instead(posterior, fit, place))
+
+
+def _instead(posterior: Posterior, far: Fit, place: int) -> tuple[str, ...]:
+    """Causes whose evidence is not far below that of ``far``, with its own number as told.
+
+    Beside a number that may take all values they change nothing that is seen.
+    """
+    evidence = {
+        fit.subset[0]: fit.log_evidence
+        for fit in posterior.fits
+        if len(fit.subset) == 1 and fit.level == far.level
+        and abs(float(tails.off(fit.zeta[place]))) < POLICY.visible_sigma
+        and fit.log_evidence - far.log_evidence > np.log(POLICY.rival)
+    }  # fmt: skip
+    return tuple(sorted(evidence, key=lambda name: -evidence[name]))
+
+
+def is_own(case: Case, names: tuple[str, ...]) -> bool:
+    """Whether a set that an answer names has one of the model's own numbers."""
+    return any(set(own) <= set(names) for own in _grounds(case))
 
 
 def held(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()) -> float:
@@ -226,7 +248,7 @@ def _leading(
     """The most probable fit, summed over levels, of causes that the answer names."""
 
     def allowed(visible: Subset) -> bool:
-        if not first or first in _grounds(posterior.case):
+        if not first or is_own(posterior.case, first):
             return not visible
         own = set(visible)
         return bool(own & set(first)) and (not second or bool(own & set(second)))

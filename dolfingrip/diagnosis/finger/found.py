@@ -82,6 +82,9 @@ class FingerDiagnosis(Diagnosis):
             return "another channel, unloading, or a coupon: they would tell what kind it is of"
         if self.decision.answer == "none":
             return "nothing: the readings agree with the model within their noise"
+        if len(self.decision.first) > 1:
+            names = ", ".join(self.decision.first)
+            return f"measure one of these by itself: {names}; the readings do not tell them apart"
         return "nothing is needed: no other cause is nearly as probable as what is named"
 
     @property

@@ -10,7 +10,7 @@ from scipy.integrate import dblquad
 
 from dolfingrip.diagnosis.core import sampling
 from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.decision import decide
+from dolfingrip.diagnosis.core.decision import decide, is_own
 from dolfingrip.diagnosis.core.discrepancy import Along, kernel
 from dolfingrip.diagnosis.core.emulator import linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Level
@@ -162,6 +162,17 @@ def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
     assert decision.first == own.scale_names
     assert decision.probability > 0.5
     assert float(factor) == pytest.approx(1.6, rel=0.02)
+
+
+def test_a_cause_that_needs_no_far_modulus_stands_beside_it() -> None:
+    """Force and modulus both 1.6 times as large: readings cannot tell which; other priors agree."""
+    own = case(1.6 * drawn(), WAVES | {"gain": 0.4 * BASE})
+    decision, under = sensitivity(search(own, np.random.default_rng(SEED)))
+    assert decision.answer == "cause"
+    assert decision.first == (*own.scale_names, "gain")
+    assert is_own(own, decision.first)
+    assert not decision.best.subset
+    assert under.least > 0.5
 
 
 def test_a_modulus_within_what_is_told_is_no_cause() -> None:
