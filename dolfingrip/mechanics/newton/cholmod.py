@@ -1,8 +1,8 @@
 """Cholesky factors in single and double precision: a binding of SuiteSparse's CHOLMOD.
 
 PETSc has CHOLMOD's factors in double precision alone. The binding is compiled once for each cache
-of forms. The names are those of CHOLMOD's header (Chen, Davis, Hager & Rajamanickam, ACM Trans.
-Math. Softw. 35, 2008; SuiteSparse 7.10, CHOLMOD User Guide).
+of forms and version of CHOLMOD. The names are those of CHOLMOD's header (Chen, Davis, Hager &
+Rajamanickam, ACM Trans. Math. Softw. 35, 2008; SuiteSparse 7.10, CHOLMOD User Guide).
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ import numpy as np
 
 from dolfingrip.mechanics.model import jit
 
-HEADER = "#include <suitesparse/cholmod.h>"
+HEADER = Path("/usr/include/suitesparse/cholmod.h")
+"""Where Debian has it."""
 
 DECLARATIONS = """
 #define CHOLMOD_INT ...
@@ -190,8 +191,8 @@ def _free(common: Any, factor: Any, dense: list[Any]) -> None:
 
 @cache
 def _binding() -> tuple[cffi.FFI, Any]:
-    """The compiled binding: its types and its functions."""
-    key = hashlib.sha256(f"{HEADER}{DECLARATIONS}".encode()).hexdigest()[:12]
+    """The compiled binding of this version of CHOLMOD: its types and its functions."""
+    key = hashlib.sha256(HEADER.read_bytes() + DECLARATIONS.encode()).hexdigest()[:12]
     name = f"dolfingrip_cholmod_{key}"
     folder = Path(jit.options()["cache_dir"])
     folder.mkdir(parents=True, exist_ok=True)
@@ -208,7 +209,7 @@ def _compiled(name: str, folder: Path) -> Path:
     """Compile the binding; another process may do so at the same time."""
     ffi = cffi.FFI()
     ffi.cdef(DECLARATIONS)
-    ffi.set_source(name, HEADER, libraries=["cholmod"])
+    ffi.set_source(name, f'#include "{HEADER}"', libraries=["cholmod"])
     with tempfile.TemporaryDirectory(dir=folder) as place:
         made = Path(ffi.compile(tmpdir=place))
         return made.replace(folder / made.name)
