@@ -24,7 +24,6 @@ from dolfingrip.diagnosis.answer.ten_lines import (
     ten_lines,
     unit_of,
 )
-from dolfingrip.diagnosis.core.decision import is_own
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -173,9 +172,9 @@ def _answer(decision: Any) -> str:
 
 
 def _takes_part(found: Diagnosis) -> float:
-    first = set(found.decision.first)
-    if is_own(found.analysed.case, found.decision.first):
+    if found.decision.own:
         return found.decision.probability
+    first = set(found.decision.first)
     return sum(p for subset, p in found.decision.subsets.items() if first & set(subset))
 
 

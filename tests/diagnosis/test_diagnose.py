@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,24 @@ def test_files(ninjaflex: CouponDiagnosis, tmp_path: Path) -> None:
     assert {file.name for file in pictures.draw(found.pictures, tmp_path)} == {
         "overlay.png", "residuals.png", "probabilities.png", "gain.png"
     }  # fmt: skip
+
+
+def test_a_far_modulus_is_told_with_a_cause_that_does_as_well(
+    ninjaflex: CouponDiagnosis, tmp_path: Path
+) -> None:
+    """Its names are no effects of the catalogue, nor is the cause one that was fitted."""
+    own = replace(
+        ninjaflex.decision, first=("modulus", "coupon_area", "polynomial"), second=(),
+        best=ninjaflex.posterior.best(()), own=True,
+    )  # fmt: skip
+    write(replace(ninjaflex, decision=own, next=[]), [COUPONS], tmp_path)
+    page = (tmp_path / "summary.md").read_text(encoding="utf-8")
+    assert "(modulus) or another" in page
+    assert "(coupon_area) or a polynomial" in page
+    assert "measure the coupons' cross-section" in page
+    verdict = outcome.DiagnosisFile.read(tmp_path / "diagnosis.json").verdict
+    assert verdict.effects == own.first
+    assert verdict.takes_part == pytest.approx(own.probability)
 
 
 def test_a_loop_tells_the_cause(store: Path, tmp_path: Path) -> None:

@@ -14,7 +14,6 @@ from dolfingrip.diagnosis import outcome
 from dolfingrip.diagnosis.answer.errors import SLACK
 from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, fitted
 from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
-from dolfingrip.diagnosis.core.decision import is_own
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
@@ -138,7 +137,7 @@ def _result(found: Diagnosis) -> str:
             "Nothing else is off: either the material is so much stiffer or softer, or the "
             f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."
         )
-    if is_own(found.analysed.case, decision.first):
+    if decision.own:
         return f"Nothing else is off: {_one_of(decision.first)}; probability {sure}."
     told = _one_of(decision.first)
     if decision.second:

@@ -34,6 +34,7 @@ class Decision:
         discrepancy: probability that something stays beside the causes.
         subsets: probability of each set of visible causes.
         best: the most probable fit that the answer is about.
+        own: whether the answer is a number of the model itself, or a cause that does as well.
     """
 
     answer: Answer
@@ -48,6 +49,7 @@ class Decision:
     discrepancy: float
     subsets: dict[Subset, float]
     best: Fit
+    own: bool
 
 
 def decide(posterior: Posterior, *, single: bool = False) -> Decision:
@@ -116,13 +118,14 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
             unknown = max(unknown, discrepancy)
     if answer != "cause":
         first, second = (), ()
-    far, who = _far(posterior)
-    if answer == "none" and (scaled := none * far) >= POLICY.likelier:
-        answer, first, probability, none = "cause", who, scaled, none - scaled
     best = _leading(seen, first, second, posterior)
+    far, who = _far(posterior)
+    own = answer == "none" and none * far >= POLICY.likelier
+    if own:
+        answer, first, probability, none = "cause", who, none * far, none * (1 - far)
     return Decision(
         answer, first, second, nearest, float(probability), inclusion, none, float(unknown),
-        unexplained, discrepancy, dict(mass), best,
+        unexplained, discrepancy, dict(mass), best, own,
     )  # fmt: skip
 
 
@@ -162,11 +165,6 @@ def _instead(posterior: Posterior, far: Fit, place: int) -> tuple[str, ...]:
         and fit.log_evidence - far.log_evidence > np.log(POLICY.rival)
     }  # fmt: skip
     return tuple(sorted(evidence, key=lambda name: -evidence[name]))
-
-
-def is_own(case: Case, names: tuple[str, ...]) -> bool:
-    """Whether a set that an answer names has one of the model's own numbers."""
-    return any(set(own) <= set(names) for own in _grounds(case))
 
 
 def held(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()) -> float:
@@ -248,7 +246,7 @@ def _leading(
     """The most probable fit, summed over levels, of causes that the answer names."""
 
     def allowed(visible: Subset) -> bool:
-        if not first or is_own(posterior.case, first):
+        if not first:
             return not visible
         own = set(visible)
         return bool(own & set(first)) and (not second or bool(own & set(second)))

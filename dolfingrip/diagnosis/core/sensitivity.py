@@ -62,7 +62,7 @@ def _of(other: Decision, decision: Decision) -> float:
         return other.none
     if decision.answer == "unknown":
         return other.discrepancy if decision.nearest else other.unknown
-    if not decision.best.subset:  # the model's own number
+    if decision.own:
         return other.probability if set(other.first) & set(decision.first) else 0.0
     return min(held(other.subsets, decision.first, decision.second), 1 - other.unexplained)
 

@@ -73,7 +73,7 @@ class CouponDiagnosis(Diagnosis):
             return "a coupon, up and down at two rates: it would tell memory from elasticity"
         if decision.answer == "none":
             return "measure the finger: the coupons agree with the model"
-        if decision.first == self.analysed.case.scale_names:
+        if decision.own:
             return "measure the coupons' cross-section: it is told from the modulus by nothing else"
         named = [n for n in (*decision.first, *decision.second) if n not in rig]
         if self._once() and any(effect(name).kind == "dissipative" for name in named):

@@ -10,7 +10,7 @@ from scipy.integrate import dblquad
 
 from dolfingrip.diagnosis.core import sampling
 from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.decision import decide, is_own
+from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.discrepancy import Along, kernel
 from dolfingrip.diagnosis.core.emulator import linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Level
@@ -170,7 +170,7 @@ def test_a_cause_that_needs_no_far_modulus_stands_beside_it() -> None:
     decision, under = sensitivity(search(own, np.random.default_rng(SEED)))
     assert decision.answer == "cause"
     assert decision.first == (*own.scale_names, "gain")
-    assert is_own(own, decision.first)
+    assert decision.own
     assert not decision.best.subset
     assert under.least > 0.5
 
