@@ -11,7 +11,8 @@ class Policy:
     """Numbers of priors, emulators, search and decision.
 
     Attributes:
-        prior_by_size: probability of none, one and two causes; alike among those of a size.
+        prior_by_size: probability of none, one and two effects of the catalogue; alike among those
+            of a size.
         discrepancy_off: probability that nothing but noise is left beside the named causes.
         discrepancy_levels: sizes of what the catalogue does not have, by the root mean square of a
             channel; they share the rest of the probability evenly.
@@ -27,10 +28,9 @@ class Policy:
         doubt: causes are no more probable than this power of the share that they explain. What the
             catalogue lacks is often followed by one of its causes: of coupons' causes beside which
             a tenth stays, half are the hidden ones.
-        tail: how fast a modulus far from the configured one loses probability: ln c =
-            s sinh(tail ζ)/tail for a standard deviation s.
-        far: width of the prior of a number of the rig, or of all moduli, that is far from what was
-            told, by what was told.
+        far: width of the prior of a number of rig or finger that is far from what was told, by
+            what was told.
+        far_odds: odds that such a number is far.
         far_sigma: standard deviations from which on such a number is told among the first lines.
         telling: part of what the model misses from which on a number that changes so much is, too.
         reach: largest |ζ| of an emulator.
@@ -103,8 +103,8 @@ class Policy:
     claimed: float = 0.75
     likelier: float = 0.5
     doubt: float = 2.0
-    tail: float = 0.9
     far: float = 4.0
+    far_odds: float = 0.1
     far_sigma: float = 3.0
     telling: float = 0.25
     reach: float = 3.3

@@ -74,9 +74,11 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
     reference = posterior.best(NONE, level=0.0).log_evidence
     total = posterior.subsets
     shown = sorted(total, key=lambda subset: -total[subset])[:8]
-    fits = [posterior.best(subset) for subset in dict.fromkeys([decision.best.subset, *shown])]
-    if NONE not in [fit.subset for fit in fits]:
-        fits.append(posterior.best(NONE))
+    causes = posterior.case.causes
+    known = dict.fromkeys(map(causes, (decision.best.subset, *shown, NONE)))
+    fits = [posterior.best(subset) for subset in known]
+    alone = {each: None for fit in posterior.fits
+             if fit.level == 0 and len(each := causes(fit.subset)) == 1}  # fmt: skip
     inclusion = sorted(decision.inclusion.items(), key=lambda each: -each[1])
     result = outcome.DiagnosisFile(
         version=__version__,
@@ -96,8 +98,8 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
         none=min(decision.none, 1.0),
         unknown=min(max(decision.unknown, 0.0), 1.0),
         screen={
-            fit.subset[0]: fit.log_evidence - reference
-            for fit in posterior.fits if len(fit.subset) == 1 and fit.level == 0
+            each[0]: posterior.best(each, level=0.0).log_evidence - reference
+            for each in alone
         },
         fits=tuple(
             outcome.Fit(
@@ -172,8 +174,6 @@ def _answer(decision: Any) -> str:
 
 
 def _takes_part(found: Diagnosis) -> float:
-    if found.decision.own:
-        return found.decision.probability
     first = set(found.decision.first)
     return sum(p for subset, p in found.decision.subsets.items() if first & set(subset))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+import scipy.linalg
 
 from benchmarks.blind import said
 from benchmarks.blind.case import (
@@ -47,7 +48,7 @@ REACH: Final = 2.5
 """Largest |ζ| of a cause's number."""
 STRENGTHS: Final = (0.3, 3.0)
 """Of outsiders, by the ordinary ones."""
-TRIES: Final = 60
+TRIES: Final = 300
 
 
 class Bench:
@@ -74,18 +75,35 @@ class Bench:
         self.causes = {each.name: each for each in causes(self.protocol.analysed(), effects)}
         self.plain = self.readings(Truth())
         self.by_modulus = self.readings(Truth(modulus=1.05)) - self.plain
+        told = [self.readings(Truth(far={name: 1.0})) - self.plain for name in NUISANCES[:-1]]
+        self.told = np.column_stack(told)
 
     def readings(self, truth: Truth) -> np.ndarray:
         """(n,) without noise, by its standard deviation."""
         return finger.flat(self.protocol, finger.measured(self.protocol, truth, self.workers))
 
-    def sigma(self, truth: Truth) -> float:
-        """Length of what is changed after the modulus; 0 where it cannot be simulated."""
+    def sigma(self, truth: Truth, own: str = "") -> float:
+        """Length of what is changed after the modulus and what nuisances may change.
+
+        Args:
+            truth: what is hidden.
+            own: a nuisance that it is.
+
+        Returns:
+            Standard deviations; 0 where it cannot be simulated.
+        """
         try:
             change = self.readings(truth) - self.plain
         except (ValueError, ConfigError):
             return 0.0
-        return after_modulus(change, self.by_modulus)
+        others = self.told[:, [name != own for name in NUISANCES[:-1]]]
+        covariance = np.eye(len(change)) + others @ others.T
+        lower = scipy.linalg.cholesky(covariance, lower=True)
+        white, along = (
+            scipy.linalg.solve_triangular(lower, each, lower=True)
+            for each in (change, self.by_modulus)
+        )
+        return after_modulus(white, along)
 
 
 def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
@@ -120,7 +138,7 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
         if kind == "nuisance":
             names = (NUISANCES[number % len(NUISANCES)],)
             truth, alone, size = _far(truth, names[0], rng)
-            sigma = [abs(size) if names[0] == "modulus" else bench.sigma(alone)]
+            sigma = [abs(size) if names[0] == "modulus" else bench.sigma(alone, names[0])]
         try:
             bench.readings(truth)
         except (ValueError, ConfigError):

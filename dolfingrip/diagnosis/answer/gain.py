@@ -168,9 +168,10 @@ def _log_odds(whole: Posterior, rest: Posterior) -> tuple[float, float]:
             found.append(float(np.logaddexp.reduce(logs)))
         return found[0] - found[1]
 
-    cause = density(lambda fit: bool(fit.subset))
-    plain = density(lambda fit: not fit.subset and fit.level == 0)
-    process = density(lambda fit: not fit.subset)
+    causes = whole.case.causes
+    cause = density(lambda fit: bool(causes(fit.subset)))
+    plain = density(lambda fit: not causes(fit.subset) and fit.level == 0)
+    process = density(lambda fit: not causes(fit.subset))
     return cause - plain, cause - process
 
 

@@ -132,7 +132,7 @@ def _result(found: Diagnosis) -> str:
                 f"{_percent(100 * decision.unexplained)} of what the model misses stays then."
             )
         return told
-    if len(decision.first) > 1 and decision.first == found.analysed.case.scale_names:
+    if len(decision.first) > 1 and decision.first == found.analysed.case.ground_names[0]:
         return (
             "Nothing else is off: either the material is so much stiffer or softer, or the "
             f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."
@@ -159,7 +159,7 @@ def _size(found: Diagnosis) -> str:
     place = int(np.argmax(np.abs(change / found.analysed.errors.noise)))
     listed = found.analysed.measurement.listed().iloc[place]
     channel = CHANNELS[str(listed["column"])]
-    if not fit.subset:
+    if not found.analysed.case.causes(fit.subset):
         return numbers
     return (
         f"{numbers}; at {listed['control']:.3g} {unit_of(listed)} it changes the "
@@ -172,7 +172,7 @@ def _fit(found: Diagnosis) -> str:
     case = found.analysed.case
     before, plain = found.as_configured(), found.with_best_modulus()
     after = fitted(found.analysed, found.decision.best)
-    named = bool(found.decision.best.subset)
+    named = bool(found.analysed.case.causes(found.decision.best.subset))
     noise = by_channel(found, found.analysed.errors.noise)
     parts = []
     for name, at in channels(found).items():

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
-"""Names of causes, in the order of the case."""
+"""Names of causes, in the order of the case; then of the model's own numbers that are far off."""
 
 
 def joint_name(subset: Subset) -> str:
@@ -31,7 +31,7 @@ class Case:
         value: y, shape (n,).
         base: y₀ as configured, shape (n,).
         scaled: whether a reading is proportional to the moduli, shape (n,).
-        modulus_std: relative standard deviation of all moduli.
+        modulus_std: standard deviation of the logarithm of a factor of all moduli.
         emulators: of the causes, by name.
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
@@ -41,11 +41,11 @@ class Case:
         local: ranges of ζ, (d, 2), of causes whose joint polynomial holds there alone, and holds
             what each emulator misses, too.
         rig: which of the causes are numbers of the rig; they come last in every subset.
-        scale_names: what a factor of all readings in proportion to the moduli may be.
         ground: what the model's own numbers change of readings that are not ``scaled``: all
             moduli, and others that are fitted in every hypothesis. None where ``scaled`` tells all.
         ground_box: ranges of ζ of the model's own numbers, (m, 2); that of the moduli first.
-        ground_names: what each of them is named where it is far out; ``scale_names`` where empty.
+        ground_names: what each of them is named where it is far from what was told, in a subset by
+            the first of the names; empty where it cannot be.
     """
 
     value: np.ndarray
@@ -59,10 +59,9 @@ class Case:
     joint: Mapping[Subset, Emulator] = field(default_factory=dict)
     local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
-    scale_names: tuple[str, ...] = ("modulus",)
     ground: Emulator | None = None
     ground_box: np.ndarray = field(default_factory=lambda: np.array([[-8.0, 8.0]]))
-    ground_names: tuple[tuple[str, ...], ...] = ()
+    ground_names: tuple[tuple[str, ...], ...] = (("modulus",),)
 
     @property
     def own(self) -> int:
@@ -79,14 +78,31 @@ class Case:
             ground=None if self.ground is None else self.ground.rows(kept),
         )  # fmt: skip
 
+    @property
+    def far(self) -> dict[str, int]:
+        """Which of ζ each of the model's own numbers is that may be far off, by name."""
+        return {names[0]: place for place, names in enumerate(self.ground_names) if names}
+
+    def widths(self, subset: Subset) -> np.ndarray:
+        """Standard deviations of the priors of the model's own numbers, by those told, (own,)."""
+        found = np.ones(self.own)
+        for name, place in self.far.items():
+            if name in subset:
+                found[place] = POLICY.far
+        return found
+
+    def causes(self, subset: Subset) -> Subset:
+        """What has numbers of its own: all but the model's numbers."""
+        return tuple(name for name in subset if name in self.emulators)
+
     def effects(self, subset: Subset) -> Subset:
         """Causes that are no numbers of the rig."""
-        return tuple(name for name in subset if name not in self.rig)
+        return tuple(name for name in self.causes(subset) if name not in self.rig)
 
     def places(self, subset: Subset) -> dict[str, np.ndarray]:
         """Which of ζ are the numbers of each cause."""
         found, at = {}, self.own
-        for name in subset:
+        for name in self.causes(subset):
             found[name] = np.arange(at, at + len(self.boxes[name]))
             at += len(self.boxes[name])
         return found
@@ -110,17 +126,16 @@ class Case:
         """Ranges of ζ of a hypothesis' causes, (d, 2)."""
         together = self.effects(subset)
         if together not in self.local:
-            return np.vstack([np.zeros((0, 2)), *(self.boxes[name] for name in subset)])
+            own = [self.boxes[name] for name in self.causes(subset)]
+            return np.vstack([np.zeros((0, 2)), *own])
         own = [self.boxes[name] for name in subset if name in self.rig]
         return np.vstack([self.local[together], *own])
 
     def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """c and dc/dζ; far from 1 it loses less probability than a normal logarithm would."""
+        """c and dc/dζ."""
         # draws go where no fit does
-        inside = np.clip(zeta, *self.ground_box[0])
-        log = self.modulus_std * tails.off(inside)
-        slope = self.modulus_std * tails.rate(inside)
-        return np.exp(log), np.exp(log) * slope
+        found = np.exp(self.modulus_std * np.clip(zeta, *self.ground_box[0]))
+        return found, self.modulus_std * found
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""

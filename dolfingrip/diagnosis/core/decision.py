@@ -8,7 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE, Posterior
@@ -34,7 +33,7 @@ class Decision:
         discrepancy: probability that something stays beside the causes.
         subsets: probability of each set of visible causes.
         best: the most probable fit that the answer is about.
-        own: whether the answer is a number of the model itself, or a cause that does as well.
+        own: whether nothing is named but a number of the model itself, or causes that do as well.
     """
 
     answer: Answer
@@ -56,8 +55,8 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     """The answer of a posterior.
 
     Numbers of the rig that are far from what was told stand beside the causes, not in their place:
-    a set of causes holds effects; a number of the rig is named second where it takes part more
-    probably than not, and first where no effect is.
+    a set of causes holds effects; a number of the rig is named second where nearly all hypotheses
+    have it, and first where no effect is.
 
     Something that the catalogue lacks may look like one of its causes. What stays beside them tells
     how alike the two are: the more stays, the less probable the causes can be, either of two sets
@@ -79,7 +78,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
             if strength >= POLICY.visible_sigma
         )
         mass[visible] += float(p)
-        by_effects[case.effects(visible) or visible] += float(p)
+        by_effects[(case.effects(visible) or visible)[:2]] += float(p)
         seen.append((float(p), visible, fit))
         if not visible and fit.level == 0:
             none += float(p)
@@ -91,8 +90,8 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     if second and claim < POLICY.claimed:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()
         claim = held(mass, first)
-    rig = max(case.rig & set(posterior.names) - {*first}, key=inclusion.__getitem__, default=None)
-    if first and not second and not single and rig and held(mass, first, (rig,)) >= POLICY.claimed:
+    rig = max(case.rig - {*first}, key=inclusion.__getitem__, default=None)
+    if first and not second and not single and rig and inclusion[rig] >= POLICY.credible:
         second = (rig,)
     if second:
         stays = {one: _stays(posterior, seen, one, other)
@@ -119,52 +118,20 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     if answer != "cause":
         first, second = (), ()
     best = _leading(seen, first, second, posterior)
-    far, who = _far(posterior)
-    own = answer == "none" and none * far >= POLICY.likelier
-    if own:
-        answer, first, probability, none = "cause", who, none * far, none * (1 - far)
+    own = not second and not case.far.keys().isdisjoint(first)
     return Decision(
-        answer, first, second, nearest, float(probability), inclusion, none, float(unknown),
-        unexplained, discrepancy, dict(mass), best, own,
+        answer, _all_names(case, first), _all_names(case, second), nearest, float(probability),
+        inclusion, none, float(unknown), unexplained, discrepancy, dict(mass), best, own,
     )  # fmt: skip
 
 
-def _grounds(case: Case) -> tuple[tuple[str, ...], ...]:
-    """What the model's own numbers are named where they are far out."""
-    return case.ground_names or (case.scale_names,)
-
-
-def _far(posterior: Posterior) -> tuple[float, tuple[str, ...]]:
-    """How probably the model's own number that is farthest out is so, and what it is named.
-
-    The probability is that of a prior as wide as that of the rig's numbers. Causes that explain the
-    readings with this number as told stand for it.
-    """
-    fit, case = posterior.best(NONE, level=0.0), posterior.case
-    off = np.abs(tails.off(fit.zeta[: case.own]))
-    place = int(np.argmax(off))
-    if off[place] < POLICY.visible_sigma:  # as an effect of which so little is seen
-        return 0.0, _grounds(case)[place]
-    log_odds = 0.5 * float(off[place]) ** 2 * (1 - POLICY.far**-2) - np.log(POLICY.far)
-    log_odds += np.log(POLICY.prior_by_size[1] / POLICY.prior_by_size[0])
-    log_odds -= np.log(max(len(posterior.names), 1))
-    probability = float(1 / (1 + np.exp(-np.clip(log_odds, -50, 50))))
-    return probability, (*_grounds(case)[place], *_instead(posterior, fit, place))
-
-
-def _instead(posterior: Posterior, far: Fit, place: int) -> tuple[str, ...]:
-    """Causes whose evidence is not far below that of ``far``, with its own number as told.
-
-    Beside a number that may take all values they change nothing that is seen.
-    """
-    evidence = {
-        fit.subset[0]: fit.log_evidence
-        for fit in posterior.fits
-        if len(fit.subset) == 1 and fit.level == far.level
-        and abs(float(tails.off(fit.zeta[place]))) < POLICY.visible_sigma
-        and fit.log_evidence - far.log_evidence > np.log(POLICY.rival)
-    }  # fmt: skip
-    return tuple(sorted(evidence, key=lambda name: -evidence[name]))
+def _all_names(case: Case, names: tuple[str, ...]) -> tuple[str, ...]:
+    """With all that a factor of the model's own may be."""
+    place = case.far
+    return tuple(
+        each for name in names
+        for each in (case.ground_names[place[name]] if name in place else (name,))
+    )  # fmt: skip
 
 
 def held(mass: dict[Subset, float], first: tuple[str, ...], second: tuple[str, ...] = ()) -> float:
@@ -284,15 +251,21 @@ def _stays(
         names: of what is missed without one of these; all causes where empty.
         beside: pairs with one of these alone are asked; all hypotheses where empty.
     """
-    n = len(posterior.case.value)
-    off = {fit.subset: fit.misfit - n for fit in posterior.fits if fit.level == 0}
+    n, causes = len(posterior.case.value), posterior.case.causes
+    off: dict[Subset, float] = {}
+    for fit in posterior.fits:
+        if fit.level == 0:
+            own = causes(fit.subset)
+            off[own] = min(fit.misfit - n, off.get(own, np.inf))
     share, total = 0.0, 0.0
     for p, _, fit in seen:
-        own = set(fit.subset)
-        if names and not (own & set(names) and own & set(beside)):
+        own = causes(fit.subset)
+        if names and not (set(fit.subset) & set(names) and set(fit.subset) & set(beside)):
             continue
         total += p
-        missed = off[tuple(each for each in fit.subset if names and each not in names)]
+        missed = off[tuple(each for each in own if names and each not in names)]
+        if fit.subset and not own:  # what is missed with the model's own numbers as told
+            missed = posterior.as_told - n
         if fit.level > 0 and missed > 0:
-            share += p * float(np.clip(off[fit.subset] / missed, 0.0, 1.0))
+            share += p * float(np.clip(off[own] / missed, 0.0, 1.0))
     return share / total if total else 1.0

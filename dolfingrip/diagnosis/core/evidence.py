@@ -6,10 +6,11 @@ and discrepancy
 
     G = Zᵀ C⁻¹ Z
 
-is computed once; each hypothesis then costs the same for any number of readings. With
-H = JᵀGJ + I at the most probable ζ (Laplace's method; MacKay, Information Theory, 2003, chapter 27)
+is computed once; each hypothesis then costs the same for any number of readings. With precisions W
+of the priors, 1 but for numbers that are far from what was told, and H = JᵀGJ + W at the most
+probable ζ (Laplace's method; MacKay, Information Theory, 2003, chapter 27)
 
-    ln p(y) = −½ bᵀGb − ½ |ζ|² − ½ ln|H| − ½ ln|C| − n/2 ln 2π
+    ln p(y) = −½ bᵀGb − ½ ζᵀWζ + ½ ln|W| − ½ ln|H| − ½ ln|C| − n/2 ln 2π
 
 Columns of an emulator's error are integrated out like a nuisance.
 """
@@ -39,7 +40,8 @@ class Fit:
         zeta: of the modulus, then of each cause's numbers.
         hessian: H there.
         misfit: bᵀGb there.
-        strengths: length of each cause's change after nuisances, standard deviations.
+        strengths: length of each cause's change after nuisances, standard deviations; of one of the
+            model's own numbers how far it is from what was told.
         draws: samples of ζ, shape (draws, d), and their weights; empty where not sampled.
     """
 
@@ -157,6 +159,8 @@ class Hypothesis:
     def __post_init__(self) -> None:
         self._box = np.vstack([self.case.ground_box, self.case.box(self.subset)])
         self._parts = self.case.parts(self.subset)
+        self._precision = np.ones(len(self._box))
+        self._precision[: self.case.own] = self.case.widths(self.subset) ** -2
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """b, shape (k,), and J = db/dζ, shape (k, d)."""
@@ -196,21 +200,31 @@ class Hypothesis:
             -value - 0.5 * float(np.linalg.slogdet(hessian)[1]) for value, _, hessian, _ in modes
         ]
         _, zeta, hessian, misfit = modes[int(np.argmax(logs))]
-        log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det
+        log = float(np.logaddexp.reduce(logs)) - 0.5 * self.log_det + self._norm
         return Fit(self.subset, self.level, log, zeta, hessian, misfit, self._strengths(zeta))
+
+    def misfit(self, zeta: np.ndarray) -> float:
+        """bᵀGb at ζ, shape (d,)."""
+        b, _ = self._factors(zeta)
+        return float(b @ self.gram @ b)
+
+    @property
+    def _norm(self) -> float:
+        return 0.5 * float(np.log(self._precision).sum())
 
     def _descend(
         self, start: np.ndarray, settled: float
     ) -> tuple[float, np.ndarray, np.ndarray, float]:
         low, high = self._box.T
+        prior = self._precision
         zeta = np.clip(start, low, high)
         b, slopes = self._factors(zeta)
         pull = self.gram @ b
-        value = 0.5 * float(b @ pull + zeta @ zeta)
+        value = 0.5 * float(b @ pull + zeta @ (prior * zeta))
         damping = 1e-3
         for _ in range(60):
-            gradient = slopes.T @ pull + zeta
-            hessian = slopes.T @ self.gram @ slopes + np.eye(len(zeta))
+            gradient = slopes.T @ pull + prior * zeta
+            hessian = slopes.T @ self.gram @ slopes + np.diag(prior)
             held = ((zeta <= low) & (gradient > 0)) | ((zeta >= high) & (gradient < 0))
             better = False
             for _ in range(12):
@@ -224,7 +238,7 @@ class Hypothesis:
                 new = np.clip(zeta + step, low, high)
                 told, told_slopes = self._factors(new)
                 told_pull = self.gram @ told
-                there = 0.5 * float(told @ told_pull + new @ new)
+                there = 0.5 * float(told @ told_pull + new @ (prior * new))
                 if there < value:
                     better = True
                     break
@@ -236,17 +250,22 @@ class Hypothesis:
             damping = max(damping / 10, 1e-9)
             if gain < settled:
                 break
-        hessian = slopes.T @ self.gram @ slopes + np.eye(len(zeta))
+        hessian = slopes.T @ self.gram @ slopes + np.diag(prior)
         return value, zeta, hessian, float(b @ pull)
 
     def _strengths(self, zeta: np.ndarray) -> tuple[float, ...]:
-        """Length of each cause's change, the model's own numbers left free, standard deviations."""
+        """Of each name of the subset, standard deviations.
+
+        The model's own numbers follow a cause's change as far as their priors let them.
+        """
         b, slopes = self._factors(zeta)
         free = slopes[:, : self.case.own]
-        inner = free.T @ self.gram @ free
-        inner = inner + np.diag(1e-9 * np.diag(inner) + 1e-12)
-        found, row = [], 3
-        for name, emulator, _ in self.case.parts(self.subset):
+        inner = free.T @ self.gram @ free + np.diag(self._precision[: self.case.own])
+        found: dict[str, float] = {
+            name: abs(float(zeta[place])) for name, place in self.case.far.items()
+        }
+        row = 3
+        for name, emulator, _ in self._parts:
             k = 2 * emulator.columns.shape[1]
             if name in self.subset:
                 own = np.zeros(len(b))
@@ -254,9 +273,9 @@ class Hypothesis:
                 pull = self.gram @ own
                 cross = free.T @ pull
                 square = float(own @ pull - cross @ np.linalg.solve(inner, cross))
-                found.append(float(np.sqrt(max(square, 0.0))))
+                found[name] = float(np.sqrt(max(square, 0.0)))
             row += k
-        return tuple(found)
+        return tuple(found[name] for name in self.subset)
 
     def sampled(self, fit: Fit, rng: np.random.Generator) -> Fit:
         """The evidence by importance sampling, with draws.
@@ -268,8 +287,8 @@ class Hypothesis:
         def log_density(zeta: np.ndarray) -> np.ndarray:
             inside = ((zeta >= low) & (zeta <= high)).all(axis=1)
             b = self._many(np.clip(zeta, low, high))
-            value = 0.5 * (((b @ self.gram) * b).sum(axis=1) + (zeta**2).sum(axis=1))
-            norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi)
+            value = 0.5 * (((b @ self.gram) * b).sum(axis=1) + zeta**2 @ self._precision)
+            norm = 0.5 * zeta.shape[1] * np.log(2 * np.pi) - self._norm
             return np.where(inside, -value - norm, -np.inf)
 
         found = drawn(log_density, fit.zeta, np.linalg.inv(fit.hessian), rng)

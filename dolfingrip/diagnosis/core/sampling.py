@@ -104,4 +104,6 @@ def _tempered(log: np.ndarray, least: int) -> np.ndarray:
 
 
 def _regular(covariance: np.ndarray) -> np.ndarray:
-    return covariance + 1e-9 * np.trace(covariance) / len(covariance) * np.eye(len(covariance))
+    """The nearest covariance that rounding leaves positive definite."""
+    sizes, ways = np.linalg.eigh(0.5 * (covariance + covariance.T))
+    return np.asarray(ways * np.maximum(sizes, 1e-9 * sizes[-1]) @ ways.T)

@@ -1,4 +1,7 @@
-"""All hypotheses of up to two causes, with and without a discrepancy, and their probabilities."""
+"""All hypotheses of up to two causes, with and without a discrepancy, and their probabilities.
+
+Beside each the model's own numbers are as told, or far from it where the readings ask for that.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from math import comb
 
 import numpy as np
 
@@ -28,13 +32,15 @@ class Posterior:
         fits: of each hypothesis, by causes and level.
         probability: of each, in the same order.
         log_density: ln p(y), averaged over all.
-        names: of all causes that some reading feels.
+        as_told: χ² of the model without causes, its own numbers as told.
+        names: of all causes that some reading feels, and of the model's own numbers.
     """
 
     case: Case
     fits: Sequence[Fit]
     probability: np.ndarray
     log_density: float
+    as_told: float
     names: tuple[str, ...]
 
     @property
@@ -46,11 +52,15 @@ class Posterior:
         return dict(found)
 
     def best(self, subset: Subset, *, level: float | None = None) -> Fit:
-        """The most probable fit of these causes, at one level or at any."""
+        """The most probable fit of these causes, at one level or at any.
+
+        The model's own numbers may be far from what was told.
+        """
+        causes = self.case.causes
         own = [
             (p, fit)
             for p, fit in zip(self.probability, self.fits, strict=True)
-            if fit.subset == subset and (level is None or fit.level == level)
+            if causes(fit.subset) == causes(subset) and (level is None or fit.level == level)
         ]
         return max(own, key=lambda each: each[0])[1]
 
@@ -69,22 +79,22 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
     every = {level: Level(case, level) for level in levels()}
     names = tuple(case.emulators)
     singles: dict[str, np.ndarray] = {}
-    none: dict[float, Fit] = {}
+    none: dict[float, np.ndarray] = {}
     fits: list[Fit] = []
     start = np.zeros(case.own)
     for level, columns in every.items():
-        none[level] = columns.of(NONE).fit([start])
-        start = none[level].zeta
-    fits += none.values()
+        told = _told_and_far(columns, NONE, [start])
+        none[level] = start = max(told, key=lambda fit: fit.log_evidence).zeta
+        fits += told
     for name in names:
         warm: list[np.ndarray] = []
         for level, columns in every.items():
-            first = [np.r_[none[level].zeta, z] for z in _starts(case, name)]
-            fit = columns.of((name,)).fit([*warm, *(first if not warm else first[:1])])
-            warm = [fit.zeta]
-            fits.append(fit)
+            first = [np.r_[none[level], z] for z in _starts(case, name)]
+            told = _told_and_far(columns, (name,), [*warm, *(first if not warm else first[:1])])
+            warm = [fit.zeta for fit in told]
+            fits += told
             if level == 0.0:
-                singles[name] = fit.zeta
+                singles[name] = max(told, key=lambda fit: fit.log_evidence).zeta
     best = max(fit.log_evidence for fit in fits)
     own = case.own
     for pair in _pairs(every, names):
@@ -102,11 +112,43 @@ def search(case: Case, rng: np.random.Generator, *, sample: bool = True) -> Post
                 np.r_[singles[pair[1]][:own], _starts(case, pair[0])[0], singles[pair[1]][own:]],
                 np.r_[singles[pair[0]], singles[pair[1]][own:]],
             ]
-            fit = columns.of(pair).fit([*warm, *(first if not warm else ())])
-            warm = [fit.zeta]
-            fits.append(fit)
-            best = max(best, fit.log_evidence)
-    return _weighed(case, fits, every, names, rng if sample else None)
+            told = _told_and_far(columns, pair, [*warm, *(first if not warm else ())])
+            warm = [fit.zeta for fit in told]
+            fits += told
+            best = max(best, *(fit.log_evidence for fit in told))
+    return _weighed(case, fits, every, rng if sample else None)
+
+
+def _told_and_far(
+    columns: Level,
+    subset: Subset,
+    starts: Sequence[np.ndarray],
+    settled: float = POLICY.settled,
+) -> list[Fit]:
+    """Fits of causes with the model's own numbers as told, and with those far that may be so.
+
+    A number that is far is fitted where that is not much less probable, by the fit without it.
+    """
+    found = [columns.of(subset).fit(starts, settled)]
+    tried = {frozenset[str]()}
+    for fit in found:
+        far = frozenset(fit.subset) - {*subset}
+        for name, place in columns.case.far.items():
+            more = far | {name}
+            if more in tried or _log_odds_of_far(fit, place) < np.log(POLICY.rival):
+                continue
+            tried.add(more)
+            own = tuple(each for each in columns.case.far if each in more)
+            found.append(columns.of((*subset, *own)).fit([fit.zeta, *starts], settled))
+    return found
+
+
+def _log_odds_of_far(fit: Fit, place: int) -> float:
+    """ln of the odds that one of the model's own numbers is far rather than as told (Laplace)."""
+    relaxed = 1 - POLICY.far**-2
+    left = 1 - relaxed * float(np.linalg.inv(fit.hessian)[place, place])
+    gain = 0.5 * relaxed * float(fit.zeta[place]) ** 2 / left - 0.5 * np.log(left)
+    return gain - float(np.log(POLICY.far)) + float(np.log(POLICY.far_odds))
 
 
 def one_at_a_time(every: Mapping[float, Level], before: dict[Key, np.ndarray]) -> Posterior:
@@ -127,11 +169,12 @@ def one_at_a_time(every: Mapping[float, Level], before: dict[Key, np.ndarray]) -
 
     def fitted(subset: Subset, level: float, start: np.ndarray) -> np.ndarray:
         nonlocal best
-        found = every[level].of(subset)
-        fits.append(found.fit([before.get((subset, level), start)], POLICY.nearly_settled))
-        before[subset, level] = fits[-1].zeta
-        best = max(best, fits[-1].log_evidence + prior[level])
-        return fits[-1].zeta
+        starts = [before.get((subset, level), start)]
+        told = _told_and_far(every[level], subset, starts, POLICY.nearly_settled)
+        fits.extend(told)
+        before[subset, level] = told[0].zeta
+        best = max(best, *(fit.log_evidence + prior[level] for fit in told))
+        return told[0].zeta
 
     zeta = np.zeros(case.own)
     own = {level: (zeta := fitted(NONE, level, zeta)) for level in every}
@@ -146,7 +189,7 @@ def one_at_a_time(every: Mapping[float, Level], before: dict[Key, np.ndarray]) -
             most = bound if level else max(bounds[subset].values())
             if most > best - far:
                 start = fitted(subset, level, start)
-    return _weighed(case, fits, every, tuple(case.emulators), None)
+    return _weighed(case, fits, every, None)
 
 
 def searched_again(
@@ -166,24 +209,30 @@ def searched_again(
         for fit in whole.fits
         if any(set(fit.subset) <= each for each in likely)
     ]
-    return _weighed(case, fits, every, whole.names, rng)
+    return _weighed(case, fits, every, rng)
 
 
 def _weighed(
     case: Case,
     fits: list[Fit],
     every: Mapping[float, Level],
-    names: tuple[str, ...],
     rng: np.random.Generator | None,
 ) -> Posterior:
+    """Probabilities by evidence and prior.
+
+    An effect of the catalogue acts, or several do; each number of rig and finger is far from what
+    was told, or is not.
+    """
     prior = levels()
-    count = {0: 1, 1: max(len(names), 1), 2: max(len(names) * (len(names) - 1) // 2, 1)}
+    count = len(case.effects(tuple(case.emulators)))
+    by_size = [p / max(comb(count, size), 1) for size, p in enumerate(POLICY.prior_by_size)]
 
     def weights(all_fits: list[Fit]) -> tuple[np.ndarray, float]:
+        sizes = [len(case.effects(fit.subset)) for fit in all_fits]
         logs = np.array([
-            fit.log_evidence + np.log(prior[fit.level])
-            + np.log(POLICY.prior_by_size[len(fit.subset)] / count[len(fit.subset)])
-            for fit in all_fits
+            fit.log_evidence + np.log(prior[fit.level] * by_size[size])
+            + np.log(POLICY.far_odds) * (len(fit.subset) - size)
+            for size, fit in zip(sizes, all_fits, strict=True)
         ])  # fmt: skip
         total = float(np.logaddexp.reduce(logs))
         return np.exp(logs - total), total
@@ -195,7 +244,8 @@ def _weighed(
             for p, fit in zip(probability, fits, strict=True)
         ]
         probability, total = weights(fits)
-    return Posterior(case, fits, probability, total, names)
+    as_told = every[0.0].of(NONE).misfit(np.zeros(case.own))
+    return Posterior(case, fits, probability, total, as_told, (*case.emulators, *case.far))
 
 
 def _starts(case: Case, name: str) -> list[np.ndarray]:
@@ -229,6 +279,8 @@ def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
 
 def pairs_above(posterior: Posterior, least: float) -> list[Subset]:
     """The pairs of causes whose probability is above ``least``, the most probable first."""
-    total = posterior.subsets
+    total: dict[Subset, float] = defaultdict(float)
+    for subset, p in posterior.subsets.items():
+        total[posterior.case.causes(subset)] += p
     order = sorted(total, key=lambda each: -total[each])
     return [each for each in order if len(each) > 1 and total[each] > least]

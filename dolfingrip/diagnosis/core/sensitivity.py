@@ -62,13 +62,12 @@ def _of(other: Decision, decision: Decision) -> float:
         return other.none
     if decision.answer == "unknown":
         return other.discrepancy if decision.nearest else other.unknown
-    if decision.own:
-        return other.probability if set(other.first) & set(decision.first) else 0.0
     return min(held(other.subsets, decision.first, decision.second), 1 - other.unexplained)
 
 
 def _pairs_by(posterior: Posterior, factor: float) -> list[float]:
-    return [np.log(factor) if len(fit.subset) == 2 else 0.0 for fit in posterior.fits]
+    causes = posterior.case.causes
+    return [np.log(factor) if len(causes(fit.subset)) == 2 else 0.0 for fit in posterior.fits]
 
 
 def _wider(fit: Fit, first: int) -> float:

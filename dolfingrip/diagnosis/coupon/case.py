@@ -86,7 +86,7 @@ def coupon_case(
     case = Case(
         listed["value"].to_numpy(), base, scaled, float(modulus), emulators, off.covariance,
         discrepancy.kernel(off.along), boxes, rig=frozenset(each.name for each in off.shared),
-        scale_names=("modulus", "coupon_area"),
+        ground_names=(("modulus", "coupon_area"),),
     )  # fmt: skip
     return CouponCase(case, felt, off, simulation, tuple(unseen), far=far)
 

@@ -11,7 +11,6 @@ import scipy.linalg
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.errors import Errors
-from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.emulator import mended
 from dolfingrip.diagnosis.core.evidence import Fit
@@ -53,7 +52,7 @@ class FingerCase(Analysed[FingerSimulation]):
 
     def walls(self, zeta: float | np.ndarray) -> np.ndarray:
         """Thickness of the walls by that configured."""
-        return np.asarray(1 + self.wall_std * tails.off(zeta))
+        return np.asarray(1 + self.wall_std * np.asarray(zeta))
 
     def overrides(self, fit: Fit) -> tuple[str, ...]:
         """The configuration at a fit's numbers, as with ``--set``."""
@@ -150,11 +149,12 @@ class FingerCase(Analysed[FingerSimulation]):
             missed: exact less emulated readings and their derivatives by ζ, shape (n, 1 + d).
         """
         takes = tuple(range(self.case.own))
-        if not fit.subset:
+        causes = self.case.causes(fit.subset)
+        if not causes:
             assert self.case.ground is not None
             ground = mended(self.case.ground, takes, fit.zeta, missed, 1.0)
             return replace(self, case=replace(self.case, ground=ground))
-        strongest = max(zip(fit.strengths, fit.subset, strict=True))[1]
+        strongest = max(causes, key=dict(zip(fit.subset, fit.strengths, strict=True)).__getitem__)
         emulators = dict(self.case.emulators)
         for name, place in self.case.places(fit.subset).items():
             old = emulators[name]
@@ -196,9 +196,7 @@ def finger_case(
         simulation.measurement, _lab(simulation), names, walls=simulation.walls is not None
     )
     say(f"simulating what {len(causes)} causes change")
-    box = plain.ground_box[0]
-    grid = np.linspace(float(box[0]), float(box[1]), 401)
-    middle = float(np.interp(np.log(centre), np.log(plain.factor(grid)[0]), grid))
+    middle = float(np.clip(np.log(centre) / plain.modulus_std, *plain.ground_box[0]))
     trained = trained_causes(
         simulation, causes, off.noise, lambda z: plain.factor(z)[0], middle, plain, say,
         fully=fully,

@@ -91,7 +91,8 @@ def verified(
     known: set[Subset] = set()
     for _ in range(POLICY.rounds):
         fit = _leading(posterior, known)
-        name = " with ".join(fit.subset) or "the model"
+        causes = finger.case.causes(fit.subset)
+        name = " with ".join(causes) or "the model"
         try:
             exact = simulated(finger, fit, finger.measurement)
         except ConfigError as error:
@@ -103,10 +104,11 @@ def verified(
             f"a simulation of {name} at its fitted numbers differs by {worst:.2g} standard "
             "deviations of the noise at most"
         )
-        ends = fit.subset in known or not sensitivity(posterior)[0].best.subset
+        leading = sensitivity(posterior)[0].best
+        ends = causes in known or not finger.case.causes(leading.subset)
         if worst <= 1.0 and ends:
             break
-        known.add(fit.subset)
+        known.add(causes)
         finger = finger.corrected(fit, missed)
         posterior = search(finger.case, np.random.default_rng(0))
     return *_own_numbers_verified(finger, posterior, say), worst
@@ -145,9 +147,10 @@ def _own_numbers_verified(
 def _leading(posterior: Posterior, known: set[Subset]) -> Fit:
     """The fit that is to be simulated: of a pair first its stronger cause alone."""
     best = sensitivity(posterior)[0].best
-    if len(best.subset) < 2:
+    causes = posterior.case.causes(best.subset)
+    if len(causes) < 2:
         return best
-    alone = (max(zip(best.strengths, best.subset, strict=True))[1],)
+    alone = (max(causes, key=dict(zip(best.subset, best.strengths, strict=True)).__getitem__),)
     return best if alone in known else posterior.best(alone, level=0.0)
 
 

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.case import FingerCase
@@ -66,8 +65,7 @@ def simulated(
     slopes[:, 0] = by_log * float(dc / c)
     if finger.wall_std:
         key, wall_mm = finger.wall()
-        rate = float(tails.rate(fit.zeta[1]))
-        slopes[:, 1] = run.slopes.get(key, none) * wall_mm * finger.wall_std * rate
+        slopes[:, 1] = run.slopes.get(key, none) * wall_mm * finger.wall_std
     return run.readings, slopes
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, times
 from dolfingrip.diagnosis.answer.found import fitted as fitted_readings
-from dolfingrip.diagnosis.core import tails
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
 from dolfingrip.diagnosis.policy import POLICY
@@ -52,7 +51,7 @@ class FingerDiagnosis(Diagnosis):
     def nuisances(self, fit: Fit) -> dict[str, float]:
         found = super().nuisances(fit)
         if self.analysed.wall_std:
-            found[WALL] = float(tails.off(fit.zeta[1]))
+            found[WALL] = float(fit.zeta[1])
         return found | self.analysed.nuisances(fit)
 
     def rig(self, fit: Fit) -> list[OfTheRig]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
 from dolfingrip.diagnosis.answer.errors import Errors
-from dolfingrip.diagnosis.core import discrepancy, tails
+from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.evidence import Fit, Level
@@ -17,6 +18,9 @@ from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.walls import PART
+
+CLOSER: Final = 0.9
+"""How much nearer to one another moduli are read that are as told than those that are far off."""
 
 
 def wall_std(simulation: FingerSimulation) -> float:
@@ -35,12 +39,12 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
     free = same_material(measurement, simulation.config) and std > 0
     std = std if free else 1e-6
     ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
-    box = tails.zeta_of(ends / std)[None] if free else np.array([[-1.0, 1.0]])
+    box = ends[None] / std if free else np.array([[-1.0, 1.0]])
     case = Case(
         listed["value"].to_numpy(), simulation.base.readings, np.zeros(n, bool), std, {},
         off.covariance, discrepancy.kernel(off.along), {}, ground_box=box,
     )  # fmt: skip
-    nodes = np.linspace(float(box[0, 0]), float(box[0, 1]), POLICY.nodes)
+    nodes = nodes_of(box[0])
     factors = case.factor(nodes)[0]
     spread = wall_std(simulation)
     curves = simulation.walls
@@ -53,19 +57,38 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
                 for w in walls]  # fmt: skip
         values.append([np.nan_to_num(each - simulation.base.readings) for each in told])
     told_values = np.array(values)
-    zeta = tails.zeta_of(walls / spread)[:, None] if spread else np.zeros((1, 0))
+    zeta = walls[:, None] / spread if spread else np.zeros((1, 0))
     slopes = np.zeros((len(nodes), len(zeta), zeta.shape[1], n))
     if spread:
         slopes[:] = np.nan
-    own = [Coordinate(tails.off, amplitude=False)] if spread else []
+    own = [Coordinate(lambda zeta: zeta, amplitude=False)] if spread else []
     every = Simulations(zeta, told_values, slopes, nodes)
     takes = tuple(range(1 + len(own)))
     ground = trained_on(every, own, off.noise, takes, exact=True)
     if spread:
-        end = float(tails.zeta_of(np.array(POLICY.walls_reach)))
-        box = np.vstack([box, [[-end, end]]])
-    names = (("modulus",), (WALLS,))[: len(box)]
+        box = np.vstack([box, [[-POLICY.walls_reach, POLICY.walls_reach]]])
+    names = ((("modulus",) if free else ()), (WALLS,))[: len(box)]
     return replace(case, ground=ground, ground_box=box, ground_names=names)
+
+
+def spread(even: np.ndarray) -> np.ndarray:
+    """ζ of moduli, nearer to one another where these are as told, from evenly spread numbers."""
+    return np.asarray(np.sinh(CLOSER * even) / CLOSER)
+
+
+def even(zeta: float | np.ndarray) -> np.ndarray:
+    """The inverse of :func:`spread`."""
+    return np.asarray(np.arcsinh(CLOSER * np.asarray(zeta)) / CLOSER)
+
+
+def nodes_of(ends: np.ndarray) -> np.ndarray:
+    """ζ of the moduli that a simulation is read at.
+
+    Args:
+        ends: range of ζ, shape (2,).
+    """
+    low, high = even(ends)
+    return spread(np.linspace(low, high, POLICY.nodes))
 
 
 def fitted_moduli(plain: Case, known: float, slack: float) -> float:
@@ -92,15 +115,15 @@ def fitted_walls(plain: Case, spread: float) -> float:
         plain: the model without causes.
         spread: relative standard deviation of the walls.
     """
-    walls = 1 + spread * float(tails.off(_fitted(plain)[1]))
+    walls = 1 + spread * float(_fitted(plain)[1])
     step = PART / 2
     return float(np.round(step * np.round(walls / step), 9))
 
 
 def plain_fit(plain: Case, level: Level) -> Fit:
-    """The fit of the model without causes, under one discrepancy."""
+    """The fit of the model without causes, under one discrepancy; its numbers may be far off."""
     rest = np.zeros(plain.own - 1)
-    return level.of(NONE).fit([np.r_[start, rest] for start in POLICY.starts])
+    return level.of(tuple(plain.far)).fit([np.r_[start, rest] for start in POLICY.starts])
 
 
 def _fitted(plain: Case) -> np.ndarray:

@@ -15,6 +15,7 @@ from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places
 from dolfingrip.diagnosis.core.numbers import Cause
 from dolfingrip.diagnosis.finger import closed_forms
 from dolfingrip.diagnosis.finger.closed_forms import Factor
+from dolfingrip.diagnosis.finger.model import even, nodes_of, spread
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import (
     FAR,
@@ -29,7 +30,7 @@ from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.extensions.index import effect
 
 BESIDE: Final = 1.3
-"""Largest |ζ| of the moduli that causes are simulated at which these do not scale."""
+"""How far to either side the moduli are spread that causes are simulated at which do not scale."""
 
 FINGERS: Final = frozenset({"bending", "blocked_force"})
 
@@ -102,8 +103,7 @@ def trained_causes(
         say: told what is being done.
         fully: simulate every cause further.
     """
-    box = plain.ground_box[0]
-    nodes = np.linspace(float(box[0]), float(box[1]), POLICY.nodes)
+    nodes = nodes_of(plain.ground_box[0])
     closed = {each.name: each for each in causes if closed_forms.known(simulation, each)}
     designs = {
         each.name: _design(simulation, each, factor, middle)
@@ -168,13 +168,10 @@ def _by_moduli(
     middle: float,
 ) -> Emulator:
     """The emulator of a cause whose simulations the moduli do not scale."""
-    sigma = float(np.log(factor(np.array(middle + 1.0)) / factor(np.array(middle))))
-
-    def by_moduli(zeta: np.ndarray) -> np.ndarray:
-        return np.asarray(np.log(factor(zeta) / simulation.centre) / sigma)
-
-    own = (Coordinate(by_moduli, amplitude=False), *coordinates_of(cause, 1))
-    moduli = (middle - 1.5 * BESIDE, middle + 1.5 * BESIDE)
+    by_moduli = Coordinate(lambda zeta: zeta - middle, amplitude=False)
+    own = (by_moduli, *coordinates_of(cause, 1))
+    low, high = spread(even(middle) + 1.5 * BESIDE * np.array([-1.0, 1.0]))
+    moduli = (float(low), float(high))
     nearly = closed_forms.nearly(simulation, cause, scale, factor, moduli)
     if nearly is None:
         return trained_on(told, own, scale, (0,))
@@ -192,10 +189,12 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
     reach = POLICY.finger_reach / max(1.0, np.sqrt(len(cause.numbers) / 2))
     box = np.clip(box_of(cause), -reach, reach)
     if not scales:
-        box = np.vstack([[middle - BESIDE, middle + BESIDE], box])
+        box = np.vstack([even(middle) + [-BESIDE, BESIDE], box])
     d = len(box)
     count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
     zeta = _places(box, POLICY.far_places if cause.name in FAR else count, cause)
+    if not scales:
+        zeta[:, 0] = spread(zeta[:, 0])
     experiments = _felt_in(cause.name, _lab(simulation))
     flat = simulation.flat
     cases = []
