@@ -97,7 +97,11 @@ def said[T: Hidden](bench: Bench[Case[T]], case: Case[T]) -> dict[str, Any]:
 
 def left_by_one(posterior: Posterior) -> float:
     """Standard deviations that the best single cause leaves, beyond those of noise."""
-    alone = [fit for fit in posterior.fits if fit.level == 0 and len(posterior.case.causes(fit.subset)) < 2]
+    alone = [
+        fit
+        for fit in posterior.fits
+        if fit.level == 0 and len(posterior.case.causes(fit.subset)) < 2
+    ]
     n = len(posterior.case.value)
     return float(np.sqrt(max(min(fit.misfit for fit in alone) - n, 0.0)))
 

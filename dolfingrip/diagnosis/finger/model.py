@@ -12,7 +12,7 @@ from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.evidence import Fit, Level
-from dolfingrip.diagnosis.core.search import NONE, levels
+from dolfingrip.diagnosis.core.search import levels
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
 from dolfingrip.diagnosis.finger.unknowns import WALLS
 from dolfingrip.diagnosis.policy import POLICY

@@ -39,7 +39,10 @@ def next_experiments(
         np.array([p for p, _ in fits]), [Tied(fit.zeta, *emulated(finger, fit)) for _, fit in fits],
     )  # fmt: skip
     remembers = np.array(
-        [any(effect(n).kind == "dissipative" for n in finger.case.causes(fit.subset)) for _, fit in fits]
+        [
+            any(effect(n).kind == "dissipative" for n in finger.case.causes(fit.subset))
+            for _, fit in fits
+        ]
     )
     found, failed = [], []
     for proposal in proposals(simulation.measurement, simulation.config):

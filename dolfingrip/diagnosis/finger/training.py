@@ -189,7 +189,7 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
     reach = POLICY.finger_reach / max(1.0, np.sqrt(len(cause.numbers) / 2))
     box = np.clip(box_of(cause), -reach, reach)
     if not scales:
-        box = np.vstack([even(middle) + [-BESIDE, BESIDE], box])
+        box = np.vstack([even(middle) + BESIDE * np.array([-1.0, 1.0]), box])
     d = len(box)
     count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
     zeta = _places(box, POLICY.far_places if cause.name in FAR else count, cause)
