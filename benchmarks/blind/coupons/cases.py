@@ -97,7 +97,7 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     modulus = float(rng.standard_normal())
     factor = float(np.exp(MODULUS * modulus))
     if kind == "prior":
-        factor = float(bench.plain.case.factor(modulus)[0])
+        factor = float(bench.plain.case.factor(modulus))
     truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * rng.standard_normal(),
                   gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * rng.standard_normal())  # fmt: skip
     effects = tuple(bench.plain.causes)
@@ -117,8 +117,8 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
         for name in names:
             box = bench.plain.causes[name].box()
             own = truncated(rng, box, 2.0 if wide else 1.0)
-            emulator = bench.plain.case.emulators[name]
-            sigma.append(bench.sigma(emulator.columns @ emulator.at(own[None])[0]))
+            there = bench.plain.case.predicted((name,), np.r_[0.0, own])
+            sigma.append(bench.sigma(there - bench.plain.case.base))
             overrides += bench.plain.causes[name].overrides(own)
             zeta += own.tolist()
         if kind == "prior" or min(sigma, default=SEEN) >= SEEN:

@@ -13,7 +13,7 @@ from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 
 
 class Simulation(Protocol):
@@ -49,9 +49,14 @@ class Analysed[S: Simulation](ABC):
         """The readings, and how they were taken."""
         return self.simulation.measurement
 
+    @property
+    def scaled(self) -> np.ndarray:
+        """(n,) whether a reading is proportional to the moduli."""
+        return in_proportion(self.measurement)
+
     def factor(self, fit: Fit) -> float:
         """Of all moduli, by those configured."""
-        return float(self.case.factor(fit.zeta[0])[0])
+        return float(self.case.factor(fit.zeta[0]))
 
     def at(self, fit: Fit, factor: float) -> list[str]:
         """The causes of a fit as with ``--set``, their moduli times a factor."""

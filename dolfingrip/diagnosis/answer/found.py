@@ -73,7 +73,7 @@ class Diagnosis(ABC):
 
     def own(self, zeta: np.ndarray) -> dict[str, np.ndarray]:
         """The model's own numbers that are fitted, by key, shape (places,) for ζ (places, d)."""
-        c = self.analysed.case.factor(zeta[:, 0])[0]
+        c = self.analysed.case.factor(zeta[:, 0])
         return {
             each.key: each.value(self.model) * c
             for each in find(self.model, modulus_keys(self.model))
@@ -90,7 +90,7 @@ class Diagnosis(ABC):
         draws, weights = fit.draws or by_hessian(fit)
         every = np.vstack([fit.zeta, draws])
         values = list(self.own(every).items())
-        c = case.factor(every[:, 0])[0]
+        c = case.factor(every[:, 0])
         for name, places in case.places(fit.subset).items():
             cause = told.causes.get(name) or told.far[name]
             for number, place in zip(cause.numbers, places, strict=True):
@@ -104,9 +104,7 @@ class Diagnosis(ABC):
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""
-        return {
-            "modulus": float(np.log(self.analysed.factor(fit)) / self.analysed.case.modulus_std)
-        }
+        return {"modulus": float(fit.zeta[0])}
 
     @abstractmethod
     def rig(self, fit: Fit) -> list[OfTheRig]:

@@ -136,7 +136,7 @@ def _fold(
         return np.asarray(mean + total[:, ~part] @ left)
 
     def scale(prediction: np.ndarray) -> np.ndarray:
-        own = part & case.scaled
+        own = part & analysed.scaled
         if not alone or not own.any():
             return prediction
         square = float(prediction[own] @ prediction[own])
@@ -223,7 +223,7 @@ def _scatter(
                 degree = int(np.clip(len(np.unique(np.round(along.load[rest], 3))) // 4, 1, 6))
                 curve = np.polynomial.Chebyshev.fit(along.load[rest], case.value[rest], degree)
                 told = curve(along.load[own])
-                if case.scaled[own].all():
+                if analysed.scaled[own].all():
                     told = told * float(told @ case.value[own]) / float(told @ told)
                 squares.setdefault(str(column), []).append((case.value[own] - told) ** 2)
     return {column: float(np.sqrt(np.concatenate(each).mean())) for column, each in squares.items()}

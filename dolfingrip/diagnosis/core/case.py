@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.policy import POLICY
 
 Subset = tuple[str, ...]
@@ -30,8 +31,7 @@ class Case:
     Attributes:
         value: y, shape (n,).
         base: y₀ as configured, shape (n,).
-        scaled: whether a reading is proportional to the moduli, shape (n,).
-        modulus_std: standard deviation of the logarithm of a factor of all moduli.
+        factor: of all moduli, the first of the model's own numbers.
         emulators: of the causes, by name.
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
@@ -41,8 +41,8 @@ class Case:
         local: ranges of ζ, (d, 2), of causes whose joint polynomial holds there alone, and holds
             what each emulator misses, too.
         rig: which of the causes are numbers of the rig; they come last in every subset.
-        ground: what the model's own numbers change of readings that are not ``scaled``: all
-            moduli, and others that are fitted in every hypothesis. None where ``scaled`` tells all.
+        ground: what the model's own numbers change: all moduli, and others that are fitted in every
+            hypothesis.
         ground_box: ranges of ζ of the model's own numbers, (m, 2); that of the moduli first.
         ground_names: what each of them is named where it is far from what was told, in a subset by
             the first of the names; empty where it cannot be.
@@ -50,16 +50,15 @@ class Case:
 
     value: np.ndarray
     base: np.ndarray
-    scaled: np.ndarray
-    modulus_std: float
+    factor: Factor
     emulators: Mapping[str, Emulator]
     covariance: np.ndarray
     kernel: np.ndarray
     boxes: Mapping[str, np.ndarray]
+    ground: Emulator
     joint: Mapping[Subset, Emulator] = field(default_factory=dict)
     local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
-    ground: Emulator | None = None
     ground_box: np.ndarray = field(default_factory=lambda: np.array([[-8.0, 8.0]]))
     ground_names: tuple[tuple[str, ...], ...] = (("modulus",),)
 
@@ -71,11 +70,11 @@ class Case:
     def rows(self, kept: np.ndarray) -> Case:
         """The case of some of the readings."""
         return replace(
-            self, value=self.value[kept], base=self.base[kept], scaled=self.scaled[kept],
+            self, value=self.value[kept], base=self.base[kept],
             emulators={name: each.rows(kept) for name, each in self.emulators.items()},
             covariance=self.covariance[np.ix_(kept, kept)], kernel=self.kernel[np.ix_(kept, kept)],
             joint={pair: each.rows(kept) for pair, each in self.joint.items()},
-            ground=None if self.ground is None else self.ground.rows(kept),
+            ground=self.ground.rows(kept),
         )  # fmt: skip
 
     @property
@@ -109,17 +108,16 @@ class Case:
 
     def parts(self, subset: Subset) -> list[tuple[str, Emulator, np.ndarray]]:
         """Emulators of a hypothesis: name, function, and which of ζ it depends on."""
-        found: list[tuple[str, Emulator, np.ndarray]] = []
-        if self.ground is not None:
-            found.append((GROUND, self.ground, np.arange(self.own)))
+        found = [(GROUND, self.ground, np.arange(self.own))]
         for name, own in self.places(subset).items():
             each = self.emulators[name]
             found.append((name, each, np.r_[np.array(each.takes, int), own]))
         together = self.effects(subset)
         if together in self.joint:
             d = sum(len(self.boxes[name]) for name in together)
-            both = np.arange(self.own, self.own + d)
-            found.append((joint_name(together), self.joint[together], both))
+            each = self.joint[together]
+            both = np.r_[np.array(each.takes, int), self.own : self.own + d]
+            found.append((joint_name(together), each, both))
         return found
 
     def box(self, subset: Subset) -> np.ndarray:
@@ -131,16 +129,9 @@ class Case:
         own = [self.boxes[name] for name in subset if name in self.rig]
         return np.vstack([self.local[together], *own])
 
-    def factor(self, zeta: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """c and dc/dζ."""
-        # draws go where no fit does
-        found = np.exp(self.modulus_std * np.clip(zeta, *self.ground_box[0]))
-        return found, self.modulus_std * found
-
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
-        change = self.base.copy()
+        found = self.base.copy()
         for _, emulator, own in self.parts(subset):
-            change = change + emulator.columns @ emulator.at(zeta[None, own])[0]
-        c, _ = self.factor(zeta[0])
-        return np.asarray(np.where(self.scaled, c, 1.0) * change)
+            found = found + emulator.columns @ emulator.at(zeta[None, own])[0]
+        return found

@@ -1,8 +1,8 @@
 """One evidence for every hypothesis: which causes act, and how large a discrepancy stays.
 
-The readings are linear in fixed columns, r = Z b(ζ) with Z = [y, y₀, Φ₁, …] and
-b = [1, −c, −c g₁, …], where c is the factor of all moduli. For a covariance C of noise, nuisances
-and discrepancy
+The readings are linear in fixed columns, r = Z b(ζ) with Z = [y − y₀, Φ₀, Φ₁, …] and
+b = [1, −g₀, −g₁, …]; g₀ are of the model's own numbers. For a covariance C of noise, nuisances and
+discrepancy
 
     G = Zᵀ C⁻¹ Z
 
@@ -78,8 +78,7 @@ class Level:
         case = self.case
         total = case.covariance + self.level**2 * case.kernel
         lower = scipy.linalg.cholesky(total, lower=True)
-        on, off = case.scaled[:, None], ~case.scaled[:, None]
-        blocks = [case.value[:, None]]
+        blocks = [(case.value - case.base)[:, None]]
         self._place = {"": slice(0, 0)}
         at = 1
 
@@ -89,11 +88,9 @@ class Level:
             self._place[name] = slice(at, at + columns.shape[1])
             at += columns.shape[1]
 
-        add("base", np.hstack([case.base[:, None] * on, case.base[:, None] * off]))
         pairs = {joint_name(pair): each for pair, each in case.joint.items()}
-        grounds = {} if case.ground is None else {GROUND: case.ground}
-        for name, each in {**grounds, **case.emulators, **pairs}.items():
-            add(name, np.hstack([each.columns * on, each.columns * off]))
+        for name, each in {GROUND: case.ground, **case.emulators, **pairs}.items():
+            add(name, each.columns)
             add(f"{name} error", each.errors)
         self._lower = lower
         self._white = self.whitened(np.hstack(blocks))
@@ -113,7 +110,8 @@ class Level:
         """The same columns with other readings y, shape (n,)."""
         found = copy(self)
         found.case = replace(self.case, value=value)
-        found._white = np.column_stack([self.whitened(value), self._white[:, 1:]])
+        off = self.whitened(value - self.case.base)
+        found._white = np.column_stack([off, self._white[:, 1:]])
         found.gram = self.gram.copy()
         found.gram[0] = found.gram[:, 0] = found._white[:, 0] @ found._white
         return found
@@ -121,7 +119,7 @@ class Level:
     def largest(self, subset: Subset) -> float:
         """ln of the largest likelihood of any change within the columns of causes."""
         names = [name for name, _, _ in self.case.parts(subset)]
-        at = np.r_[self._place["base"], *(self._place[name] for name in names)]
+        at = np.r_[*(self._place[name] for name in names)]
         inner = self.gram[np.ix_(at, at)]
         inner = inner + np.diag(1e-9 * np.diag(inner) + 1e-12)
         found = self.gram[at, 0] @ np.linalg.solve(inner, self.gram[at, 0])
@@ -130,7 +128,7 @@ class Level:
     def of(self, subset: Subset) -> Hypothesis:
         """A hypothesis under this covariance."""
         names = [name for name, _, _ in self.case.parts(subset)]
-        at = np.r_[0, self._place["base"], *(self._place[name] for name in names)]
+        at = np.r_[0, *(self._place[name] for name in names)]
         wrong = names
         if self.case.effects(subset) in self.case.local:
             wrong = [name for name in names if name not in subset]
@@ -164,21 +162,15 @@ class Hypothesis:
 
     def _factors(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """b, shape (k,), and J = db/dζ, shape (k, d)."""
-        c, dc = self.case.factor(zeta[0])
         every = self._parts
-        total = 3 + sum(2 * emulator.columns.shape[1] for _, emulator, _ in every)
-        value, columns = np.zeros(total), np.zeros((total, len(zeta)))
-        value[:3] = 1.0, -c, -1.0
-        columns[1, 0] = -dc
-        row = 3
+        total = 1 + sum(emulator.columns.shape[1] for _, emulator, _ in every)
+        value, columns = np.ones(total), np.zeros((total, len(zeta)))
+        row = 1
         for _, emulator, own in every:
             g, dg = emulator.with_slopes(zeta[own])
-            k = len(g)
-            value[row : row + k], value[row + k : row + 2 * k] = -c * g, -g
-            columns[row : row + k, 0] = -dc * g
-            columns[row : row + k, own] += -c * dg
-            columns[row + k : row + 2 * k, own] += -dg
-            row += 2 * k
+            value[row : row + len(g)] = -g
+            columns[row : row + len(g), own] = -dg
+            row += len(g)
         return value, columns
 
     def fit(self, starts: Sequence[np.ndarray], settled: float = POLICY.settled) -> Fit:
@@ -264,9 +256,9 @@ class Hypothesis:
         found: dict[str, float] = {
             name: abs(float(zeta[place])) for name, place in self.case.far.items()
         }
-        row = 3
+        row = 1
         for name, emulator, _ in self._parts:
-            k = 2 * emulator.columns.shape[1]
+            k = emulator.columns.shape[1]
             if name in self.subset:
                 own = np.zeros(len(b))
                 own[row : row + k] = b[row : row + k]
@@ -299,10 +291,5 @@ class Hypothesis:
 
     def _many(self, zeta: np.ndarray) -> np.ndarray:
         """b at many places, shape (places, k)."""
-        c, _ = self.case.factor(zeta[:, 0])
-        one = np.ones(len(zeta))
-        parts = [np.column_stack([one, -c, -one])]
-        for _, emulator, own in self._parts:
-            g = emulator.at(zeta[:, own])
-            parts += [-c[:, None] * g, -g]
-        return np.hstack(parts)
+        changes = [-emulator.at(zeta[:, own]) for _, emulator, own in self._parts]
+        return np.hstack([np.ones((len(zeta), 1)), *changes])

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.errors import Errors
@@ -16,10 +15,11 @@ from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
+from dolfingrip.diagnosis.core.scaled import Factor, Scaled
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.errors import errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
-from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.extensions.effect import Prior
@@ -37,7 +37,7 @@ class CouponCase(Analysed[CouponSimulation]):
         case = self.case
         overrides = self.at(fit, 1.0)
         simulated = self.simulation.base(tuple(overrides)) if overrides else case.base
-        found = np.where(case.scaled, self.factor(fit), 1.0) * simulated
+        found = np.where(self.scaled, self.factor(fit), 1.0) * simulated
         for name, place in case.places(fit.subset).items():
             if name in self.far:
                 found = found + case.predicted((name,), fit.zeta[[0, *place]])
@@ -60,7 +60,6 @@ def coupon_case(
         kept: what was simulated before of coupons of this set-up on this way; it grows.
     """
     simulation = CouponSimulation(measurement, config, kept)
-    listed = measurement.listed()
     base = simulation.base()
     off = errors(simulation)
     emulators: dict[str, Emulator] = {}
@@ -80,12 +79,14 @@ def coupon_case(
             far[each.name] = _far(each)
             emulators[each.name] = linear(POLICY.far * each.change)
             boxes[each.name] = far[each.name].box()
-    scaled = np.array([CHANNELS[name].in_proportion for name in listed["column"]])
     setups = [test.setup.nuisances for test in measurement.tests]
-    modulus = max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups)
+    factor = Factor(float(max(np.hypot(each["modulus"], each["coupon_area"]) for each in setups)))
+    scaled = in_proportion(measurement)
     case = Case(
-        listed["value"].to_numpy(), base, scaled, float(modulus), emulators, off.covariance,
-        discrepancy.kernel(off.along), boxes, rig=frozenset(each.name for each in off.shared),
+        measurement.listed()["value"].to_numpy(), base, factor,
+        {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
+        off.covariance, discrepancy.kernel(off.along), boxes, Scaled.alone(base, scaled, factor),
+        rig=frozenset(each.name for each in off.shared),
         ground_names=(("modulus", "coupon_area"),),
     )  # fmt: skip
     return CouponCase(case, felt, off, simulation, tuple(unseen), far=far)
@@ -151,10 +152,12 @@ def _beyond(coupons: CouponCase, effects: Subset, box: np.ndarray, part: float =
     for name in effects:
         d = len(case.boxes[name])
         emulator = case.emulators[name]
-        together = together - emulator.at(zeta[:, at : at + d]) @ emulator.columns.T
+        alone = np.column_stack([np.zeros(len(zeta)), zeta[:, at : at + d]])
+        together = together - emulator.at(alone) @ emulator.columns.T
         at += d
     solved = np.isfinite(together).all(axis=1)
-    return trained(zeta[solved], together[solved], coupons.errors.noise, box)
+    found = trained(zeta[solved], together[solved], coupons.errors.noise, box)
+    return Scaled.of(found, coupons.scaled, case.factor)
 
 
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:

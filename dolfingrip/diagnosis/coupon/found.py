@@ -50,11 +50,11 @@ class CouponDiagnosis(Diagnosis):
 
     def with_best_modulus(self) -> np.ndarray:
         """(n,) readings as configured but for the modulus, the one that leaves least."""
-        case = self.analysed.case
-        proportional = case.base * case.scaled
+        case, scaled = self.analysed.case, self.analysed.scaled
+        proportional = case.base * scaled
         square = float(proportional @ proportional)
         factor = float(proportional @ case.value) / square if square > 0 else 1.0
-        return np.where(case.scaled, factor, 1.0) * case.base
+        return np.where(scaled, factor, 1.0) * case.base
 
     def hidden(self) -> str:
         unseen = self.analysed.unseen

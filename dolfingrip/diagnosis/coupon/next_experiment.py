@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.additions.worth import Comparison, Tied, tied
 from dolfingrip.diagnosis.core.decision import Decision
@@ -12,6 +11,7 @@ from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
+from dolfingrip.diagnosis.data.measurement import in_proportion
 from dolfingrip.diagnosis.outcome import NextExperiment
 
 STEP = 0.05
@@ -44,13 +44,11 @@ def next_experiments(
 def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
     """Exact readings of a hypothesis with derivatives by its numbers, the modulus' last."""
     case = coupons.case
-    scaled = np.array(
-        [CHANNELS[name].in_proportion for name in simulation.measurement.listed()["column"]]
-    )
+    scaled = in_proportion(simulation.measurement)
     base = simulation.base()
     change = np.zeros(len(base))
     slopes: list[np.ndarray] = []
-    c, dc = case.factor(fit.zeta[0])
+    c = coupons.factor(fit)
     factor = np.where(scaled, c, 1.0)
     for name, place in case.places(fit.subset).items():
         d, zeta = len(place), fit.zeta[place]
@@ -68,5 +66,5 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
             if step:
                 own = (all_changes[1 + i] - all_changes[0]) / step
             slopes.append(factor * own)
-    first = np.where(scaled, dc, 0.0) * (base + change)
+    first = np.where(scaled, c * case.factor.std, 0.0) * (base + change)
     return Tied(fit.zeta, factor * (base + change), np.column_stack([first, *slopes]))

@@ -196,10 +196,9 @@ def finger_case(
         simulation.measurement, _lab(simulation), names, walls=simulation.walls is not None
     )
     say(f"simulating what {len(causes)} causes change")
-    middle = float(np.clip(np.log(centre) / plain.modulus_std, *plain.ground_box[0]))
+    middle = float(np.clip(np.log(centre) / plain.factor.std, *plain.ground_box[0]))
     trained = trained_causes(
-        simulation, causes, off.noise, lambda z: plain.factor(z)[0], middle, plain, say,
-        fully=fully,
+        simulation, causes, off.noise, plain.factor, middle, plain, say, fully=fully
     )  # fmt: skip
     felt = {each.name: each for each in causes if each.name in trained.emulators}
     case = replace(

@@ -6,7 +6,7 @@ drifts from the elastic curve, and relaxation nearly does.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, Final
@@ -16,14 +16,12 @@ import numpy as np
 from dolfingrip.diagnosis.core.curved import Simulations
 from dolfingrip.diagnosis.core.emulator import Emulator, places, trained
 from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
 from dolfingrip.extensions.index import effect
-
-Factor = Callable[[np.ndarray], np.ndarray]
-"""Factor of all moduli by its ζ."""
 
 PLACES: Final = 9
 """Places along each number of a closed form."""

@@ -54,15 +54,15 @@ def simulated(
         raise ConfigError(f"{' with '.join(fit.subset) or 'the model'}: {why}")
     none = np.zeros(len(run.readings))
     slopes = np.zeros((len(run.readings), len(fit.zeta)))
-    c, dc = case.factor(fit.zeta[0])
+    c = finger.factor(fit)
     by_log = by_log_modulus(measurement, run)
     for (number, place), key in zip(numbers, gradients, strict=True):
         slope = run.slopes.get(key, none)
         if number.key.endswith("_MPa"):
-            slope = slope * float(c)
+            slope = slope * c
             by_log = by_log + slope * float(number.at(fit.zeta[place]))
         slopes[:, place] = slope * number.prior.slope(float(fit.zeta[place]))
-    slopes[:, 0] = by_log * float(dc / c)
+    slopes[:, 0] = by_log * case.factor.std
     if finger.wall_std:
         key, wall_mm = finger.wall()
         slopes[:, 1] = run.slopes.get(key, none) * wall_mm * finger.wall_std

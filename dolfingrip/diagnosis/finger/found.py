@@ -40,7 +40,7 @@ class FingerDiagnosis(Diagnosis):
         sigma = abs(self.nuisances(fit)["modulus"])
         told = f"A modulus {times(self.analysed.factor(fit))} the configured one"
         if sigma > POLICY.far_sigma:
-            std = 100 * self.analysed.case.modulus_std
+            std = 100 * self.analysed.case.factor.std
             told += f" (±{std:.2g} % was told: {sigma:.1f} standard deviations)"
         if not self.analysed.wall_std:
             return f"{told} is fitted."

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -12,6 +11,7 @@ from dolfingrip.diagnosis.core import discrepancy
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.evidence import Fit, Level
+from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.core.search import levels
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
 from dolfingrip.diagnosis.finger.unknowns import WALLS
@@ -40,19 +40,15 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
     std = std if free else 1e-6
     ends = np.log(simulation.centre) + np.log(POLICY.stiffest) * np.array([-1.0, 1.0])
     box = ends[None] / std if free else np.array([[-1.0, 1.0]])
-    case = Case(
-        listed["value"].to_numpy(), simulation.base.readings, np.zeros(n, bool), std, {},
-        off.covariance, discrepancy.kernel(off.along), {}, ground_box=box,
-    )  # fmt: skip
+    factor = Factor(std, *map(float, box[0]))
     nodes = nodes_of(box[0])
-    factors = case.factor(nodes)[0]
     spread = wall_std(simulation)
     curves = simulation.walls
     walls = np.zeros(1) if curves is None else np.array(sorted(curves.known)) - 1
     values = []
-    for c in factors:
-        here = simulation.base_at(float(c))
-        by = float(c) / simulation.centre
+    for c in map(float, factor(nodes)):
+        here = simulation.base_at(c)
+        by = c / simulation.centre
         told = [here if not w or curves is None else here + curves.change(1 + w, by)[0]
                 for w in walls]  # fmt: skip
         values.append([np.nan_to_num(each - simulation.base.readings) for each in told])
@@ -68,7 +64,10 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
     if spread:
         box = np.vstack([box, [[-POLICY.walls_reach, POLICY.walls_reach]]])
     names = ((("modulus",) if free else ()), (WALLS,))[: len(box)]
-    return replace(case, ground=ground, ground_box=box, ground_names=names)
+    return Case(
+        listed["value"].to_numpy(), simulation.base.readings, factor, {}, off.covariance,
+        discrepancy.kernel(off.along), {}, ground, ground_box=box, ground_names=names,
+    )  # fmt: skip
 
 
 def spread(even: np.ndarray) -> np.ndarray:
@@ -101,7 +100,7 @@ def fitted_moduli(plain: Case, known: float, slack: float) -> float:
         known: factor of all moduli that it was simulated at.
         slack: ratio of both up to which they are near.
     """
-    factor = float(plain.factor(_fitted(plain)[0])[0])
+    factor = float(plain.factor(_fitted(plain)[0]))
     if abs(np.log(factor / known)) <= np.log(slack):
         return known
     step = np.log(POLICY.recentred)

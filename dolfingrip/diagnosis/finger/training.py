@@ -13,8 +13,8 @@ from dolfingrip.diagnosis.core.case import Case as Readings
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, places
 from dolfingrip.diagnosis.core.numbers import Cause
+from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.finger import closed_forms
-from dolfingrip.diagnosis.finger.closed_forms import Factor
 from dolfingrip.diagnosis.finger.model import even, nodes_of, spread
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.finger.unknowns import (

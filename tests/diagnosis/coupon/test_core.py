@@ -14,6 +14,7 @@ from dolfingrip.diagnosis.core.decision import decide
 from dolfingrip.diagnosis.core.discrepancy import Along, kernel
 from dolfingrip.diagnosis.core.emulator import linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Level
+from dolfingrip.diagnosis.core.scaled import Factor, Scaled
 from dolfingrip.diagnosis.core.search import search, searched_again
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 
@@ -25,11 +26,12 @@ NOISE = 0.05
 
 def case(value: np.ndarray, changes: dict[str, np.ndarray]) -> Case:
     along = Along(X, X, np.zeros(len(X), dtype=int), np.full(len(X), 2.0))
+    every, factor = np.ones(len(X), dtype=bool), Factor(0.1)
     return Case(
-        value, BASE, np.ones(len(X), dtype=bool), 0.1,
-        {name: linear(change) for name, change in changes.items()},
+        value, BASE, factor,
+        {name: Scaled.of(linear(change), every, factor) for name, change in changes.items()},
         NOISE**2 * np.eye(len(X)), kernel(along),
-        {name: np.array([[-3.3, 3.3]]) for name in changes},
+        {name: np.array([[-3.3, 3.3]]) for name in changes}, Scaled.alone(BASE, every, factor),
     )  # fmt: skip
 
 
@@ -157,7 +159,7 @@ def test_a_far_modulus_is_a_matter_of_the_modulus() -> None:
     own = case(1.6 * drawn(), WAVES)
     posterior = search(own, np.random.default_rng(SEED))
     decision = decide(posterior)
-    factor, _ = own.factor(decision.best.zeta[0])
+    factor = own.factor(decision.best.zeta[0])
     assert decision.answer == "cause"
     assert (decision.first,) == own.ground_names
     assert decision.probability > 0.5

@@ -13,6 +13,7 @@ from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
 from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, mended
 from dolfingrip.diagnosis.core.numbers import causes
+from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, coordinates_of, unknowns
@@ -110,9 +111,9 @@ def test_modulus_and_cause_are_found_together() -> None:
     print("seed", SEED)
     noise = SCALE * np.random.default_rng(SEED).standard_normal(len(X))
     case = Case(
-        bend(1.25) + changed(0.8, 1.25) + noise, bend(1.0), np.zeros(len(X), bool), STD,
+        bend(1.25) + changed(0.8, 1.25) + noise, bend(1.0), Factor(STD),
         {"softening": softening()}, np.diag(SCALE**2), np.diag(SCALE**2) * 1e-6,
-        {"softening": np.array([[-2.7, 2.7]])}, ground=ground,
+        {"softening": np.array([[-2.7, 2.7]])}, ground,
         ground_box=np.array([[-2.5, 2.5]]),
     )  # fmt: skip
     decision, _ = sensitivity(search(case, np.random.default_rng(SEED)))

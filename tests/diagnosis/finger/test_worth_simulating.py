@@ -7,6 +7,7 @@ import pytest
 
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Simulations
+from dolfingrip.diagnosis.core.scaled import Factor, Scaled
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
 
 SEED = 23
@@ -28,11 +29,11 @@ def read(**strengths: float) -> Case:
     value = 0.9 * BASE + NOISE * rng.standard_normal(len(X))
     for name, sigma in strengths.items():
         value = value + sigma * NOISE * CHANGES[name] / np.linalg.norm(CHANGES[name])
-    n = len(X)
+    n, factor = len(X), Factor(0.2)
     kernel = np.diag((0.1 * BASE) ** 2)
     return Case(
-        value, BASE, np.ones(n, bool), 0.2, {}, np.eye(n) * NOISE**2, kernel, {},
-        ground_box=np.array([[-4.0, 4.0]]),
+        value, BASE, factor, {}, np.eye(n) * NOISE**2, kernel, {},
+        Scaled.alone(BASE, np.ones(n, bool), factor), ground_box=np.array([[-4.0, 4.0]]),
     )  # fmt: skip
 
 

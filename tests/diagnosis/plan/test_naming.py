@@ -15,6 +15,7 @@ from dolfingrip.diagnosis.additions.protocols import proposals
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.decision import decide
+from dolfingrip.diagnosis.core.emulator import Emulator
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -143,16 +144,15 @@ def test_what_is_read_again_tells_more(
 def blind(planned: Analysed[Any], count: int) -> Case:
     """With readings that nothing changes."""
     case, more = planned.case, np.zeros(count)
-    emulators = {
-        name: replace(
-            each, columns=np.pad(each.columns, ((0, count), (0, 0))),
-            errors=np.pad(each.errors, ((0, count), (0, 0))),
-        )
-        for name, each in case.emulators.items()
-    }  # fmt: skip
+
+    def longer(each: Emulator) -> Emulator:
+        below = ((0, count), (0, 0))
+        return replace(each, columns=np.pad(each.columns, below), errors=np.pad(each.errors, below))
+
     return replace(
         case, value=np.r_[case.value, more], base=np.r_[case.base, more],
-        scaled=np.r_[case.scaled, more > 0], emulators=emulators,
+        ground=longer(case.ground),
+        emulators={name: longer(each) for name, each in case.emulators.items()},
         covariance=scipy.linalg.block_diag(case.covariance, np.eye(count)),
         kernel=scipy.linalg.block_diag(case.kernel, np.zeros((count, count))),
     )  # fmt: skip
