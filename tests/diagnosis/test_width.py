@@ -18,7 +18,6 @@ from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.selection import selected
-from dolfingrip.diagnosis.simulation import modulus
 
 WIDTH = "transverse_strain"
 ONCE = ("experiment.unload=false",)
@@ -108,14 +107,15 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     told = EXACT.replace("material_law = 0.0", "coupon_area = 0.1")
     told = told.replace("coupon_slack_mm = 0.0", "coupon_slack_mm = 0.1")
     measurement = coupon(tmp_path, told=told, width=True)
-    base = simulated(measurement, Config(), Here(store)).base
+    simulation = simulated(measurement, Config(), Here(store))
+    base = simulation.base
     across = (measurement.listed()["column"] == WIDTH).to_numpy()
     changes = {each.name: each.change for each in base.nuisance_list}
     assert set(changes) == {"modulus", "coupon_area"}
     for change in changes.values():
         np.testing.assert_allclose(change[across], 0.0, atol=1e-6)
         assert (np.abs(change[~across]) > 0.05).all()
-    scaled = modulus.scaled(measurement, base.simulated, 1.3)
+    scaled = simulation.at(base.simulated, 1.3)
     np.testing.assert_array_equal(scaled[across], base.readings[across])
     case = coupon_case(measurement, Config(), ["force_gain", "mooney_rivlin"]).case
     change = {

@@ -86,7 +86,7 @@ def coupon_case(
         measurement.listed()["value"].to_numpy(), base, factor,
         {name: Scaled.of(each, scaled, factor) for name, each in emulators.items()},
         off.covariance, discrepancy.kernel(off.along), boxes, Scaled.alone(base, scaled, factor),
-        rig=frozenset(each.name for each in off.shared),
+        rig=frozenset(far),
         ground_names=(("modulus", "coupon_area"),),
     )  # fmt: skip
     return CouponCase(case, felt, off, simulation, tuple(unseen), far=far)

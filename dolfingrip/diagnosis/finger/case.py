@@ -192,9 +192,7 @@ def finger_case(
     """
     simulation, off, plain = _model(measurement, config, workers, say)
     centre = simulation.centre
-    causes = unknowns(
-        simulation.measurement, _lab(simulation), names, walls=simulation.walls is not None
-    )
+    causes = unknowns(simulation.measurement, _lab(simulation), names, walls=bool(simulation.walls))
     say(f"simulating what {len(causes)} causes change")
     middle = float(np.clip(np.log(centre) / plain.factor.std, *plain.ground_box[0]))
     trained = trained_causes(
@@ -236,10 +234,10 @@ def _model(
 
 def _beyond(simulation: FingerSimulation, plain: Case) -> float | None:
     """Walls that the readings ask for beyond those that were simulated; None where they do not."""
-    if simulation.walls is None:
+    known = simulation.walls
+    if not known:
         return None
     walls = fitted_walls(plain, wall_std(simulation))
-    known = simulation.walls.known
     tried = simulation.tried_walls
     if min(known) <= walls <= max(known) or walls in tried or walls <= 0:
         return None

@@ -22,7 +22,7 @@ def errors(simulation: FingerSimulation) -> Errors:
     along = _along(simulation)
     signal = base.readings * followed(listed, along, base.readings)[0]
     steep = np.nan_to_num(base.by_control) * _steeper(base.readings, signal)
-    told = (*FITTED, *([WALL] if simulation.walls is not None else []))
+    told = (*FITTED, *([WALL] if simulation.walls else []))
     shared = [
         replace(each, change=np.nan_to_num(each.change))
         for each in base.nuisance_list

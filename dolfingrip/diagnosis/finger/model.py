@@ -25,7 +25,7 @@ CLOSER: Final = 0.9
 
 def wall_std(simulation: FingerSimulation) -> float:
     """Relative standard deviation of the walls; 0 where they are a linear nuisance."""
-    if simulation.walls is None:
+    if not simulation.walls:
         return 0.0
     return min(t.setup.nuisances[WALL] for t in simulation.measurement.tests)
 
@@ -43,17 +43,15 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
     factor = Factor(std, *map(float, box[0]))
     nodes = nodes_of(box[0])
     spread = wall_std(simulation)
-    curves = simulation.walls
-    walls = np.zeros(1) if curves is None else np.array(sorted(curves.known)) - 1
+    known = sorted(simulation.walls)
     values = []
     for c in map(float, factor(nodes)):
-        here = simulation.base_at(c)
         by = c / simulation.centre
-        told = [here if not w or curves is None else here + curves.change(1 + w, by)[0]
-                for w in walls]  # fmt: skip
+        told = [simulation.at(simulation.walls[walls], by) for walls in known]
+        told = told or [simulation.base_at(c)]
         values.append([np.nan_to_num(each - simulation.base.readings) for each in told])
     told_values = np.array(values)
-    zeta = walls[:, None] / spread if spread else np.zeros((1, 0))
+    zeta = (np.array(known)[:, None] - 1) / spread if spread else np.zeros((1, 0))
     slopes = np.zeros((len(nodes), len(zeta), zeta.shape[1], n))
     if spread:
         slopes[:] = np.nan

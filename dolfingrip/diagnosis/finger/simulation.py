@@ -7,7 +7,7 @@ several moduli, and what lies between them follows from a polynomial of their lo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -36,11 +36,14 @@ from dolfingrip.diagnosis.simulation.simulated import (
     SimulationFailure,
     simulate,
 )
-from dolfingrip.diagnosis.simulation.walls import WallCurves, simulate_walls
+from dolfingrip.diagnosis.simulation.walls import simulate_walls
 from dolfingrip.parameter import moduli
 
 Overrides = tuple[str, ...]
 """``section.key=value``, as with ``--set``."""
+
+MOST_BEYOND: Final = 10.0
+"""Part of the range of a path that ended early, by which its straight line is followed."""
 
 WEIGHING: Final = (0.75, 1.0, 1.4)
 """Factors of all moduli at which a model is simulated that does not scale."""
@@ -60,7 +63,8 @@ class FingerSimulation:
         plain: on the mesh that causes are simulated on, with headroom.
         others: base simulations at other moduli, by factor, where the model does not scale.
         rough: the same on the mesh of the causes.
-        walls: base simulation with other walls; None where they are a linear nuisance.
+        walls: base simulations by the thickness of the walls, by that configured; empty where these
+            are a linear nuisance.
         configured: readings with the moduli as configured, (n,); NaN where these are not reached.
         failures: why the base simulation ended before readings that are left out.
         headroom: pressure that simulations go on to, by the highest of the readings.
@@ -76,7 +80,7 @@ class FingerSimulation:
     plain: Simulated
     others: dict[float, Simulated]
     rough: dict[float, Simulated]
-    walls: WallCurves | None
+    walls: Mapping[float, Simulated]
     configured: np.ndarray
     failures: Sequence[SimulationFailure] = ()
     headroom: float = HEADROOM
@@ -112,8 +116,8 @@ class FingerSimulation:
             walls: thickness by that configured.
         """
         tried = (*self.tried_walls, walls)
-        curves = simulate_walls(self.measurement, self.base, self.workers, tried)
-        return replace(self, walls=curves, tried_walls=tried)
+        known = simulate_walls(self.measurement, self.base, self.workers, tried)
+        return replace(self, walls=known, tried_walls=tried)
 
     # -- reading a simulation ---------------------------------------------------------------------
 
@@ -154,7 +158,7 @@ class FingerSimulation:
         """Weights of stops, kept, as all simulations of a group are read alike."""
         key = place, 1000 * len(leg.stops) + reached, by
         if key not in self._weights:
-            self._weights[key] = leg.weights(reached, leg.rows_at * by, modulus.MOST_BEYOND)
+            self._weights[key] = leg.weights(reached, leg.rows_at * by, MOST_BEYOND)
         return self._weights[key]
 
     def listed(self, runs: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
@@ -255,7 +259,7 @@ def rough_simulation(
     weighed = Case(flat, headroom=headroom)
     nodes = {} if base.scales else _nodes(measurement, config, workers, weighed, centre)
     rough = FingerSimulation(
-        measurement, config, workers, flat, centre, base, plain, nodes, nodes, None, plain.readings,
+        measurement, config, workers, flat, centre, base, plain, nodes, nodes, {}, plain.readings,
         headroom=headroom,
     )  # fmt: skip
     every = replace(plain, readings=rough.base_at(centre))

@@ -10,19 +10,9 @@ taken as linear leaves 1.6 standard deviations unexplained, this none.
 
 from __future__ import annotations
 
-from typing import Final
-
-import numpy as np
-
 from dolfingrip import parameter
-from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.simulation.groups import path_independent
-from dolfingrip.diagnosis.simulation.simulated import Simulated
-
-MOST_BEYOND: Final = 10.0
-"""Part of the range of a path that ended early, by which its straight line is followed."""
 
 
 def scales(config: Config) -> bool:
@@ -48,35 +38,3 @@ def overrides(config: Config, factor: float) -> tuple[str, ...]:
         f"contact.stiffness_MPa={config.contact.stiffness_MPa * factor!r}",
         f"plate.stiffness_MPa={config.plate.stiffness_MPa * factor!r}",
     )
-
-
-def scaled(measurement: Measurement, base: Simulated, factor: float) -> np.ndarray:
-    """(n,) readings of ``base`` with all moduli ``factor`` times as large.
-
-    Args:
-        measurement: that ``base`` was simulated for.
-        base: with headroom, or ``factor`` at least 1; each of its configurations
-            has to fulfil :func:`scales`.
-        factor: above 0. Pressures beyond the headroom, or beyond the last that the base reached,
-            are extrapolated along a straight line.
-
-    Raises:
-        ValueError: where the scaling is not exact.
-    """
-    listed = measurement.listed()
-    place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
-    found = np.full(len(listed), np.nan)
-    for run in base.runs:
-        if not scales(run.config):
-            raise ValueError("moduli do not scale beside gravity or effects")
-        (leg,) = run.route.legs
-        by = 1.0 if run.group.experiment == "coupon" else 1 / factor
-        mine = np.isin(test, run.group.tests)
-        for name in set(column[mine]):
-            at = np.flatnonzero(mine & (column == name))
-            values = run.result.columns.get(str(name), np.empty(0))
-            rows = np.full(len(measurement.readings), np.nan)
-            # a softer model may end before a reading that the base reaches
-            rows[leg.rows] = leg.read(values, leg.rows_at * by, MOST_BEYOND)
-            found[at] = rows[place[at]] * (factor if CHANNELS[name].in_proportion else 1.0)
-    return found

@@ -3,22 +3,20 @@
 Where bellows touch one another, the derivative of the blocked force by the walls' thickness jumps,
 and other walls move that jump. Taken as linear, walls that are 10 % too thin leave 3 standard
 deviations of the reference finger's readings unexplained. So the base model is simulated with walls
-to either side, and with others that readings may ask for. At each reading a spline leads through
-all (a parabola where there are three), and its tangent goes on beyond the outermost. Moduli scale
-each of the simulations exactly (:mod:`dolfingrip.diagnosis.simulation.modulus`).
+to either side, and with others that readings may ask for. A polynomial leads through all
+(:func:`dolfingrip.diagnosis.finger.model.model_case`). Moduli scale each of the simulations exactly
+(:mod:`dolfingrip.diagnosis.simulation.modulus`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL, WALLS
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -32,40 +30,12 @@ KNOWN: Final = 0.01
 """Standard deviation of the walls from which on they are simulated; smaller ones are linear."""
 
 
-@dataclass(frozen=True)
-class WallCurves:
-    """Readings at any thickness of the walls, without a new simulation.
-
-    Attributes:
-        measurement: of all arrays.
-        known: the base simulation with each walls, by their thickness by that configured, with
-            headroom.
-    """
-
-    measurement: Measurement
-    known: Mapping[float, Simulated]
-
-    def change(self, walls: float, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) change of the readings by the walls, and its derivative by them.
-
-        Args:
-            walls: thickness by that configured.
-            factor: of all moduli.
-        """
-        nodes = np.array(sorted(self.known))
-        read = {w: modulus.scaled(self.measurement, self.known[w], factor) for w in nodes}
-        spline = CubicSpline(nodes, np.nan_to_num([read[w] - read[1.0] for w in nodes]))
-        inside = float(np.clip(walls, nodes[0], nodes[-1]))
-        slope = spline(inside, 1)
-        return spline(inside) + slope * (walls - inside), slope
-
-
 def simulate_walls(
     measurement: Measurement,
     base: BaseSimulation,
     workers: Workers,
     further: Collection[float] = (),
-) -> WallCurves | None:
+) -> dict[float, Simulated]:
     """Simulate a finger that is blocked with other walls.
 
     Args:
@@ -76,9 +46,9 @@ def simulate_walls(
             all readings are reached.
 
     Returns:
-        None where a linear nuisance serves, as nothing is blocked or the walls are known; or where
-        moduli do not scale, specimens have different walls, or thinner ones do not reach all
-        readings.
+        By the walls' thickness by that configured, the base simulation among them. Empty where a
+        linear nuisance serves, as nothing is blocked or the walls are known; or where moduli do not
+        scale, specimens have different walls, or thinner ones do not reach all readings.
 
     Raises:
         ConfigError: one line: no workers, or a store in use.
@@ -90,7 +60,7 @@ def simulate_walls(
     found = {(p.key, p.value(run.config)) for run in bodies for p in every(run.config)
              if p.key in WALLS}  # fmt: skip
     if not (blocked and base.scales and spread >= KNOWN and len(found) == 1):
-        return None
+        return {}
     ((key, wall_mm),) = found
     stages = base.simulated.case.overrides
     fingers = frozenset(run.group.experiment for run in bodies)
@@ -109,6 +79,4 @@ def simulate_walls(
         for by, each in zip((*usual, *further), simulated, strict=True)
         if np.isfinite(each.readings[kept]).all()
     }
-    if not set(usual) <= set(known):
-        return None
-    return WallCurves(measurement, {**known, 1.0: base.simulated})
+    return {**known, 1.0: base.simulated} if set(usual) <= set(known) else {}

@@ -18,6 +18,7 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.finger.diagnose import not_reached
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
@@ -67,8 +68,13 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 
 @pytest.fixture(scope="module")
-def base(measurement: Measurement, store: Path) -> BaseSimulation:
-    return simulated(measurement, block(), Here(store)).base
+def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
+    return simulated(measurement, block(), Here(store))
+
+
+@pytest.fixture(scope="module")
+def base(simulation: FingerSimulation) -> BaseSimulation:
+    return simulation.base
 
 
 def with_all(measurement: Measurement, store: Path, *overrides: str) -> Simulated:
@@ -92,12 +98,14 @@ def test_nuisances(base: BaseSimulation, measurement: Measurement, store: Path) 
     assert (columns["wall"] < 0).all()
 
 
-def test_moduli_scale_exactly(base: BaseSimulation, measurement: Measurement, store: Path) -> None:
+def test_moduli_scale_exactly(
+    simulation: FingerSimulation, measurement: Measurement, store: Path
+) -> None:
     """Against simulations with the moduli of all terms and of the film changed."""
-    changes = modulus.overrides(base.simulated.runs[0].config, 1.25)
+    changes = modulus.overrides(simulation.base.simulated.runs[0].config, 1.25)
     assert {"material.ogden_mu_MPa=[0.01875, 0.00625]", f"{FILM}=3.75"} <= set(changes)
     there = with_all(measurement, store, *changes).readings
-    np.testing.assert_allclose(modulus.scaled(measurement, base.simulated, 1.25), there, rtol=2e-3)
+    np.testing.assert_allclose(simulation.at(simulation.base.simulated, 1.25), there, rtol=2e-3)
 
 
 def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> None:
@@ -109,10 +117,10 @@ def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> Non
 
 
 def test_a_softer_finger_goes_on_straight_where_the_base_ended(
-    base: BaseSimulation, measurement: Measurement
+    simulation: FingerSimulation,
 ) -> None:
     """Readings at 8 kPa of a modulus of 0.1 are at 80 kPa of the base's curve: far beyond."""
-    found = modulus.scaled(measurement, base.simulated, 0.1)
+    found = simulation.at(simulation.base.simulated, 0.1)
     assert np.isfinite(found).all()
     assert (np.diff(found[:4]) > 0).all()
 

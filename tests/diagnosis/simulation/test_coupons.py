@@ -14,7 +14,7 @@ from diagnosis.simulation.here import Here
 
 from dolfingrip.config import Config, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.simulation import modulus
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
@@ -43,8 +43,13 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 
 @pytest.fixture(scope="module")
-def base(measurement: Measurement, store: Path) -> BaseSimulation:
-    return simulated(measurement, Config(), Here(store)).base
+def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
+    return simulated(measurement, Config(), Here(store))
+
+
+@pytest.fixture(scope="module")
+def base(simulation: FingerSimulation) -> BaseSimulation:
+    return simulation.base
 
 
 def nuisance(base: BaseSimulation, name: str) -> np.ndarray:
@@ -75,11 +80,13 @@ def test_nuisances(base: BaseSimulation, measurement: Measurement) -> None:
     assert np.abs(base.mesh).max(initial=0.0) < 1e-9
 
 
-def test_modulus_scales(base: BaseSimulation, measurement: Measurement, store: Path) -> None:
-    assert base.scales
+def test_modulus_scales(
+    simulation: FingerSimulation, measurement: Measurement, store: Path
+) -> None:
+    assert simulation.scales
     soft = simulate(measurement, Config(), [Case(("material.mu_MPa=2.344",))], Here(store))
     np.testing.assert_allclose(
-        modulus.scaled(measurement, base.simulated, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
+        simulation.at(simulation.base.simulated, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
     )
 
 

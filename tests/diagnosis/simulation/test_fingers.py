@@ -14,6 +14,7 @@ from experiments import small
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation import elastic_curve, modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import GAP
@@ -44,8 +45,13 @@ def measurement(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 
 
 @pytest.fixture(scope="module")
-def base(measurement: Measurement, store: Path) -> BaseSimulation:
-    return simulated(measurement, finger(), Here(store)).base
+def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
+    return simulated(measurement, finger(), Here(store))
+
+
+@pytest.fixture(scope="module")
+def base(simulation: FingerSimulation) -> BaseSimulation:
+    return simulation.base
 
 
 def one(measurement: Measurement, store: Path, *overrides: str) -> Simulated:
@@ -71,14 +77,16 @@ def test_one_curve_serves_all_branches(base: BaseSimulation, measurement: Measur
 
 
 def test_modulus_scales_exactly(
-    base: BaseSimulation, measurement: Measurement, store: Path
+    simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     """Against simulations with all moduli changed, to what interpolation over 20 kPa leaves: of the
     angle little, of the force a part where the gap of 0.1 mm closes."""
-    assert base.scales
+    assert simulation.scales
     for factor in (0.8, 1.25):
-        scaled = modulus.scaled(measurement, base.simulated, factor)
-        changed = one(measurement, store, *modulus.overrides(base.simulated.runs[1].config, factor))
+        scaled = simulation.at(simulation.base.simulated, factor)
+        changed = one(
+            measurement, store, *modulus.overrides(simulation.base.simulated.runs[1].config, factor)
+        )
         for name, column, allowed in (
             ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
         ):  # fmt: skip

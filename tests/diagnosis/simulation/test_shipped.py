@@ -155,8 +155,7 @@ def test_other_walls_are_at_hand_too(tmp_path: Path) -> None:
     workers = Workers(tmp_path, Where(workers=1), known=found, computes=False)
     measurement = three_cycles()
     walls = simulated(measurement, Config(), workers).walls
-    assert walls is not None
-    thinner, thicker = (walls.change(by)[0] for by in (0.9, 1.1))
+    thinner, thicker = (walls[by].readings - walls[1.0].readings for by in (0.9, 1.1))
     free = (measurement.listed()["column"] == "angle_deg").to_numpy()
     assert thinner[free].max() > 5.0  # degrees
     assert thicker[free].min() < -5.0
