@@ -10,15 +10,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis import selection
 from dolfingrip.diagnosis.answer.found import Diagnosis
-from dolfingrip.diagnosis.coupon.diagnose import diagnose_coupons
+from dolfingrip.diagnosis.answer.gain import held_out
+from dolfingrip.diagnosis.coupon import compare as coupons
 from dolfingrip.diagnosis.coupon.simulation import in_closed_form
 from dolfingrip.diagnosis.data import measurement as measured
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
 from dolfingrip.diagnosis.downstream import compare, read_campaign
-from dolfingrip.diagnosis.finger.diagnose import diagnose_fingers
+from dolfingrip.diagnosis.finger import compare as fingers
 from dolfingrip.diagnosis.simulation.runner import Workers, staying
 from dolfingrip.diagnosis.tried import check_effects
 from dolfingrip.jobs.run import Progress, silent
@@ -83,13 +87,36 @@ def judged(
     measurement: Measurement, config: Config, workers: Workers, settings: Settings
 ) -> Diagnosis:
     """The same for readings that are there, with workers of the caller's."""
+    say, names, quick = settings.say, settings.effects, settings.quick
+    found: Diagnosis
     if in_closed_form(measurement, config):
-        return diagnose_coupons(
-            measurement, config, settings.effects, quick=settings.quick, say=settings.say
-        )
-    return diagnose_fingers(
-        measurement, config, workers, settings.effects, quick=settings.quick, say=settings.say
-    )
+        found = coupons.compared(measurement, config, names, say=say)
+    else:
+        found = fingers.compared(measurement, config, workers, names, quick=quick, say=say)
+    told = found.as_configured()
+    shown = np.where(np.isfinite(told), told, found.analysed.case.base)
+    found.suspicions = sentences(suspicions(found.analysed.measurement, shown))
+    found.warnings = [*measurement.warnings, *found.cautions(), *_of_the_emulator(found)]
+    if quick or found.decision.answer != "cause":
+        return found
+    say("measuring the gain on readings that are left out")
+    found.held_out = held_out(found.analysed, found.posterior)
+    say("looking for the next experiment")
+    found.next, failed = found.next_experiments(say)
+    found.warnings += failed
+    return found
+
+
+def _of_the_emulator(found: Diagnosis) -> list[str]:
+    off = found.left_by_emulator
+    if off <= 1.0:
+        return []
+    if np.isnan(off):
+        return ["the leading fit could not be simulated"]
+    return [
+        f"the fit's fast model is off by {off:.2g} standard deviations of the noise from a "
+        "simulation at its numbers"
+    ]
 
 
 def _compare_downstream(found: Diagnosis, folder: Path, out: Path, workers: Workers) -> None:

@@ -124,7 +124,7 @@ def _outcome_of(found: Diagnosis, data: Sequence[str], out: Path) -> outcome.Dia
         suspicions=tuple(found.suspicions),
         warnings=tuple(found.warnings),
         extended=_changes(found),
-        not_reached=tuple(found.not_reached),
+        not_reached=tuple(found.analysed.not_reached),
         simulated_s=found.simulated_s,
     )  # fmt: skip
     return result.model_copy(update={"brief": ten_lines(found, result, out)})

@@ -14,7 +14,7 @@ from dolfingrip.diagnosis.answer.found import fitted
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import read
 from dolfingrip.diagnosis.diagnose import Settings, judged
-from dolfingrip.diagnosis.finger.diagnose import MESH_UNKNOWN
+from dolfingrip.diagnosis.finger.found import MESH_UNKNOWN
 from dolfingrip.diagnosis.outcome import DiagnosisFile
 from dolfingrip.diagnosis.results import write
 from dolfingrip.diagnosis.simulation import meshes

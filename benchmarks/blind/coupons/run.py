@@ -16,7 +16,7 @@ from benchmarks.blind.coupons.coupon import Truth
 from dolfingrip.diagnosis.core.decision import Decision
 from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
-from dolfingrip.diagnosis.coupon.diagnose import diagnose_coupons
+from dolfingrip.diagnosis.coupon.compare import compared
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data import measurement
 
@@ -33,7 +33,7 @@ def diagnosed(bench: Bench, scratch: Path, case: Case[Truth]) -> CouponDiagnosis
     forces = coupon.measured(bench.protocol, case.truth, rng)
     file = coupon.write(bench.protocol, forces, scratch / f"{case.kind}-{case.number}")
     read = measurement.read([file], bench.config)
-    return diagnose_coupons(read, bench.config, quick=True, kept=bench.kept)
+    return compared(read, bench.config, kept=bench.kept)
 
 
 def exact(bench: Bench, case: Case[Truth], found: CouponDiagnosis) -> Decision:

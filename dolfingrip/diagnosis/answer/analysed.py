@@ -34,6 +34,7 @@ class Analysed[S: Simulation](ABC):
         unseen: causes that no reading feels.
         failed: why others could not be simulated, by name.
         far: numbers of the rig that may be far from what was told and are no effects, by name.
+        not_reached: tests with readings that the model does not reach, and why.
     """
 
     case: Case
@@ -43,6 +44,7 @@ class Analysed[S: Simulation](ABC):
     unseen: Sequence[str]
     failed: Mapping[str, str] = field(default_factory=dict)
     far: Mapping[str, Cause] = field(default_factory=dict)
+    not_reached: Sequence[str] = ()
 
     @property
     def measurement(self) -> Measurement:

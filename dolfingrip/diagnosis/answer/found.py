@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -19,6 +20,9 @@ from dolfingrip.diagnosis.outcome import Downstream, NextExperiment, Parameter
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import modulus_keys
 from dolfingrip.parameter import find
+
+Say = Callable[[str], None]
+"""Told what is being done."""
 
 
 @dataclass(eq=False)
@@ -37,7 +41,6 @@ class Diagnosis(ABC):
         next: additions, the best first.
         suspicions: doubts about the data, a sentence each.
         warnings: what else to beware of.
-        not_reached: tests with readings that the model does not reach, and why.
         downstream: what the extended model changes about a campaign's designs.
         simulated_s: time of all simulations.
         load: what readings lie along.
@@ -54,7 +57,6 @@ class Diagnosis(ABC):
     next: list[NextExperiment] = field(default_factory=list)
     suspicions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
-    not_reached: list[str] = field(default_factory=list)
     simulated_s: float = 0.0
     downstream: Downstream | None = None
 
@@ -121,6 +123,17 @@ class Diagnosis(ABC):
     @abstractmethod
     def hidden(self) -> str:
         """Causes that the readings cannot feel, in words; empty where they feel all."""
+
+    @abstractmethod
+    def cautions(self) -> list[str]:
+        """What to beware of, a sentence each."""
+
+    @abstractmethod
+    def next_experiments(self, say: Say) -> tuple[list[NextExperiment], list[str]]:
+        """Additions that tell the tied hypotheses apart, the best first, and why some failed.
+
+        Nothing where no other hypothesis is tied with the leading one.
+        """
 
     @abstractmethod
     def afterwards(self) -> str:

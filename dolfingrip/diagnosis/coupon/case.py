@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dolfingrip.config import Config
+from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core import discrepancy
@@ -58,9 +58,17 @@ def coupon_case(
         config: the model that is diagnosed.
         names: of the causes that are tried; the whole catalogue where None.
         kept: what was simulated before of coupons of this set-up on this way; it grows.
+
+    Raises:
+        ConfigError: one line, where the configured material has no equilibrium at some reading.
     """
     simulation = CouponSimulation(measurement, config, kept)
     base = simulation.base()
+    if not np.isfinite(base).all():
+        raise ConfigError(
+            "coupons: the configured material has no equilibrium at some reading; allowed: a "
+            "smaller coupon.max_strain, or another material"
+        )
     off = errors(simulation)
     emulators: dict[str, Emulator] = {}
     boxes: dict[str, np.ndarray] = {}

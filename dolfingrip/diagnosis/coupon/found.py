@@ -8,9 +8,11 @@ from typing import ClassVar
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, left, times
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, Say, left, times
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.coupon.case import CouponCase
+from dolfingrip.diagnosis.coupon.next_experiment import next_experiments
+from dolfingrip.diagnosis.outcome import NextExperiment
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import scaled
@@ -66,6 +68,18 @@ class CouponDiagnosis(Diagnosis):
         if rest:
             told.append(f"what only a finger or another instrument feels: {', '.join(rest)}")
         return "; ".join(told)
+
+    def cautions(self) -> list[str]:
+        scatter = self.analysed.errors.scatter
+        if not (scatter.estimated and scatter.scale > 1.5 * scatter.told_scale):
+            return []
+        return [
+            f"the specimens' stiffness scatters by {100 * scatter.scale:.2g} %, where "
+            f"{100 * scatter.told_scale:.2g} % is believed (nuisance.specimen_scale)"
+        ]
+
+    def next_experiments(self, say: Say) -> tuple[list[NextExperiment], list[str]]:
+        return next_experiments(self.analysed, self.posterior, self.decision), []
 
     def afterwards(self) -> str:
         decision, rig = self.decision, self.analysed.case.rig

@@ -31,6 +31,7 @@ from dolfingrip.diagnosis.finger.simulation import FingerSimulation, rough_simul
 from dolfingrip.diagnosis.finger.training import trained_causes
 from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.simulation.base import not_reached
 from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.parameter import every
@@ -205,7 +206,10 @@ def finger_case(
         rig=frozenset(FAR) & frozenset(felt),
     )  # fmt: skip
     std = wall_std(simulation)
-    return FingerCase(case, felt, off, simulation, trained.unseen, trained.failed, wall_std=std)
+    return FingerCase(
+        case, felt, off, simulation, trained.unseen, trained.failed, wall_std=std,
+        not_reached=not_reached(measurement, simulation.base, simulation.failures or None),
+    )  # fmt: skip
 
 
 def _model(

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, times
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, Say, times
 from dolfingrip.diagnosis.answer.found import fitted as fitted_readings
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
+from dolfingrip.diagnosis.finger.next_experiment import next_experiments
+from dolfingrip.diagnosis.outcome import NextExperiment
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
+
+MESH_UNKNOWN: Final = (
+    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
+    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
+)
+"""Said where there is no second mesh to compare with."""
 
 
 @dataclass(eq=False)
@@ -75,6 +83,13 @@ class FingerDiagnosis(Diagnosis):
 
     def hidden(self) -> str:
         return ", ".join(self.analysed.unseen)
+
+    def cautions(self) -> list[str]:
+        told = [f"{name} could not be tried: {why}" for name, why in self.analysed.failed.items()]
+        return told if self.analysed.simulation.base.mesh.size else [MESH_UNKNOWN, *told]
+
+    def next_experiments(self, say: Say) -> tuple[list[NextExperiment], list[str]]:
+        return next_experiments(self.analysed, self.posterior, self.decision, say)
 
     def afterwards(self) -> str:
         if self.decision.answer == "unknown":

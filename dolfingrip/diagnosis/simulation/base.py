@@ -61,3 +61,31 @@ class BaseSimulation:
     def scales(self) -> bool:
         """Whether a change of all moduli scales the readings exactly."""
         return all(modulus.scales(run.config) for run in self.simulated.runs)
+
+
+def not_reached(
+    measurement: Measurement,
+    base: BaseSimulation,
+    failures: Sequence[SimulationFailure] | None = None,
+) -> list[str]:
+    """For each test, readings that the base simulation does not come to, and why.
+
+    Args:
+        measurement: all that was measured.
+        base: of the readings that it reaches, or of all.
+        failures: of the base simulation, where it is of the readings that it reaches.
+    """
+    every = measurement.listed()["test"].to_numpy()
+    reached = base.measurement.listed()["test"].to_numpy()[np.isfinite(base.readings)]
+    found = []
+    for test in measurement.tests:
+        count = int((every == test.number).sum())
+        lost = count - int((reached == test.number).sum())
+        if lost:
+            failed = base.failures if failures is None else failures
+            why = [each.sentence for each in failed if test in each.tests]
+            found.append(
+                f"{test.experiment} of {test.specimen}: the base simulation does not reach "
+                f"{lost} of {count} readings, which are left out: {'; '.join(why)}"
+            )
+    return found

@@ -1,4 +1,4 @@
-"""A diagnosis of coupons alone: every hypothesis in closed form, in seconds."""
+"""All hypotheses of coupons alone, compared in closed form, in seconds."""
 
 from __future__ import annotations
 
@@ -7,37 +7,32 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.answer.gain import held_out
+from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.case import Subset
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior, pairs_above, search, searched_again
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case, refined, with_pairs
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
-from dolfingrip.diagnosis.coupon.next_experiment import next_experiments
 from dolfingrip.diagnosis.coupon.simulation import Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import sentences, suspicions
 from dolfingrip.diagnosis.policy import POLICY
 
 
-def diagnose_coupons(
+def compared(
     measurement: Measurement,
     config: Config,
     names: Sequence[str] | None = None,
     *,
-    quick: bool = False,
     say: Callable[[str], None] = lambda text: None,
     kept: Kept | None = None,
 ) -> CouponDiagnosis:
-    """Find out what the simulation gets wrong about coupons, and why.
+    """Find out what the simulation gets wrong about coupons, and why, up to the answer.
 
     Args:
         measurement: of coupons that stretch evenly.
         config: the model that is diagnosed.
         names: of the causes that are tried; the whole catalogue where None.
-        quick: measure no gain and propose nothing.
         say: told what is being done.
         kept: what was simulated before of coupons of this set-up on this way; it grows.
 
@@ -46,11 +41,6 @@ def diagnose_coupons(
     """
     say("simulating what each effect changes about the coupons")
     coupons = coupon_case(measurement, config, names, kept)
-    if not np.isfinite(coupons.case.base).all():
-        raise ConfigError(
-            "coupons: the configured material has no equilibrium at some reading; allowed: a "
-            "smaller coupon.max_strain, or another material"
-        )
     say("comparing all causes, alone and in pairs")
     rng = np.random.default_rng(0)
     posterior = search(coupons.case, rng, sample=False)
@@ -65,18 +55,8 @@ def diagnose_coupons(
         coupons = refined(coupons, far_off)
         posterior = searched_again(coupons.case, posterior, rng)
     decision, under = sensitivity(posterior)
-    found = CouponDiagnosis(
-        config, coupons, posterior, decision, under, _left(coupons, decision.best)
-    )
-    found.suspicions = sentences(suspicions(measurement, coupons.case.base))
-    found.warnings = [*measurement.warnings, *_cautions(found)]
-    if quick or decision.answer != "cause":
-        return found
-    say("measuring the gain on readings that are left out")
-    found.held_out = held_out(coupons, posterior)
-    say("looking for the next experiment")
-    found.next = next_experiments(coupons, posterior, decision)
-    return found
+    left = _left(coupons, decision.best)
+    return CouponDiagnosis(config, coupons, posterior, decision, under, left)
 
 
 def _left(coupons: CouponCase, fit: Fit) -> float:
@@ -101,19 +81,3 @@ def _far_off(coupons: CouponCase, posterior: Posterior) -> list[Fit]:
         and max(_left(coupons, each) for each in fits) > POLICY.exact
         for fit in fits
     ]  # fmt: skip
-
-
-def _cautions(found: CouponDiagnosis) -> list[str]:
-    scatter = found.analysed.errors.scatter
-    told = []
-    if scatter.estimated and scatter.scale > 1.5 * scatter.told_scale:
-        told.append(
-            f"the specimens' stiffness scatters by {100 * scatter.scale:.2g} %, where "
-            f"{100 * scatter.told_scale:.2g} % is believed (nuisance.specimen_scale)"
-        )
-    if found.left_by_emulator > 1.0:
-        told.append(
-            f"the fit's fast model is off by {found.left_by_emulator:.2g} standard deviations of "
-            "the noise from an exact simulation at its numbers"
-        )
-    return told

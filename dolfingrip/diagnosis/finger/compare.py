@@ -1,37 +1,26 @@
-"""A diagnosis of fingers: all hypotheses by emulators, claims verified by simulation."""
+"""All hypotheses of fingers compared by emulators, and claims verified by simulation."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Final
 
 import numpy as np
 
 from dolfingrip.config import Config, ConfigError
-from dolfingrip.diagnosis.answer.gain import held_out
 from dolfingrip.diagnosis.core.case import Subset
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior, search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.data.suspicion import suspicions
 from dolfingrip.diagnosis.finger.case import FingerCase, finger_case
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.finger.found import FingerDiagnosis
-from dolfingrip.diagnosis.finger.next_experiment import next_experiments
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.runner import Workers
-from dolfingrip.diagnosis.simulation.simulated import Case, SimulationFailure, simulate
-
-MESH_UNKNOWN: Final = (
-    "what the mesh gets wrong is taken as nothing, as only a graded mesh of hexahedra tells it: it "
-    "may be named as an effect; compare readings with a finer mesh (mesh.refine=2, mesh.size_mm)"
-)
-"""Said where there is no second mesh to compare with."""
+from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 
 
-def diagnose_fingers(
+def compared(
     measurement: Measurement,
     config: Config,
     workers: Workers,
@@ -40,14 +29,14 @@ def diagnose_fingers(
     quick: bool = False,
     say: Callable[[str], None] = lambda text: None,
 ) -> FingerDiagnosis:
-    """Find out what the simulation gets wrong about fingers, and about coupons beside them.
+    """Find out what the simulation gets wrong about fingers, and why, up to the answer.
 
     Args:
-        measurement: of fingers and coupons.
+        measurement: of fingers, and of coupons beside them.
         config: the model that is diagnosed.
         workers: where simulations are computed and kept.
         names: of the causes that are tried; the whole catalogue where None.
-        quick: verify no claim, measure no gain and propose nothing.
+        quick: verify no claim.
         say: told what is being done.
 
     Raises:
@@ -61,21 +50,7 @@ def diagnose_fingers(
     if not quick:
         finger, posterior, left = verified(finger, posterior, say)
     decision, under = sensitivity(posterior)
-    found = FingerDiagnosis(config, finger, posterior, decision, under, left)
-    base = finger.simulation.base
-    kept = finger.measurement
-    told = finger.simulation.configured
-    shown = np.where(np.isfinite(told), told, base.readings)
-    found.suspicions = [each.sentence() for each in suspicions(kept, shown)]
-    found.not_reached = not_reached(measurement, base, finger.simulation.failures or None)
-    found.warnings = [*measurement.warnings, *_cautions(found)]
-    if quick or decision.answer != "cause":
-        return found
-    say("measuring the gain on readings that are left out")
-    found.held_out = held_out(finger, posterior)
-    found.next, failed = next_experiments(finger, posterior, decision, say)
-    found.warnings += failed
-    return found
+    return FingerDiagnosis(config, finger, posterior, decision, under, left)
 
 
 def verified(
@@ -152,48 +127,3 @@ def _leading(posterior: Posterior, known: set[Subset]) -> Fit:
         return best
     alone = (max(causes, key=dict(zip(best.subset, best.strengths, strict=True)).__getitem__),)
     return best if alone in known else posterior.best(alone, level=0.0)
-
-
-def _cautions(found: FingerDiagnosis) -> list[str]:
-    told = []
-    finger = found.analysed
-    if not finger.simulation.base.mesh.size:
-        told.append(MESH_UNKNOWN)
-    told += [f"{name} could not be tried: {why}" for name, why in finger.failed.items()]
-    if not found.left_by_emulator <= 1.0:
-        off = found.left_by_emulator
-        told.append(
-            "the leading fit could not be simulated"
-            if np.isnan(off)
-            else f"the fit's fast model is off by {off:.2g} standard deviations of the noise "
-            "from a simulation at its numbers"
-        )
-    return told
-
-
-def not_reached(
-    measurement: Measurement,
-    base: BaseSimulation,
-    failures: Sequence[SimulationFailure] | None = None,
-) -> list[str]:
-    """For each test, readings that the base simulation does not come to, and why.
-
-    Args:
-        measurement: all that was measured.
-        base: of the readings that it reaches, or of all.
-        failures: of the base simulation, where it is of the readings that it reaches.
-    """
-    every = measurement.listed()["test"].to_numpy()
-    reached = base.measurement.listed()["test"].to_numpy()[np.isfinite(base.readings)]
-    found = []
-    for test in measurement.tests:
-        count = int((every == test.number).sum())
-        lost = count - int((reached == test.number).sum())
-        if lost:
-            failed = base.failures if failures is None else failures
-            why = [each.sentence for each in failed if test in each.tests]
-            found.append(
-                f"{test.experiment} of {test.specimen}: the base simulation does not reach "
-                f"{lost} of {count} readings, which are left out: {'; '.join(why)}"
-            )
-    return found
