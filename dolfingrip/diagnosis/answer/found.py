@@ -100,9 +100,19 @@ class Diagnosis(ABC):
                 values.append((number.key, number.at(every[:, place]) * scale))
         return [estimated(key, float(each[0]), each[1:], weights) for key, each in values]
 
-    @abstractmethod
     def fitted(self, fit: Fit) -> str:
         """What of the model's own was fitted, in a sentence."""
+        sigma = abs(float(fit.zeta[0]))
+        told = f"A modulus {times(self.analysed.factor(fit))} the configured one"
+        if sigma > POLICY.far_sigma:
+            std = 100 * self.analysed.case.factor.std
+            told += f" (±{std:.2g} % was told: {sigma:.1f} standard deviations)"
+        walls = self.walls(fit)
+        return f"{told} and {walls} are fitted." if walls else f"{told} is fitted."
+
+    def walls(self, fit: Fit) -> str:
+        """How thick the walls are that were fitted, in words; empty where they were not."""
+        return ""
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
         """Fitted nuisances by their standard deviations."""

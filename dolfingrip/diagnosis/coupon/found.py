@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, Say, left, times
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, Say, left
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.coupon.next_experiment import next_experiments
@@ -30,9 +30,6 @@ class CouponDiagnosis(Diagnosis):
     @property
     def model(self) -> Config:
         return self.config
-
-    def fitted(self, fit: Fit) -> str:
-        return f"A modulus {times(self.analysed.factor(fit))} the configured one is fitted."
 
     def rig(self, fit: Fit) -> list[OfTheRig]:
         weighed, _ = left(self.analysed, fit)

@@ -8,13 +8,12 @@ from typing import ClassVar, Final
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, Say, times
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, Say
 from dolfingrip.diagnosis.answer.found import fitted as fitted_readings
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
 from dolfingrip.diagnosis.finger.next_experiment import next_experiments
 from dolfingrip.diagnosis.outcome import NextExperiment
-from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 
 MESH_UNKNOWN: Final = (
@@ -44,17 +43,13 @@ class FingerDiagnosis(Diagnosis):
             found[key] = wall_mm * self.analysed.walls(zeta[:, 1])
         return found
 
-    def fitted(self, fit: Fit) -> str:
-        sigma = abs(self.nuisances(fit)["modulus"])
-        told = f"A modulus {times(self.analysed.factor(fit))} the configured one"
-        if sigma > POLICY.far_sigma:
-            std = 100 * self.analysed.case.factor.std
-            told += f" (±{std:.2g} % was told: {sigma:.1f} standard deviations)"
+    def walls(self, fit: Fit) -> str:
         if not self.analysed.wall_std:
-            return f"{told} is fitted."
-        walls = 100 * (float(self.analysed.walls(fit.zeta[1])) - 1)
-        way = "thicker" if walls > 0 else "thinner"
-        return f"{told} and walls {abs(walls):.2g} % {way} than configured are fitted."
+            return ""
+        thicker = 100 * (float(self.analysed.walls(fit.zeta[1])) - 1)
+        return (
+            f"walls {abs(thicker):.2g} % {'thicker' if thicker > 0 else 'thinner'} than configured"
+        )
 
     def nuisances(self, fit: Fit) -> dict[str, float]:
         found = super().nuisances(fit)
