@@ -107,12 +107,12 @@ def left_by_one(posterior: Posterior) -> float:
 
 
 def _ranks[T: Hidden](case: Case[T], found: Diagnosis) -> dict[str, str]:
-    """Rank of the true numbers among draws of the hypothesis that is true."""
+    """Rank of the true numbers among draws of the true causes' hypotheses."""
     posterior, model = found.posterior, found.analysed.case
     fits = [
         (p, fit)
         for p, fit in zip(posterior.probability, posterior.fits, strict=True)
-        if model.causes(fit.subset) == case.names and p > 0
+        if model.causes(fit.subset) == model.causes(case.names) and p > 0
     ]
     if not fits:
         return {}
@@ -132,7 +132,7 @@ def _ranks[T: Hidden](case: Case[T], found: Diagnosis) -> dict[str, str]:
     modulus = float(weight[model.factor(every[:, 0]) < case.truth.modulus].sum())
     told = {"rank_modulus": f"{modulus:.4f}"}
     if len(case.zeta):
-        below = every[:, model.own :] < np.array(case.zeta)
+        below = every[:, model.own : model.own + len(case.zeta)] < np.array(case.zeta)
         own_ranks = (weight @ below).tolist()
         told["rank_cause"] = f"{own_ranks[0]:.4f}"
         told["covers"] = " ".join(str(int(0.05 <= each <= 0.95)) for each in own_ranks)

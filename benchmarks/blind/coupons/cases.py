@@ -94,12 +94,17 @@ def drawn(bench: Bench, which: str, kind: str, number: int) -> Case[Truth]:
 def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[Truth]:
     rng = np.random.default_rng(seed)
     wide = is_wide(kind, number)
-    modulus = float(rng.standard_normal())
+    # by the analyser's priors each number is far from what was told, or is not
+    chance = POLICY.far_odds / (1 + POLICY.far_odds) if kind == "prior" else 0.0
+    far = tuple(name for name in NUISANCES if chance and rng.random() < chance)
+    width = {name: POLICY.far if name in far else 1.0 for name in NUISANCES}
+    modulus = width["modulus"] * float(rng.standard_normal())
     factor = float(np.exp(MODULUS * modulus))
     if kind == "prior":
         factor = float(bench.plain.case.factor(modulus))
-    truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * rng.standard_normal(),
-                  gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * rng.standard_normal())  # fmt: skip
+    slack, gauge = (width[name] * float(rng.standard_normal()) for name in NUISANCES[:2])
+    truth = Truth(modulus=factor, slack_mm=SLACK_STD_mm * slack,
+                  gauge=1 + GAUGE_STD_mm / coupon.GAUGE_mm * gauge)  # fmt: skip
     effects = tuple(bench.plain.causes)
     names: tuple[str, ...] = ()
     zeta: list[float] = []
@@ -130,8 +135,9 @@ def _drawn(bench: Bench, kind: str, number: int, seed: tuple[int, ...]) -> Case[
     if kind == "nuisance":
         truth, names, one = _far(bench, truth, number, rng)
         sigma = [one]
+    named = (*names, *far)
     return Case(
-        bench.protocol.name, kind, number, wide, truth, names, tuple(zeta), tuple(sigma), seed
+        bench.protocol.name, kind, number, wide, truth, named, tuple(zeta), tuple(sigma), seed
     )
 
 
