@@ -137,7 +137,7 @@ def _result(found: Diagnosis) -> str:
             "Nothing else is off: either the material is so much stiffer or softer, or the "
             f"coupons' cross-section is another (modulus or coupon_area); probability {sure}."
         )
-    if decision.own:
+    if decision.own and decision.probability >= POLICY.likelier:
         return f"Nothing else is off: {_one_of(decision.first)}; probability {sure}."
     told = _one_of(decision.first)
     if decision.second:

@@ -5,7 +5,7 @@ read with noise (:mod:`dolfingrip.diagnosis.simulation.nominal`). Of more rows :
 are made and the rows are interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has
 :data:`MOST_OF_A_WAIT` stops that grow ever sparser. The control is taken as one-directional within
 a ramp and constant within a wait, at the mean of what was read: the gauge's own noise is no motion
-of the finger.
+of the finger. Where a ramp begins behind the end of the one before, the way back is led, too.
 """
 
 from __future__ import annotations
@@ -191,6 +191,7 @@ def in_time(tests: Sequence[Sequence[Segment]], control: str) -> Route:
     legs: list[Leg] = []
     for i, segment in enumerate(told):
         same = [test[i] for test in tests]
+        stops += _back(segment, stops)
         before = stops[-1] if stops else None
         first = len(stops)
         if segment.branch == "hold":
@@ -219,6 +220,20 @@ def _faded(time_s: np.ndarray, stops_s: np.ndarray) -> np.ndarray:
     """What a wait is read by: the logarithm of its time, in which its stops are evenly spread."""
     first_s = float(stops_s[1] - stops_s[0]) if len(stops_s) > 1 else 1.0
     return np.log1p(np.maximum(time_s - stops_s[0], 0.0) / first_s)
+
+
+def _back(
+    segment: Segment, stops: Sequence[tuple[float, float, int, str]]
+) -> list[tuple[float, float, int, str]]:
+    """The way back to where a ramp begins, if nothing was read along it."""
+    way = {"loading": 1.0, "unloading": -1.0}.get(segment.branch, 0.0)
+    start = nominal.end(
+        float(segment.value[0]), segment.size / MOST, segment.sigma * segment.rounds
+    )
+    if not stops or way * (start - stops[-1][1]) >= -segment.jump:
+        return []
+    time_s = max(float(segment.time_s[0]), stops[-1][0] + 1e-6)
+    return [(time_s, start, segment.cycle, "unloading" if way > 0 else "loading")]
 
 
 def _ramp(

@@ -134,6 +134,20 @@ def test_specimens_share_what_they_went_through_alike(tmp_path: Path) -> None:
     assert [group.tests for group in groups(own, Config())] == [(0,), (2,), (1,)]
 
 
+def test_cycles_of_which_only_the_loading_is_read(tmp_path: Path) -> None:
+    """Between two loadings the pressure went back, though nothing was read of that."""
+    up = [20.0, 40.0, 60.0, 80.0, 100.0]
+    lines = [f"A,{k + 1},loading,{20 * k + p / 10},{p},1" for k in range(3) for p in up]
+    (group,) = groups(measured(tmp_path, lines), Config())
+    way = group.in_time
+    assert way.value == (*up, *up, *up)
+    assert way.branch[4:7] == ("loading", "unloading", "loading")
+    values = np.arange(15.0)
+    np.testing.assert_allclose(way.at_rows(values, 15), values, atol=1e-12)
+    stops = find("bending").schedule(Config().changed(protocol=way.protocol()))
+    assert len(stops) == 15
+
+
 def test_pulses_are_waits_apart(tmp_path: Path) -> None:
     lines = [f"A,{1 + k // 20},hold,{0.5 * k:.2f},{20.0 * (k // 10 % 2):.1f},1" for k in range(40)]
     (group,) = groups(measured(tmp_path, lines), Config())
