@@ -166,7 +166,8 @@ def _sentence(found: Diagnosis) -> str:
     told = " or ".join(decision.first)
     if decision.second:
         told += f", with {' or '.join(decision.second)}"
-    return f"the cause is {told} (probability {sure})"
+    head = "the cause is" if decision.probability >= POLICY.likelier else "nearest comes"
+    return f"{head} {told} (probability {sure})"
 
 
 def _answer(decision: Any) -> str:
