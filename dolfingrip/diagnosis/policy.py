@@ -23,6 +23,7 @@ class Policy:
         visible_sigma: an effect whose change is smaller, after nuisances, counts as absent.
         credible: part of the probability that a set of causes has to hold.
         claimed: probability from which on a cause is named: odds of three to one.
+        both: probability of both from which on two sets of causes are named rather than one.
         likelier: probability from which on a second cause is named beside a first, or a number of
             the model itself that is far out.
         doubt: causes are no more probable than this power of the share that they explain. What the
@@ -101,6 +102,7 @@ class Policy:
     visible_sigma: float = 2.0
     credible: float = 0.99
     claimed: float = 0.75
+    both: float = 0.9
     likelier: float = 0.5
     doubt: float = 2.0
     far: float = 4.0

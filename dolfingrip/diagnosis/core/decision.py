@@ -87,7 +87,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
     }
     first, second = _sets(by_effects, inclusion, _strengths(seen), single=single)
     claim = held(mass, first, second)
-    if second and claim < POLICY.claimed:  # one set is surer than two
+    if second and claim < POLICY.both:  # one set is surer than two
         first, second = _smallest(by_effects, inclusion), ()
         claim = held(mass, first)
     rig = max(case.rig - {*first}, key=inclusion.__getitem__, default=None)
@@ -98,7 +98,7 @@ def decide(posterior: Posterior, *, single: bool = False) -> Decision:
                  for one, other in ((first, second), (second, first))}  # fmt: skip
         worse = max(stays, key=stays.__getitem__)
         claim = min(held(mass, first, second), _at_most(stays[worse]))
-        if claim < POLICY.claimed:
+        if claim < POLICY.both:
             first, second = first if worse == second else second, ()
             claim = held(mass, first)
     unexplained, discrepancy = _stays(posterior, seen), _discrepancy(seen)
