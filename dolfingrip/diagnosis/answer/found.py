@@ -73,9 +73,13 @@ class Diagnosis(ABC):
     def model(self) -> Config:
         """Whose moduli are fitted."""
 
-    def own(self, zeta: np.ndarray) -> dict[str, np.ndarray]:
-        """The model's own numbers that are fitted, by key, shape (places,) for ζ (places, d)."""
-        c = self.analysed.case.factor(zeta[:, 0])
+    def own(self, c: np.ndarray, zeta: np.ndarray) -> dict[str, np.ndarray]:
+        """The model's own numbers that are fitted, by key, shape (places,).
+
+        Args:
+            c: factor of all moduli, shape (places,).
+            zeta: shape (places, d).
+        """
         return {
             each.key: each.value(self.model) * c
             for each in find(self.model, modulus_keys(self.model))
@@ -84,15 +88,15 @@ class Diagnosis(ABC):
     def configured(self) -> dict[str, float]:
         """These as configured."""
         middle = np.zeros((1, self.analysed.case.own))
-        return {key: float(values[0]) for key, values in self.own(middle).items()}
+        return {key: float(values[0]) for key, values in self.own(np.ones(1), middle).items()}
 
     def numbers(self, fit: Fit) -> list[Parameter]:
         """Fitted numbers by key of the configuration; moduli at the fitted modulus."""
         told, case = self.analysed, self.analysed.case
         draws, weights = fit.draws or by_hessian(fit)
         every = np.vstack([fit.zeta, draws])
-        values = list(self.own(every).items())
         c = case.factor(every[:, 0])
+        values = list(self.own(c, every).items())
         for name, places in case.places(fit.subset).items():
             cause = told.causes.get(name) or told.far[name]
             for number, place in zip(cause.numbers, places, strict=True):

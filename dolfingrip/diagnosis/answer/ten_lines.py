@@ -307,7 +307,9 @@ def _percent(value: float) -> str:
 
 
 def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0
+    """Of those readings that the model reaches."""
+    come = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(come**2))) if come.size else 0.0
 
 
 def chance(p: float) -> str:

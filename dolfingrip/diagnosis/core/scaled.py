@@ -32,7 +32,7 @@ class Scaled(Emulator):
     """An emulator some of whose readings are c times what they are at c = 1.
 
     Attributes:
-        inner: at c = 1; None where that is the same whatever a cause does: what c itself changes.
+        inner: of a cause's change at c = 1; None for what c alone changes.
         factor: c by ζ, the first of the model's own numbers.
     """
 

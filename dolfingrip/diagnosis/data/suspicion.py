@@ -215,8 +215,12 @@ def _kept(
     pair: tuple[np.ndarray, np.ndarray],
 ) -> list[Suspicion]:
     """The slips that fit the ratio of measured and simulated readings, if it explains enough."""
-    left = _left(*pair, _ratio(*pair))
-    if left >= BETTER:
+    measured, simulated = pair
+    ratio = _ratio(measured, simulated)
+    left = _left(measured, simulated, ratio)
+    # readings of noise alone are near any small multiple, which explains nothing of them
+    follows = np.linalg.norm(measured - ratio * simulated) < BETTER * np.linalg.norm(measured)
+    if left >= BETTER or not follows:
         return []
     return [Suspicion(test, column, each.value, each.meaning, left) for each in factors]
 

@@ -36,8 +36,8 @@ class FingerDiagnosis(Diagnosis):
     def model(self) -> Config:
         return self.analysed.simulation.applied
 
-    def own(self, zeta: np.ndarray) -> dict[str, np.ndarray]:
-        found = super().own(zeta)
+    def own(self, c: np.ndarray, zeta: np.ndarray) -> dict[str, np.ndarray]:
+        found = super().own(c, zeta)
         if self.analysed.wall_std:
             key, wall_mm = self.analysed.wall()
             found[key] = wall_mm * self.analysed.walls(zeta[:, 1])

@@ -152,6 +152,16 @@ def test_what_a_scale_leaves_is_told_by_what_none_leaves() -> None:
     assert said.left == pytest.approx(expected, rel=1e-12)
 
 
+def test_noise_is_no_small_unit() -> None:
+    """Readings that do not follow the model, though a fifty-seventh of it is the nearest scale."""
+    true = angle_deg(PRESSURE)
+    noise = np.cos(PRESSURE)
+    noise -= true * (noise @ true) / (true @ true)
+    size = np.linalg.norm(np.radians(true)) / np.linalg.norm(noise)
+    assert found({"angle_deg": np.radians(true) + 0.5 * size * noise}, PRESSURE, 1.0)
+    assert not found({"angle_deg": np.radians(true) + 1.5 * size * noise}, PRESSURE, 1.0)
+
+
 def coupons(travel: np.ndarray, force: np.ndarray) -> list[str]:
     """Doubts about two coupons of 33 mm and 9 mm², pulled at 2.5 mm/s, in sentences."""
     tests = [SpecimenTest(i, Path("lab.csv"), "coupon", f"S{i}", LabSetup()) for i in range(2)]
