@@ -14,6 +14,7 @@ from typing import Any, Final
 from dolfingrip.channels import FORCE
 from dolfingrip.config import Config, ConfigError, from_dict
 from dolfingrip.diagnosis.outcome import DesignChange, Downstream
+from dolfingrip.diagnosis.policy import PAGE
 from dolfingrip.experiments.decisive import decisive, digest_of
 from dolfingrip.jobs.job import Data, Job, content_key
 from dolfingrip.jobs.pool import Pool
@@ -22,15 +23,12 @@ from dolfingrip.jobs.store import Store, same
 from dolfingrip.parameter import scaled
 
 COG: Final = "cog_offset_mm"
-LEADING: Final = 5
-"""Designs that are computed once more."""
-
 LARGEST_COG_mm: Final = 3.0
 """The paper's limit."""
 
 
 def compare(
-    folder: Path, config: Config, extended: Config, out: Path, pool: Pool, count: int = LEADING
+    folder: Path, config: Config, extended: Config, out: Path, pool: Pool, count: int = PAGE.designs
 ) -> Downstream:
     """Compute a campaign's leading designs with the extended model.
 

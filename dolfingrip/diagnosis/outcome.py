@@ -7,11 +7,10 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, computed_field
 
+from dolfingrip.diagnosis.policy import ADDITIONS
+
 SCHEMA: Final = 2
 """Version of the schema; it rises if a key changes its meaning or goes."""
-
-ALONE: Final = 0.8
-"""Probability of leaving the true effect alone from which on an addition is said to do so."""
 
 
 class Part(BaseModel):
@@ -140,7 +139,7 @@ class NextExperiment(_Told):
     @property
     def splits(self) -> bool:
         """Whether the true one is expected to be left alone."""
-        return self.chance >= ALONE
+        return self.chance >= ADDITIONS.alone
 
     @property
     def rank(self) -> tuple[bool, float]:

@@ -2,13 +2,205 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Final
 
 
 @dataclass(frozen=True, slots=True)
+class DataPolicy:
+    """How measured tables are read.
+
+    Attributes:
+        toe: nominal strain of a coupon below which grips and slack are measured, too (ASTM D638,
+            annex on the toe).
+        fewest_of_coupon: readings of a coupon that are left at least, or none is left out.
+        most: readings in all; of more, every second, third, … row of each branch is taken.
+        slip_within: a ratio counts as a known factor if it differs by no more than this factor. It
+            allows for errors of a simple model and for a response that is not proportional.
+        no_slip: a ratio within this factor of 1 is no slip.
+        slip_leaves: largest part of the unexplained change that a scale may leave.
+        fewest_of_loading: rows of a first loading that tell how evenly it went.
+        uneven: distance from a line in time, by its range, from which on a travel is not even.
+        more_even: by how much more even another column has to be.
+        readings_of_wait: readings of a planned wait, whose distances grow.
+        dense: smallest number of rows of a branch whose differences are noise.
+        differences: order of these differences.
+        same_place: difference of the controls of repeated rows, by their range, up to which these
+            tell the noise.
+        fewest_differences: of which a standard deviation is estimated.
+    """
+
+    toe: float = 0.02
+    fewest_of_coupon: int = 5
+    most: int = 1200
+    slip_within: float = 1.8
+    no_slip: float = 2.5
+    slip_leaves: float = 0.6
+    fewest_of_loading: int = 6
+    uneven: float = 0.04
+    more_even: float = 4.0
+    readings_of_wait: int = 5
+    dense: int = 20
+    differences: int = 3
+    same_place: float = 0.05
+    fewest_differences: int = 4
+
+
+@dataclass(frozen=True, slots=True)
+class RoutePolicy:
+    """Where along a test it is simulated.
+
+    Attributes:
+        most, fewest: stops of a ramp; the fewer where rows are closer to one another than the
+            gauge's noise allows to tell.
+        most_of_wait: stops of a wait.
+        headroom: an elastic curve goes on to so many times the highest pressure, so that it can be
+            scaled to a modulus that is so much smaller. Two of the usual standard deviations are a
+            factor of 1.5, beside which the regulator reads low. A curve to 1.3 made a finger that
+            is two softer look like one with a cause of 5 standard deviations; 2 are left now.
+        closest: least distance of two stops of a ramp, by the range of the control.
+        jump: a wait at another value begins where the control changes by more than this part of its
+            range.
+        certain: standard deviations of the gauge that are a change for certain.
+        alike: difference of the ends of two tests' ramps, by the largest value, up to which one
+            simulation serves both.
+        alike_in_time: the same of how long a ramp lasts, by its time.
+        fineness: distance of stops by the unit that they are rounded to, at least: 25 kPa apart
+            they are multiples of 5 kPa. Usual distances (5, 10, 12.5, 20, 25, 50) are far from
+            where the unit changes.
+        straight: part of a ramp's time by which its stops may be off one rate.
+        outside: how far beyond the stops that were reached rows are read, by their range.
+        beyond: the same of a path that ended early.
+        anywhere: the same where such readings are not judged.
+    """
+
+    most: int = 25
+    fewest: int = 4
+    most_of_wait: int = 8
+    headroom: float = 1.6
+    closest: float = 2e-3
+    jump: float = 0.02
+    certain: float = 5.0
+    alike: float = 0.03
+    alike_in_time: float = 0.1
+    fineness: float = 3.5
+    straight: float = 0.1
+    outside: float = 0.05
+    beyond: float = 10.0
+    anywhere: float = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class ModelPolicy:
+    """How the model without causes is simulated.
+
+    Attributes:
+        mesh_share: part of the difference between graded and ungraded mesh that the mesh may be off
+            by. Without it the mesh alone is taken for an effect: 5.6 standard deviations on the
+            reference finger (angle 0.3°, force 0.02 N).
+        edges: elements at edges of the meshes in between, by the graded mesh's.
+        reached: part of the pressure that the coarse model comes to, up to which others are
+            simulated.
+        walls_by: relative change of the walls' thickness that is simulated: two usual standard
+            deviations.
+        walls_known: standard deviation of the walls from which on they are simulated; smaller ones
+            are linear.
+        weighing: factors of all moduli at which a model is simulated that does not scale.
+        closer: how much nearer to one another moduli are read that are as told than those that are
+            far off.
+        beside: how far to either side the moduli are spread that causes are simulated at which do
+            not scale.
+        steepest: how much more or less the readings may change than the model does, where an error
+            of the control is taken to their unit.
+        digits: of a simulation that is kept with the package.
+    """
+
+    mesh_share: float = 0.3
+    edges: tuple[float, ...] = (4.0, 2.0)
+    reached: float = 0.97
+    walls_by: float = 0.1
+    walls_known: float = 0.01
+    weighing: tuple[float, ...] = (0.75, 1.0, 1.4)
+    closer: float = 0.9
+    beside: float = 1.3
+    steepest: float = 5.0
+    digits: int = 7
+
+
+@dataclass(frozen=True, slots=True)
+class AdditionPolicy:
+    """Which measurements are proposed or planned, and what they are worth.
+
+    Attributes:
+        stops: readings of a ramp.
+        slower: by how much a slow ramp is slower.
+        hold_s: how long a wait lasts.
+        other_gap_mm: by how much the plate is moved away.
+        farther: by how much farther a coupon is pulled than before, where laws that agree so far
+            part.
+        set_up_min: minutes that setting up takes, an engineering guess: what is mounted already, a
+            new coupon, a camera, the plate or the clamp.
+        step: of ζ, by which readings of a proposed coupon are differentiated.
+        tied: expected ln of the Bayes factor below which two causes are not told apart.
+        refutes: ln of the odds from which on a cause is refuted.
+        enough: ln of the Bayes factor beyond which more decides nothing more.
+        other_rate: ratio of two rates from which on they are different ones.
+        model_error: relative error of a finger's simulation at conditions that nothing was measured
+            at: independent between readings, so that no tie is split by less than a model can be
+            trusted.
+        law_error: the same of a coupon, which has no mesh: of any law.
+        alone: probability of leaving the true cause alone from which on an addition is said to do
+            so.
+        strengths: of a cause that are hidden in a planned measurement: the middles of so many parts
+            of its prior, which are equally probable.
+        noises: draws of everything else at each strength.
+        faint: length of a change, standard deviations, below which a draw of noise hardly makes a
+            cause of it: that takes more than three.
+    """
+
+    stops: int = 10
+    slower: float = 10.0
+    hold_s: float = 60.0
+    other_gap_mm: float = 2.0
+    farther: float = 3.0
+    set_up_min: Mapping[str, float] = field(
+        default_factory=lambda: {"ramp": 2.0, "coupon": 15.0, "camera": 10.0, "plate": 5.0}
+    )
+    step: float = 0.05
+    tied: float = math.log(20.0)
+    refutes: float = math.log(1000.0)
+    enough: float = 20.0
+    other_rate: float = 2.0
+    model_error: float = 0.01
+    law_error: float = 0.005
+    alone: float = 0.8
+    strengths: int = 8
+    noises: int = 2
+    faint: float = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class PagePolicy:
+    """What is said.
+
+    Attributes:
+        band: of the largest load, of which the page says where something is left.
+        in_words: so many causes of a set are told in words, the rest by their names.
+        in_a_cell: names in a cell of a table.
+        designs: leading designs that are computed once more with the extended model.
+    """
+
+    band: float = 0.25
+    in_words: int = 3
+    in_a_cell: int = 4
+    designs: int = 5
+
+
+@dataclass(frozen=True, slots=True)
 class Policy:
-    """Numbers of priors, emulators, search and decision.
+    """Priors, emulators, search and decision.
 
     Attributes:
         prior_by_size: probability of none, one and two effects of the catalogue; alike among those
@@ -58,8 +250,10 @@ class Policy:
         component_error: error of a reading that columns may leave, by its noise.
         error_columns: columns of an emulator's error.
         pairs: pairs of effects that are fitted; the others are bounded from above.
+        pairs_level: levels of the discrepancy up to this one choose the pairs.
         hopeless: ln of how much less than the best evidence the likelihood of a pair may be.
         starts: ζ of the amplitudes from which a fit starts.
+        shape_starts: ζ of the other numbers from which a fit starts.
         settled: ln of probability that the last step of a fit gains at most.
         nearly_settled: the same where readings are drawn many times.
         kept: probability of causes by all readings from which on they are tried again where some
@@ -69,9 +263,13 @@ class Policy:
         adaptations: how often more are drawn until these do.
         steady: change of ln of the integral by one more time of drawing, at most.
         sampled: posterior probability from which on a hypothesis is sampled.
+        pairs_by: factor of the prior odds of two causes by which the answer is tried.
+        foretold: ln of the odds by which a cause has to foretell what was left out better than the
+            model without it.
         specimen_shapes: sizes of the individual scatter of specimens that are compared, by the
             channel's root mean square.
         specimen_scales: scatter of specimens' stiffness, by what was told.
+        scatters: scatter of specimens' stiffness by what was told, from which on it is mentioned.
         own_slack: part of the variance of a coupon's slack that is its own; the rig has the rest.
         smooth: degree of the smooth curve through the readings, at most.
         common: numbers of the curve that specimens share in a branch, at most.
@@ -87,6 +285,18 @@ class Policy:
         near: standard deviations about a fit that it is trained in then.
         fewer: part of the simulations that do there.
         joint: probability from which on a pair of causes is simulated together.
+        invisible: root mean square change, by the noise, below which no reading feels a cause.
+        closed_form_places: places along each number of a closed form.
+        tabulated: places at which a law is tabulated that is nearly right.
+        parabola: ζ of the model's own numbers between which the model is taken to be a parabola.
+        signed_ends, positive_ends: first and last place along a finger's amplitude of either sign,
+            of which both ends count, and of a positive one, of which the strong end does.
+        read_beyond: |ζ| that an emulator of a finger is read beyond what it was simulated at.
+        coordinate_step: of ζ, by which the coordinates of a polynomial are differentiated.
+        left_out: one simulation in so many is left out of an emulator's fit, and tells its error.
+        freedom: degrees of freedom of the multivariate t that is drawn from: its tails are wider
+            than those of most densities.
+        wider: factors of the covariance that draws share: the wider ones find the ends of a ridge.
         compared: hypotheses that a next experiment is to tell apart, at most.
         rival: probability by the leading hypothesis' from which on one is among them.
     """
@@ -130,8 +340,10 @@ class Policy:
     component_error: float = 0.03
     error_columns: int = 3
     pairs: int = 40
+    pairs_level: float = 0.01
     hopeless: float = 15.0
     starts: tuple[float, ...] = (0.0, -1.5, 1.5)
+    shape_starts: tuple[float, ...] = (-1.2, 1.2)
     settled: float = 1e-4
     nearly_settled: float = 0.02
     kept: float = 1e-6
@@ -140,8 +352,11 @@ class Policy:
     adaptations: int = 12
     steady: float = 0.05
     sampled: float = 0.01
+    pairs_by: float = 3.0
+    foretold: float = math.log(20.0)
     specimen_shapes: tuple[float, ...] = (0.0, 0.001, 0.002, 0.004, 0.007, 0.012, 0.02, 0.04)
     specimen_scales: tuple[float, ...] = (1.0, 2.0, 4.0)
+    scatters: float = 1.5
     own_slack: float = 0.5
     smooth: int = 6
     common: int = 24
@@ -156,8 +371,24 @@ class Policy:
     near: float = 4.5
     fewer: float = 0.35
     joint: float = 0.01
+    invisible: float = 0.05
+    closed_form_places: int = 9
+    tabulated: int = 300
+    parabola: float = 0.5
+    signed_ends: tuple[float, float] = (0.08, 0.92)
+    positive_ends: tuple[float, float] = (0.1, 0.95)
+    read_beyond: float = 0.2
+    coordinate_step: float = 1e-4
+    left_out: int = 5
+    freedom: int = 5
+    wider: tuple[float, ...] = (1.0, 9.0)
     compared: int = 5
     rival: float = 0.03
 
 
+DATA: Final = DataPolicy()
+ROUTES: Final = RoutePolicy()
+MODEL: Final = ModelPolicy()
+ADDITIONS: Final = AdditionPolicy()
+PAGE: Final = PagePolicy()
 POLICY: Final = Policy()

@@ -16,7 +16,6 @@ from dolfingrip.config import ConfigError
 from dolfingrip.diagnosis import outcome, page
 from dolfingrip.diagnosis.answer.found import Diagnosis, fitted
 from dolfingrip.diagnosis.answer.ten_lines import (
-    WIDTH_OF_A_BAND,
     by_channel,
     chance,
     channels,
@@ -25,7 +24,7 @@ from dolfingrip.diagnosis.answer.ten_lines import (
     unit_of,
 )
 from dolfingrip.diagnosis.core.search import NONE
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import PAGE, POLICY
 
 
 @dataclass(frozen=True)
@@ -201,8 +200,8 @@ def _off(found: Diagnosis) -> list[str]:
     for of in dict.fromkeys(experiment):
         for name, at in channels(found).items():
             here = at & (experiment == of)
-            for band in range(int(1 / WIDTH_OF_A_BAND)):
-                low, high = band * WIDTH_OF_A_BAND, (band + 1) * WIDTH_OF_A_BAND
+            for band in range(int(1 / PAGE.band)):
+                low, high = band * PAGE.band, (band + 1) * PAGE.band
                 own = here & (along.load > low) & (along.load <= high)
                 if own.any():
                     unit = CHANNELS[name].unit

@@ -6,7 +6,6 @@ Of a finger those up to the pressure that the laboratory tells, if any.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -15,15 +14,7 @@ from dolfingrip.channels import PRESSURE
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-
-TOE: Final = 0.02
-"""Nominal strain below which grips and slack are measured, too (ASTM D638, annex on the toe)."""
-
-FEWEST: Final = 5
-"""Readings of a coupon that are left at least, or none is left out."""
-
-MOST: Final = 1200
-"""Readings in all; of more, every second, third, … row of each branch is taken."""
+from dolfingrip.diagnosis.policy import DATA
 
 
 def selected(measurement: Measurement, config: Config) -> tuple[Measurement, list[str]]:
@@ -39,14 +30,14 @@ def selected(measurement: Measurement, config: Config) -> tuple[Measurement, lis
         rows = measurement.rows(test.number)
         finger = test.control == PRESSURE.name
         for inside, why in _of_finger(test, rows) if finger else _of_coupon(test, rows, config):
-            if inside.all() or (not finger and inside.sum() < FEWEST):
+            if inside.all() or (not finger and inside.sum() < DATA.fewest_of_coupon):
                 continue
             notes.append(why)
             readings.loc[rows.index[~inside], list(READING_COLUMNS)] = np.nan
             # a row stays where what comes later depends on the way
             if finger and not inside[(~inside).argmax() :].any():
                 keep[rows.index[~inside]] = False
-    every = -(-len(readings) // MOST)
+    every = -(-len(readings) // DATA.most)
     if every > 1:
         number = measurement.readings.groupby(["test", "cycle", "branch"]).cumcount().to_numpy()
         keep &= number % every == 0
@@ -67,8 +58,8 @@ def _of_coupon(
     strain = rows["displacement_mm"].to_numpy() / coupon.gauge_length_mm
     most = f"above a strain of {coupon.max_strain:g} (coupon.max_strain: fingers stretch less)"
     yield strain <= coupon.max_strain, f"coupons: readings {most} are left out"
-    toe = f"below a strain of {TOE:g} (grips settle there)"
-    yield strain >= TOE, f"coupons: readings {toe} are left out"
+    toe = f"below a strain of {DATA.toe:g} (grips settle there)"
+    yield strain >= DATA.toe, f"coupons: readings {toe} are left out"
 
 
 def _of_finger(test: SpecimenTest, rows: pd.DataFrame) -> Iterator[tuple[np.ndarray, str]]:

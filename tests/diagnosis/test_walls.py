@@ -18,11 +18,12 @@ from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.finger.errors import errors
 from dolfingrip.diagnosis.finger.model import model_case, wall_std
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
-from dolfingrip.diagnosis.simulation.walls import PART, simulate_walls
+from dolfingrip.diagnosis.simulation.walls import simulate_walls
 
 PRESSURES_kPa = (0, 15, 30, 45, 60)
 TOLD = """experiment = ["bending", "blocked_force"]
@@ -96,7 +97,7 @@ def test_the_model_leads_through_what_was_simulated(
     def told(walls: float) -> np.ndarray:
         return model.predicted((), np.array([0.0, (walls - 1) / std]))
 
-    for walls in (1 - PART, 1 + PART):
+    for walls in (1 - MODEL.walls_by, 1 + MODEL.walls_by):
         there = with_walls(measurement, store, walls)
         size = np.abs(there - base.readings).max()
         np.testing.assert_allclose(told(walls), there, atol=1e-3 * size)
@@ -114,8 +115,8 @@ def test_the_model_leads_through_what_was_simulated(
 def test_it_scales_with_the_modulus(simulation: FingerSimulation, store: Path) -> None:
     """Against a simulation with thinner, softer walls, to what interpolation leaves."""
     measurement = simulation.measurement
-    there = with_walls(measurement, store, 1 - PART, 0.8)
-    found = simulation.at(simulation.walls[1 - PART], 0.8)
+    there = with_walls(measurement, store, 1 - MODEL.walls_by, 0.8)
+    found = simulation.at(simulation.walls[1 - MODEL.walls_by], 0.8)
     for name, allowed in (("angle_deg", 1e-4), ("force_N", 1e-2)):
         at = (measurement.listed()["column"] == name).to_numpy()
         assert np.abs(found - there)[at].max() < allowed * there[at].max()

@@ -12,11 +12,12 @@ from diagnosis.simulation.here import Here
 
 from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.additions.protocols import SETUP_MIN, Proposal, proposals
+from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
 from dolfingrip.diagnosis.coupon.case import coupon_case
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
+from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.selection import selected
 
 WIDTH = "transverse_strain"
@@ -94,13 +95,14 @@ def test_additions_with_a_camera(tied: CouponDiagnosis, tmp_path: Path) -> None:
         plain = name.removesuffix("; a camera measures its width, too")
         if plain in found:
             assert columns(found[plain]) == {"force_N"}
-            assert each.minutes == pytest.approx(found[plain].minutes + SETUP_MIN["camera"])
+            with_camera = found[plain].minutes + ADDITIONS.set_up_min["camera"]
+            assert each.minutes == pytest.approx(with_camera)
     again = by_name(coupon(tmp_path, width=True))
     assert {each.kind for each in again.values()} == {"coupon"}
     assert all(columns(each) == {"force_N", WIDTH} for each in again.values())
     of_a_finger = by_name(reference_measurement())
     (one,) = (each for each in of_a_finger.values() if each.kind == "coupon_width")
-    assert one.minutes > SETUP_MIN["coupon"] + SETUP_MIN["camera"]
+    assert one.minutes > ADDITIONS.set_up_min["coupon"] + ADDITIONS.set_up_min["camera"]
 
 
 def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: Path) -> None:

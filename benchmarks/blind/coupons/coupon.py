@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from benchmarks.blind.case import stiffened
 from dolfingrip import config as configuration
 from dolfingrip.config import Config
-from dolfingrip.diagnosis import selection
+from dolfingrip.diagnosis.policy import DATA
 from dolfingrip.experiments.rigs.uniaxial import UniaxialTension
 from dolfingrip.parameter import scaled
 
@@ -52,7 +52,7 @@ class Protocol:
     @property
     def read(self) -> np.ndarray:
         """Rows at which the force is read: not in the toe, as the default command has it."""
-        return self.travel_mm >= selection.TOE * GAUGE_mm
+        return self.travel_mm >= DATA.toe * GAUGE_mm
 
 
 def _protocol(name: str, specimens: int, ramps: list[tuple[float, float, int, float]]) -> Protocol:

@@ -15,29 +15,12 @@ from dolfingrip.diagnosis.data import planned
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.lab_setup import LabSetup, STANDARD_GRAVITY_m_s2
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
+from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.simulation import nominal
-
-STOPS: Final = 10
-"""Readings of a ramp."""
-
-SLOWER: Final = 10.0
-"""By how much a slow ramp is slower."""
-
-HOLD_s: Final = 60.0
-
-SETUP_MIN: Final[Mapping[str, float]] = {"ramp": 2.0, "coupon": 15.0, "camera": 10.0, "plate": 5.0}
-"""Minutes that setting up takes, an engineering guess: what is mounted already, a new coupon, a
-camera, the plate or the clamp."""
-
-OTHER_GAP_mm: Final = 2.0
-"""By how much the plate is moved away."""
 
 FORCE_AND_WIDTH: Final = (FORCE.name, TRANSVERSE_STRAIN.name)
 """What is read of a coupon: the force, and by a camera the width. Laws whose forces agree may
 differ in how far the volume changes."""
-
-FARTHER: Final = 3.0
-"""By how much farther a coupon is pulled than before, where laws that agree so far part."""
 
 
 Way = Sequence[tuple[str, int]]
@@ -89,7 +72,12 @@ def _ramps(measurement: Measurement, test: SpecimenTest, config: Config) -> list
     done = set(rows["branch"])
     ways = [
         ("cycles", "three cycles, loading and unloading", planned.cycles(3), rate),
-        ("slow_cycle", "a cycle at a tenth of the rate", planned.cycles(1), rate / SLOWER),
+        (
+            "slow_cycle",
+            "a cycle at a tenth of the rate",
+            planned.cycles(1),
+            rate / ADDITIONS.slower,
+        ),
         ("hold", "a hold of 60 s at the highest pressure", [("loading", 1), ("hold", 1)], rate),
     ]
     if "unloading" not in done:
@@ -115,7 +103,7 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
         if own[ANGLE.name].isna().all():
             found.append(_again(measurement, "blocked_angle", "the angle while blocked", "camera",
                                 blocked, (ANGLE.name,)))  # fmt: skip
-        gap_mm = blocked.setup.applied(config).plate.gap_mm + OTHER_GAP_mm
+        gap_mm = blocked.setup.applied(config).plate.gap_mm + ADDITIONS.other_gap_mm
         away = _with(blocked.setup, "plate", {"gap_mm": gap_mm})
         high = _top(own, blocked)
         found.append(_proposal("gap", f"the blocked force at a gap of {gap_mm:g} mm", ("plate",),
@@ -128,7 +116,7 @@ def _readings(measurement: Measurement, test: SpecimenTest, config: Config) -> l
         ]  # fmt: skip
         tests = [replace(test, number=i, setup=pose) for i, pose in enumerate(poses)]
         lines = [_rows(each, loading, top, rate, (ANGLE.name,)) for each in tests]
-        minutes = SETUP_MIN["plate"] + 2 * top / rate / 60
+        minutes = ADDITIONS.set_up_min["plate"] + 2 * top / rate / 60
         found.append(Proposal("free bending with the tip up and with the tip down", minutes,
                               Measurement(pd.concat(lines, ignore_index=True), tests),
                               "orientation"))  # fmt: skip
@@ -161,7 +149,7 @@ def _coupons(
     name = "a coupon in uniaxial tension"
     found = [
         *([pulled(name, once)] if new else []),
-        pulled("a coupon at a tenth of the rate", once, usual / SLOWER),
+        pulled("a coupon at a tenth of the rate", once, usual / ADDITIONS.slower),
         pulled("a coupon with a hold of 60 s at the largest strain", held),
         pulled("a coupon, loading and unloading", planned.cycles(1)),
         pulled("a coupon, three cycles", planned.cycles(3)),
@@ -170,14 +158,14 @@ def _coupons(
     if new:
         return found
     # a coupon that is compared so far, too
-    strain = f"a strain of {FARTHER * own.max_strain:g}"
+    strain = f"a strain of {ADDITIONS.farther * own.max_strain:g}"
     for name, way in (
         (f"a coupon to {strain}", once),
         (f"a coupon to {strain}, a hold of 60 s there, and unloading", [*held, ("unloading", 1)]),
     ):
-        found.append(pulled(name, way, by=FARTHER))
+        found.append(pulled(name, way, by=ADDITIONS.farther))
         if not seen:
-            found.append(pulled(name, way, by=FARTHER, width=True))
+            found.append(pulled(name, way, by=ADDITIONS.farther, width=True))
     return found
 
 
@@ -189,7 +177,7 @@ def _with(setup: LabSetup, section: str, values: Mapping[str, Any]) -> LabSetup:
 def _top(rows: pd.DataFrame, test: SpecimenTest) -> float:
     """Highest value of the control, as it was meant."""
     read = float(rows[test.control].max())
-    return nominal.end(read, read / STOPS, test.setup.noise.get(test.control, 0.0))
+    return nominal.end(read, read / ADDITIONS.stops, test.setup.noise.get(test.control, 0.0))
 
 
 def _rate(measurement: Measurement, test: SpecimenTest, config: Config) -> float:
@@ -218,7 +206,9 @@ def _proposal(
 ) -> Proposal:
     own = replace(test, number=0, setup=setup)
     lines = _rows(own, way, top, rate, columns)
-    minutes = sum(SETUP_MIN[each] for each in mounted) + float(lines["time_s"].max()) / 60
+    minutes = (
+        sum(ADDITIONS.set_up_min[each] for each in mounted) + float(lines["time_s"].max()) / 60
+    )
     return Proposal(name, minutes, Measurement(lines, [own]), kind)
 
 
@@ -233,7 +223,7 @@ def _again(
     lines.loc[mine, list(columns)] = 0.0
     lasting = float(np.ptp(measurement.rows(test.number)["time_s"])) / 60
     found = Measurement(lines, measurement.tests)
-    return Proposal(name, SETUP_MIN[mounting] + lasting, found, kind, known_mesh=True)
+    return Proposal(name, ADDITIONS.set_up_min[mounting] + lasting, found, kind, known_mesh=True)
 
 
 def _rows(
@@ -243,5 +233,5 @@ def _rows(
     rate: float,
     columns: Sequence[str],
 ) -> pd.DataFrame:
-    ramp = top * np.arange(1, STOPS + 1) / STOPS
-    return planned.rows(test, way, ramp, rate, columns, hold_s=HOLD_s, at_rest=True)
+    ramp = top * np.arange(1, ADDITIONS.stops + 1) / ADDITIONS.stops
+    return planned.rows(test, way, ramp, rate, columns, hold_s=ADDITIONS.hold_s, at_rest=True)

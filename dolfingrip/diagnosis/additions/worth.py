@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -31,26 +30,7 @@ from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.outcome import NextExperiment
-from dolfingrip.diagnosis.policy import POLICY
-
-TIED: Final = float(np.log(20.0))
-"""Expected log Bayes factor below which two effects are not told apart."""
-
-REFUTES: Final = float(np.log(1000.0))
-"""Log odds from which on an effect is refuted."""
-
-OTHER_RATE: Final = 2.0
-"""Ratio of two rates from which on they are different ones."""
-
-ENOUGH: Final = 20.0
-"""Log Bayes factor beyond which more decides nothing more."""
-
-MODEL_ERROR: Final = 0.01
-"""Relative error of a finger's simulation at conditions that nothing was measured at: independent
-between readings, so that no tie is split by less than a model can be trusted."""
-
-LAW_ERROR: Final = 0.005
-"""The same of a coupon, which has no mesh: of any law."""
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +89,7 @@ def chance_alone(
     """
     log = np.log(probability)
     odds = log[:, None] - log[None, :] + then.log_odds - now.log_odds
-    apart = (then.misfit > TIED) | (odds > REFUTES)
+    apart = (then.misfit > ADDITIONS.tied) | (odds > ADDITIONS.refutes)
     apart = (apart & ~unseen) | np.eye(len(log), dtype=bool)
     return float(probability[apart.all(axis=1)].sum() / probability.sum())
 
@@ -155,7 +135,9 @@ class Comparison:
             unseen: pairs that differ in what the readings do not show, shape (effects, effects).
         """
         n, listed = len(self.covariance), proposal.measurement.listed()
-        error = np.where(listed["experiment"] == "coupon", LAW_ERROR, MODEL_ERROR)
+        error = np.where(
+            listed["experiment"] == "coupon", ADDITIONS.law_error, ADDITIONS.model_error
+        )
         noise = usual_noise(self.measurement, self.noise, proposal.measurement)
         own = np.diag(noise**2 + (error * after[0].readings) ** 2) + shared
         joint = np.zeros((n + len(own), n + len(own)))
@@ -170,7 +152,9 @@ class Comparison:
         weights = np.outer(self.probability, self.probability)
         np.fill_diagonal(weights, 0.0)
         weights /= max(weights.sum(), 1e-300)
-        useful = np.minimum(then.misfit, ENOUGH) - np.minimum(self.now.misfit, ENOUGH)
+        useful = np.minimum(then.misfit, ADDITIONS.enough) - np.minimum(
+            self.now.misfit, ADDITIONS.enough
+        )
         return NextExperiment(
             name=proposal.name, minutes=proposal.minutes,
             gain=float((weights * (then.misfit - self.now.misfit)).sum()),
@@ -223,4 +207,4 @@ def shows_memory(known: Measurement, added: Measurement) -> bool:
             rate = measurement.ramp_rate(test)
             if rate is not None:
                 rates.setdefault(test.experiment, []).append(rate)
-    return any(max(own) > OTHER_RATE * min(own) for own in rates.values())
+    return any(max(own) > ADDITIONS.other_rate * min(own) for own in rates.values())

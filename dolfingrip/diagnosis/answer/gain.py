@@ -70,7 +70,7 @@ class HeldOut:
         if not self.folds:
             return False
         odds = np.array([fold.log_odds for fold in self.folds])
-        return bool(odds[:, 0].sum() >= np.log(20.0) and odds[:, 1].sum() > 0)
+        return bool(odds[:, 0].sum() >= POLICY.foretold and odds[:, 1].sum() > 0)
 
 
 def held_out(

@@ -17,7 +17,7 @@ from dolfingrip.diagnosis.answer.gain import BANDS, BRANCHES, SPECIMENS
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.data.columns import CONTROL
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import PAGE, POLICY
 from dolfingrip.extensions.index import NAMES, effect
 from dolfingrip.parameter import named
 
@@ -27,9 +27,6 @@ ONE_OF = {
     BRANCHES: "each later branch",
 }
 """What is left out, by kind."""
-WIDTH_OF_A_BAND = 0.25
-"""Of the largest load, of which the page says where something is left."""
-
 NUISANCES: Final = {
     "coupon_slack_mm": "the force of the coupons begins at another travel than was told",
     "coupon.gauge_length_mm": "another gauge length than was told",
@@ -37,9 +34,6 @@ NUISANCES: Final = {
     "modulus": "a stiffer or softer material",
 }
 """Causes that are no effects of the catalogue, in words."""
-
-IN_WORDS: Final = 3
-"""So many causes of a set are told in words, the rest by their names."""
 
 
 def ten_lines(found: Diagnosis, result: outcome.DiagnosisFile, out: Path) -> outcome.Brief:
@@ -73,9 +67,9 @@ def _in_words(name: str) -> str:
 
 def _one_of(names: Sequence[str]) -> str:
     """Causes that cannot be told apart, the most probable first."""
-    told = [_in_words(name) for name in names[:IN_WORDS]]
+    told = [_in_words(name) for name in names[: PAGE.in_words]]
     text = told[0] if len(told) == 1 else " or ".join(told)
-    rest = names[IN_WORDS:]
+    rest = names[PAGE.in_words :]
     return f"{text} or, less probably, {' or '.join(rest)}" if rest else text
 
 
@@ -219,9 +213,9 @@ def _left(found: Diagnosis) -> str:
         return f"{share}; what is left is no larger than noise and scatter"
     case, along = found.analysed.case, found.analysed.errors.along
     rest = (case.value - fitted(found.analysed, decision.best)) / found.analysed.errors.noise
-    bands = np.minimum((along.load / WIDTH_OF_A_BAND).astype(int), int(1 / WIDTH_OF_A_BAND) - 1)
+    bands = np.minimum((along.load / PAGE.band).astype(int), int(1 / PAGE.band) - 1)
     worst = max(set(bands), key=lambda band: _rms(rest[bands == band]))
-    low, high = 100 * worst * WIDTH_OF_A_BAND, 100 * (worst + 1) * WIDTH_OF_A_BAND
+    low, high = 100 * worst * PAGE.band, 100 * (worst + 1) * PAGE.band
     return f"{share}, most of it between {low:.0f} and {high:.0f} % of the largest {found.load}"
 
 

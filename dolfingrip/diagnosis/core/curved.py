@@ -37,9 +37,6 @@ WARPS: Final[tuple[Warp, ...]] = (
 )
 """Of amplitudes by their ordinary value; the first for those of either sign."""
 
-STEP: Final = 1e-4
-"""Of ζ, by which coordinates are differentiated."""
-
 
 @dataclass(frozen=True)
 class Coordinate:
@@ -121,9 +118,9 @@ def _with_rates(
     coordinates: Sequence[Coordinate], zeta: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and their derivatives by the entry of ζ of each, (places, coordinates) each."""
-    every = np.vstack([zeta + by for by in (-STEP, 0.0, STEP)])
+    every = np.vstack([zeta + by for by in (-POLICY.coordinate_step, 0.0, POLICY.coordinate_step)])
     less, here, more = np.split(_values(coordinates, every), 3)
-    return here, (more - less) / (2 * STEP)
+    return here, (more - less) / (2 * POLICY.coordinate_step)
 
 
 def derived(u: np.ndarray, exponents: np.ndarray, i: int) -> np.ndarray:

@@ -20,9 +20,6 @@ from scipy.stats import qmc
 
 from dolfingrip.diagnosis.policy import POLICY
 
-EVERY = 5
-"""One simulation in so many is left out of the fit, and tells its error."""
-
 
 @dataclass(frozen=True, eq=False)
 class Emulator(ABC):
@@ -200,7 +197,7 @@ def trained(
     if box is None:
         box = np.tile([-POLICY.reach, POLICY.reach], (d, 1))
     middle, half = box.mean(axis=1), np.maximum(np.ptp(box, axis=1) / 2, 1e-6)
-    left_out = np.arange(count) % EVERY == EVERY - 1
+    left_out = np.arange(count) % POLICY.left_out == POLICY.left_out - 1
     white = changes / scale
     basis = principal(white, POLICY.components)
     degree = POLICY.degrees[min(d, len(POLICY.degrees)) - 1]

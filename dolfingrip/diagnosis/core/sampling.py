@@ -11,19 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import scipy.stats
 from scipy.special import logsumexp
 
 from dolfingrip.diagnosis.policy import POLICY
-
-DEGREES: Final = 5
-"""Of freedom of the multivariate t: its tails are wider than those of most densities."""
-
-WIDER: Final = (1.0, 9.0)
-"""Factors of the covariance that draws share: the wider ones find the ends of a ridge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +58,8 @@ def drawn(
     told, before = np.empty(0), np.inf
     for _ in range(POLICY.adaptations):
         fresh = [
-            scipy.stats.multivariate_t(middle, wider * _regular(spread), DEGREES) for wider in WIDER
+            scipy.stats.multivariate_t(middle, wider * _regular(spread), POLICY.freedom)
+            for wider in POLICY.wider
         ]
         proposals += fresh
         each = POLICY.draws // len(fresh)

@@ -257,7 +257,7 @@ def _starts(case: Case, name: str) -> list[np.ndarray]:
         start[0] = np.clip(amplitude, *box[0])
         found.append(start)
     for i in range(1, len(box)):
-        for way in (-1.2, 1.2):
+        for way in POLICY.shape_starts:
             start = middle.copy()
             start[i] = np.clip(way, *box[i])
             found.append(start)
@@ -272,7 +272,7 @@ def _pairs(every: Mapping[float, Level], names: Sequence[str]) -> list[Subset]:
         bounds = [columns.largest(pair) for pair in everything]
         order = np.argsort(bounds)[::-1]
         found |= dict.fromkeys(everything[i] for i in order[: POLICY.pairs])
-        if columns.level >= 0.01:
+        if columns.level >= POLICY.pairs_level:
             break
     return list(found)
 

@@ -41,8 +41,12 @@ def sensitivity(posterior: Posterior) -> tuple[Decision, Sensitivity]:
     """
     variants = {
         OWN: posterior,
-        "two causes a third as likely": _reweighted(posterior, _pairs_by(posterior, 1 / 3)),
-        "two causes three times as likely": _reweighted(posterior, _pairs_by(posterior, 3.0)),
+        "two causes a third as likely": _reweighted(
+            posterior, _pairs_by(posterior, 1 / POLICY.pairs_by)
+        ),
+        "two causes three times as likely": _reweighted(
+            posterior, _pairs_by(posterior, POLICY.pairs_by)
+        ),
         "priors twice as wide": _reweighted(
             posterior, [_wider(fit, posterior.case.own) for fit in posterior.fits]
         ),

@@ -24,9 +24,6 @@ from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.nuisances import Nuisance
 from dolfingrip.extensions.effect import Prior
 
-INVISIBLE = 0.05
-"""Root mean square change, by the noise, below which no reading feels a cause."""
-
 
 @dataclass(frozen=True, eq=False)
 class CouponCase(Analysed[CouponSimulation]):
@@ -83,7 +80,7 @@ def coupon_case(
         felt[cause.name] = cause
         emulators[cause.name], boxes[cause.name] = found, cause.box()
     for each in off.shared:  # far from what was told, it is a cause
-        if np.abs(each.change / off.noise).max(initial=0.0) > INVISIBLE:
+        if np.abs(each.change / off.noise).max(initial=0.0) > POLICY.invisible:
             far[each.name] = _far(each)
             emulators[each.name] = linear(POLICY.far * each.change)
             boxes[each.name] = far[each.name].box()
@@ -176,6 +173,6 @@ def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulat
     changes = simulation.changed([cause], zeta)
     solved = np.isfinite(changes).all(axis=1)
     white = changes[solved] / off.noise
-    if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < INVISIBLE:
+    if solved.sum() < 2 * len(box) + 2 or np.sqrt((white**2).mean(axis=1)).max() < POLICY.invisible:
         return None
     return trained(zeta[solved], changes[solved], off.noise, box)

@@ -68,7 +68,7 @@ class CouponDiagnosis(Diagnosis):
 
     def cautions(self) -> list[str]:
         scatter = self.analysed.errors.scatter
-        if not (scatter.estimated and scatter.scale > 1.5 * scatter.told_scale):
+        if not (scatter.estimated and scatter.scale > POLICY.scatters * scatter.told_scale):
             return []
         return [
             f"the specimens' stiffness scatters by {100 * scatter.scale:.2g} %, where "

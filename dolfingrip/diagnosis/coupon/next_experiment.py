@@ -13,9 +13,7 @@ from dolfingrip.diagnosis.coupon.case import CouponCase
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.data.measurement import in_proportion
 from dolfingrip.diagnosis.outcome import NextExperiment
-
-STEP = 0.05
-"""Of ζ, by which readings are differentiated."""
+from dolfingrip.diagnosis.policy import ADDITIONS
 
 
 def next_experiments(
@@ -57,7 +55,7 @@ def _at(coupons: CouponCase, simulation: CouponSimulation, fit: Fit) -> Tied:
             continue
         cause = coupons.causes[name]
         low, high = case.boxes[name].T
-        moved = np.clip(zeta + STEP * np.eye(d), low, high)
+        moved = np.clip(zeta + ADDITIONS.step * np.eye(d), low, high)
         all_changes = simulation.changed([cause], np.vstack([zeta, moved]))
         change += all_changes[0]
         for i in range(d):

@@ -5,8 +5,8 @@
 over the third differences Δ³y of the readings of one branch, in the order of the control. If rows
 are dense the curve itself has no such differences, and independent noise σ gives them a variance of
 C(6, 3) σ² = 20 σ² (von Neumann, Ann. Math. Stat. 12, 1941, with first differences). A branch of at
-least :data:`DENSE` rows is dense. Cycles from the second on repeat one another: if branches are not
-dense, half the variance of their differences is used.
+least ``DATA.dense`` rows is dense. Cycles from the second on repeat one another: if branches are
+not dense, half the variance of their differences is used.
 """
 
 from __future__ import annotations
@@ -15,21 +15,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import comb
-from typing import Final
 
 import numpy as np
 import pandas as pd
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-
-DENSE: Final = 20
-"""Smallest number of rows of a branch whose third differences are noise."""
-
-ORDER: Final = 3
-
-_REPEATS: Final = 4
-"""Smallest number of differences that a standard deviation is estimated from."""
+from dolfingrip.diagnosis.policy import DATA
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,10 +71,12 @@ def _estimated(measurement: Measurement, test: SpecimenTest, column: str) -> tup
     """A standard deviation, and a sentence about its source."""
     rows = measurement.rows(test.number)
     dense = np.concatenate([np.empty(0), *_differences(rows, test.control, column)])
-    if len(dense) >= _REPEATS and dense.any():  # rounded readings may not differ at all
+    if (
+        len(dense) >= DATA.fewest_differences and dense.any()
+    ):  # rounded readings may not differ at all
         return float(np.sqrt(np.mean(dense**2))), "estimated from its scatter along a branch"
     repeated = np.concatenate([np.empty(0), *_repeats(rows, test.control, column)])
-    if len(repeated) >= _REPEATS and repeated.any():
+    if len(repeated) >= DATA.fewest_differences and repeated.any():
         return float(np.sqrt(np.mean(repeated**2))), "estimated from repeated cycles"
     usual = CHANNELS[column].noise
     return usual, "an engineering guess, as the readings are too few to estimate it"
@@ -92,8 +86,10 @@ def _differences(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.n
     """Third differences of dense ramps, divided by those of noise of 1."""
     for (_, branch), part in rows.groupby(["cycle", "branch"], sort=False):
         value = part.sort_values(control)[column].dropna() if branch != "hold" else part[column]
-        if len(value) >= DENSE:
-            yield np.diff(value.dropna().to_numpy(), ORDER) / np.sqrt(comb(2 * ORDER, ORDER))
+        if len(value) >= DATA.dense:
+            yield np.diff(value.dropna().to_numpy(), DATA.differences) / np.sqrt(
+                comb(2 * DATA.differences, DATA.differences)
+            )
 
 
 def _repeats(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarray]:
@@ -104,7 +100,7 @@ def _repeats(rows: pd.DataFrame, control: str, column: str) -> Iterator[np.ndarr
             if len(before) != len(after):
                 continue
             away = after[control].to_numpy() - before[control].to_numpy()
-            if np.abs(away).max() > 0.05 * max(float(np.ptp(before[control])), 1e-9):
+            if np.abs(away).max() > DATA.same_place * max(float(np.ptp(before[control])), 1e-9):
                 continue
             change = after[column].to_numpy() - before[column].to_numpy()
             yield change[~np.isnan(change)] / np.sqrt(2)

@@ -11,11 +11,9 @@ import pandas as pd
 from dolfingrip.channels import TIME
 from dolfingrip.diagnosis.data.columns import NUMBERS
 from dolfingrip.diagnosis.data.measurement import SpecimenTest
+from dolfingrip.diagnosis.policy import DATA
 
 UP_DOWN: Final = ("loading", "unloading")
-
-HOLD_READINGS: Final = 5
-"""Number of readings of a wait, whose distances grow."""
 
 
 def cycles(count: int, *, unload: bool = True) -> list[tuple[str, int]]:
@@ -52,7 +50,7 @@ def rows(
     time_s, here = start_s, 0.0
     for number, (branch, cycle) in enumerate(way):
         if branch == "hold":
-            waits = hold_s * (np.arange(1, HOLD_READINGS + 1) / HOLD_READINGS) ** 2
+            waits = hold_s * (np.arange(1, DATA.readings_of_wait + 1) / DATA.readings_of_wait) ** 2
             steps = [(here, time_s + wait) for wait in waits]
         else:
             up = np.append(0.0, values) if at_rest and not number else values

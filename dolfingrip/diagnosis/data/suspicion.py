@@ -20,25 +20,7 @@ import pandas as pd
 from dolfingrip.channels import ANGLE, CHANNELS, DISPLACEMENT, FORCE
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
 from dolfingrip.diagnosis.data.measurement import Measurement, SpecimenTest
-
-NEAR: Final = 1.8
-"""A ratio counts as a known factor if it differs by no more than this factor. It allows for errors
-of a simple model and for a response that is not proportional."""
-
-FAR: Final = 2.5
-"""A ratio within this factor of 1 is no slip."""
-
-BETTER: Final = 0.6
-"""Largest part of the unexplained change that a scale may leave."""
-
-FEWEST: Final = 6
-"""Rows of a first loading that tell how evenly it went."""
-
-UNEVEN: Final = 0.04
-"""Distance from a line in time, by its range, from which on a travel is not even."""
-
-UNEVENNESS: Final = 4.0
-"""By how much more even another column has to be."""
+from dolfingrip.diagnosis.policy import DATA
 
 _DEGREES: Final = 180 / math.pi
 
@@ -156,10 +138,10 @@ def _swapped_with_travel(test: SpecimenTest, rows: pd.DataFrame) -> list[Suspici
     if test.control != DISPLACEMENT.name or FORCE.name not in rows:
         return []
     first = rows[(rows["cycle"] == 1) & (rows["branch"] == "loading")].dropna(subset=FORCE.name)
-    if len(first) < FEWEST or np.ptp(first["time_s"]) <= 0:
+    if len(first) < DATA.fewest_of_loading or np.ptp(first["time_s"]) <= 0:
         return []
     travel, force = (_unevenness(first, name) for name in (DISPLACEMENT.name, FORCE.name))
-    if travel < UNEVEN or force > travel / UNEVENNESS:
+    if travel < DATA.uneven or force > travel / DATA.more_even:
         return []
     meaning = f"swapped with {FORCE.name}, which rises evenly in time, as a machine's travel does"
     return [Suspicion(test, DISPLACEMENT.name, math.nan, meaning, force / travel)]
@@ -180,7 +162,7 @@ def _scaled(
     usable = {name: ratio for name, ratio in ratios.items() if math.isfinite(ratio)}
     found: list[Suspicion] = []
     for name, ratio in usable.items():
-        if ratio < 0 and 1 / FAR < -ratio < FAR:
+        if ratio < 0 and 1 / DATA.no_slip < -ratio < DATA.no_slip:
             found += _kept(test, name, [Factor(-1.0, "the sign is reversed")], columns[name])
             continue
         known = _OF_READING.get(CHANNELS[name].unit, ())
@@ -203,7 +185,7 @@ def _of_control(
         if not ratios or not all(_alike(ratio, factor.value) for ratio in ratios.values()):
             continue
         left = max(_left(*columns[name], ratio) for name, ratio in ratios.items())
-        if left < BETTER:
+        if left < DATA.slip_leaves:
             found.append(Suspicion(test, test.control, factor.value, factor.meaning, left))
     return found
 
@@ -219,8 +201,10 @@ def _kept(
     ratio = _ratio(measured, simulated)
     left = _left(measured, simulated, ratio)
     # readings of noise alone are near any small multiple, which explains nothing of them
-    follows = np.linalg.norm(measured - ratio * simulated) < BETTER * np.linalg.norm(measured)
-    if left >= BETTER or not follows:
+    follows = np.linalg.norm(measured - ratio * simulated) < DATA.slip_leaves * np.linalg.norm(
+        measured
+    )
+    if left >= DATA.slip_leaves or not follows:
         return []
     return [Suspicion(test, column, each.value, each.meaning, left) for each in factors]
 
@@ -239,7 +223,7 @@ def _swapped(
             continue
         straight = _misfit(turned, turned_simulated) + _misfit(force, force_simulated)
         crossed = _misfit(turned, force_simulated) + _misfit(force, turned_simulated)
-        if crossed < BETTER * straight and crossed < 1:
+        if crossed < DATA.slip_leaves * straight and crossed < 1:
             meaning = f"swapped with {other}, {angle} and {other} fit far better so"
             return [Suspicion(test, angle, math.nan, meaning, crossed / straight)]
     return []
@@ -247,9 +231,9 @@ def _swapped(
 
 def _alike(ratio: float, factor: float) -> bool:
     """Whether a ratio is close to a factor and far from 1."""
-    if ratio <= 0 or 1 / FAR < ratio < FAR:
+    if ratio <= 0 or 1 / DATA.no_slip < ratio < DATA.no_slip:
         return False
-    return abs(math.log(ratio / factor)) < math.log(NEAR)
+    return abs(math.log(ratio / factor)) < math.log(DATA.slip_within)
 
 
 def _ratio(measured: np.ndarray, simulated: np.ndarray) -> float:

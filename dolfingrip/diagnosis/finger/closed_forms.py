@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -22,12 +22,6 @@ from dolfingrip.diagnosis.finger.unknowns import box_of
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation import elastic_curve, relaxation
 from dolfingrip.extensions.index import effect
-
-PLACES: Final = 9
-"""Places along each number of a closed form."""
-
-TABULATED: Final = 300
-"""Places at which a law is tabulated that is nearly right."""
 
 
 def known(simulation: FingerSimulation, cause: Cause) -> bool:
@@ -49,9 +43,9 @@ def simulations(
         factor: of all moduli by that ζ.
     """
     box = np.clip(box_of(cause), -POLICY.finger_reach, POLICY.finger_reach)
-    zeta = places(box, 5 * PLACES)
+    zeta = places(box, 5 * POLICY.closed_form_places)
     if len(box) == 1:
-        zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), PLACES)[:, None]
+        zeta = np.linspace(float(box[0, 0]), float(box[0, 1]), POLICY.closed_form_places)[:, None]
     values = []
     for node in nodes:
         c = float(factor(node))
@@ -108,7 +102,7 @@ def nearly(
     if not effect(cause.name).has("branches") or not simulation.scales:
         return None
     box = np.vstack([moduli, box_of(cause)])
-    zeta = places(box, TABULATED)
+    zeta = places(box, POLICY.tabulated)
     changes = []
     for z in zeta:
         config = simulation.applied.overridden(cause.overrides(z[1:]))

@@ -9,6 +9,7 @@ import numpy as np
 from dolfingrip.diagnosis.answer.errors import SLACK, Errors, followed, lying, together
 from dolfingrip.diagnosis.core.discrepancy import Along
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 
 FITTED = ("modulus",)
@@ -41,7 +42,7 @@ def _steeper(base: np.ndarray, signal: np.ndarray) -> np.ndarray:
     """How much more the readings change than the model does."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(np.abs(base) > 1e-9, signal / base, 1.0)
-    return np.clip(np.nan_to_num(ratio, nan=1.0), 0.2, 5.0)
+    return np.clip(np.nan_to_num(ratio, nan=1.0), 1 / MODEL.steepest, MODEL.steepest)
 
 
 def _along(simulation: FingerSimulation) -> Along:

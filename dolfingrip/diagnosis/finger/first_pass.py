@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
@@ -23,12 +22,9 @@ from dolfingrip.diagnosis.finger.simulation import (
     finger_simulation,
     rough_simulation,
 )
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation import meshes
 from dolfingrip.diagnosis.simulation.runner import Workers
-
-SAFE: Final = 0.97
-"""Part of the pressure that the coarse model comes to, up to which others are simulated."""
 
 
 def first_pass(
@@ -116,7 +112,7 @@ def without_its_end(told: FingerSimulation) -> FingerSimulation:
         reached = min((len(v) for v in run.result.columns.values() if len(v)), default=0)
         rows = max(float(np.abs(leg.rows_at).max()) for leg in run.route.legs if leg.rows.size)
         if run.result.failure is not None and reached > 1:
-            headroom = min(headroom, max(SAFE * float(values[reached - 1]) / rows, 1.0))
+            headroom = min(headroom, max(MODEL.reached * float(values[reached - 1]) / rows, 1.0))
     if headroom == told.headroom:
         return told
     return rough_simulation(

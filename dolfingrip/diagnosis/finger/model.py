@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
 from dolfingrip.diagnosis.answer.errors import Errors
@@ -15,12 +13,8 @@ from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.core.search import levels
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation, same_material
 from dolfingrip.diagnosis.finger.unknowns import WALLS
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import WALL
-from dolfingrip.diagnosis.simulation.walls import PART
-
-CLOSER: Final = 0.9
-"""How much nearer to one another moduli are read that are as told than those that are far off."""
 
 
 def wall_std(simulation: FingerSimulation) -> float:
@@ -70,12 +64,12 @@ def model_case(simulation: FingerSimulation, off: Errors) -> Case:
 
 def spread(even: np.ndarray) -> np.ndarray:
     """ζ of moduli, nearer to one another where these are as told, from evenly spread numbers."""
-    return np.asarray(np.sinh(CLOSER * even) / CLOSER)
+    return np.asarray(np.sinh(MODEL.closer * even) / MODEL.closer)
 
 
 def even(zeta: float | np.ndarray) -> np.ndarray:
     """The inverse of :func:`spread`."""
-    return np.asarray(np.arcsinh(CLOSER * np.asarray(zeta)) / CLOSER)
+    return np.asarray(np.arcsinh(MODEL.closer * np.asarray(zeta)) / MODEL.closer)
 
 
 def nodes_of(ends: np.ndarray) -> np.ndarray:
@@ -113,7 +107,7 @@ def fitted_walls(plain: Case, spread: float) -> float:
         spread: relative standard deviation of the walls.
     """
     walls = 1 + spread * float(_fitted(plain)[1])
-    step = PART / 2
+    step = MODEL.walls_by / 2
     return float(np.round(step * np.round(walls / step), 9))
 
 

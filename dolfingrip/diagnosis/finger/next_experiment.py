@@ -14,8 +14,8 @@ from dolfingrip.diagnosis.core.search import Posterior
 from dolfingrip.diagnosis.finger.case import FingerCase
 from dolfingrip.diagnosis.finger.exact import emulated, simulated
 from dolfingrip.diagnosis.outcome import NextExperiment
+from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
-from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.extensions.index import effect
 
@@ -70,7 +70,7 @@ def _covariances(finger: FingerCase, proposal: Proposal) -> tuple[np.ndarray, np
     simulation = finger.simulation
     measurement = proposal.measurement
     config = simulation.config.overridden(() if proposal.known_mesh else simulation.flat)
-    case = Case(neutral_stages(config), keys(measurement, config), headroom=HEADROOM)
+    case = Case(neutral_stages(config), keys(measurement, config), headroom=ROUTES.headroom)
     (base,) = simulate(measurement, config, [case], simulation.workers)
     fitted = {"modulus", *(["wall"] if finger.wall_std else [])}
     old = {each.name: each.change for each in finger.errors.shared}

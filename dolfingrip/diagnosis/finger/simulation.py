@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -17,7 +16,8 @@ import pandas as pd
 from dolfingrip.channels import CHANNELS
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement
-from dolfingrip.diagnosis.simulation import meshes, modulus
+from dolfingrip.diagnosis.policy import MODEL, ROUTES
+from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
 from dolfingrip.diagnosis.simulation.legs import Leg
@@ -28,7 +28,6 @@ from dolfingrip.diagnosis.simulation.nuisances import (
     neutral_stages,
     nuisances,
 )
-from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import (
     Case,
@@ -41,12 +40,6 @@ from dolfingrip.parameter import moduli
 
 Overrides = tuple[str, ...]
 """``section.key=value``, as with ``--set``."""
-
-MOST_BEYOND: Final = 10.0
-"""Part of the range of a path that ended early, by which its straight line is followed."""
-
-WEIGHING: Final = (0.75, 1.0, 1.4)
-"""Factors of all moduli at which a model is simulated that does not scale."""
 
 
 @dataclass(eq=False)
@@ -83,7 +76,7 @@ class FingerSimulation:
     walls: Mapping[float, Simulated]
     configured: np.ndarray
     failures: Sequence[SimulationFailure] = ()
-    headroom: float = HEADROOM
+    headroom: float = ROUTES.headroom
     tried_walls: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
@@ -158,7 +151,7 @@ class FingerSimulation:
         """Weights of stops, kept, as all simulations of a group are read alike."""
         key = place, 1000 * len(leg.stops) + reached, by
         if key not in self._weights:
-            self._weights[key] = leg.weights(reached, leg.rows_at * by, MOST_BEYOND)
+            self._weights[key] = leg.weights(reached, leg.rows_at * by, ROUTES.beyond)
         return self._weights[key]
 
     def listed(self, runs: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
@@ -235,7 +228,7 @@ def rough_simulation(
     workers: Workers,
     flat: Overrides,
     centre: float,
-    headroom: float = HEADROOM,
+    headroom: float = ROUTES.headroom,
 ) -> FingerSimulation:
     """Simulate the model without causes on a coarse mesh: no nuisances, no other walls.
 
@@ -294,7 +287,7 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
         again = replace(rough, measurement=kept)
         told = replace(configured, measurement=kept)
         return replace(finger_simulation(again, told), failures=graded.failures)
-    error = meshes.SHARE * (graded.readings - plain.readings)[:, None]
+    error = MODEL.mesh_share * (graded.readings - plain.readings)[:, None]
     base = BaseSimulation(
         measurement, config, graded, nuisances(measurement, graded),
         np.nan_to_num(error) if flat else np.zeros((len(graded.readings), 0)),
@@ -328,7 +321,7 @@ def _nodes(
     measurement: Measurement, config: Config, workers: Workers, case: Case, centre: float
 ) -> dict[float, Simulated]:
     """Simulations about some moduli, by the factor of all moduli."""
-    nodes = [centre * c for c in WEIGHING]
+    nodes = [centre * c for c in MODEL.weighing]
     cases = [
         replace(case, overrides=(*case.overrides, *_moved(measurement, config, c))) for c in nodes
     ]

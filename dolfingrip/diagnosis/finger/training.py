@@ -24,18 +24,12 @@ from dolfingrip.diagnosis.finger.unknowns import (
     coordinates_of,
 )
 from dolfingrip.diagnosis.finger.worth_simulating import columns_of, worth_simulating
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import MODEL, POLICY
 from dolfingrip.diagnosis.simulation.nuisances import by_log_modulus, modulus_keys
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.extensions.index import effect
 
-BESIDE: Final = 1.3
-"""How far to either side the moduli are spread that causes are simulated at which do not scale."""
-
 FINGERS: Final = frozenset({"bending", "blocked_force"})
-
-LEAST: Final = 0.05
-"""Root mean square change, by the noise, below which no reading feels a cause."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,13 +141,13 @@ def trained_causes(
         own = told[cause.name]
         if own is None:
             continue
-        if np.sqrt(np.square(own.values / scale).mean(axis=2)).max() < LEAST:
+        if np.sqrt(np.square(own.values / scale).mean(axis=2)).max() < POLICY.invisible:
             unseen.append(cause.name)
             continue
         if cause.name in designs and not designs[cause.name].scales:
             emulator = _by_moduli(simulation, cause, own, scale, factor, middle)
         else:
-            degree = closed_forms.PLACES - 1 if cause.name in closed else POLICY.curved_degree
+            degree = POLICY.closed_form_places - 1 if cause.name in closed else POLICY.curved_degree
             emulator = trained_on(own, coordinates_of(cause), scale, (0,), degree=degree)
         emulators[cause.name] = emulator
     return Trained(emulators, tuple(unseen), {name: why for name, why in failed.items() if why})
@@ -170,7 +164,7 @@ def _by_moduli(
     """The emulator of a cause whose simulations the moduli do not scale."""
     by_moduli = Coordinate(lambda zeta: zeta - middle, amplitude=False)
     own = (by_moduli, *coordinates_of(cause, 1))
-    low, high = spread(even(middle) + 1.5 * BESIDE * np.array([-1.0, 1.0]))
+    low, high = spread(even(middle) + 1.5 * MODEL.beside * np.array([-1.0, 1.0]))
     moduli = (float(low), float(high))
     nearly = closed_forms.nearly(simulation, cause, scale, factor, moduli)
     if nearly is None:
@@ -189,7 +183,7 @@ def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: 
     reach = POLICY.finger_reach / max(1.0, np.sqrt(len(cause.numbers) / 2))
     box = np.clip(box_of(cause), -reach, reach)
     if not scales:
-        box = np.vstack([even(middle) + BESIDE * np.array([-1.0, 1.0]), box])
+        box = np.vstack([even(middle) + MODEL.beside * np.array([-1.0, 1.0]), box])
     d = len(box)
     count = POLICY.finger_places[min(d, len(POLICY.finger_places)) - 1]
     zeta = _places(box, POLICY.far_places if cause.name in FAR else count, cause)
@@ -248,8 +242,8 @@ def _places(box: np.ndarray, count: int, cause: Cause) -> np.ndarray:
     low, high = box[0]
     signed = coordinates_of(cause)[0].signed
     # of either sign both ends count; of a positive amplitude the strong one does
-    parts = np.linspace(0.08, 0.92, count + 1) if signed else np.linspace(0.1, 0.95, count)
-    return np.asarray(low + (high - low) * parts)[:, None]
+    ends, count = (POLICY.signed_ends, count + 1) if signed else (POLICY.positive_ends, count)
+    return np.asarray(low + (high - low) * np.linspace(*ends, count))[:, None]
 
 
 def _gradient(key: str, *, listed: bool) -> str:

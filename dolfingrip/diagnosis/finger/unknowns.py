@@ -97,7 +97,8 @@ def _far(measurement: Measurement, config: Config) -> list[Cause]:
 
 def box_of(cause: Cause) -> np.ndarray:
     """Ranges of ζ, as far as a finger is simulated, (numbers, 2)."""
-    return np.clip(cause.box(), -POLICY.finger_reach - 0.2, POLICY.finger_reach + 0.2)
+    reach = POLICY.finger_reach + POLICY.read_beyond
+    return np.clip(cause.box(), -reach, reach)
 
 
 def coordinates_of(cause: Cause, first: int = 0) -> tuple[Coordinate, ...]:

@@ -21,9 +21,6 @@ from dolfingrip.diagnosis.core.search import NONE, Key, levels
 from dolfingrip.diagnosis.finger.model import plain_fit
 from dolfingrip.diagnosis.policy import POLICY
 
-STEP = 0.5
-"""ζ of the model's own numbers between which the model is taken to be a parabola."""
-
 
 def columns_of(told: Simulations, scale: np.ndarray) -> np.ndarray:
     """What a cause changes, and how that differs by its numbers, at the middle moduli; (n, k).
@@ -106,7 +103,7 @@ def _about_fit(plain: Case, level: Level) -> tuple[np.ndarray, np.ndarray]:
     zeta = plain_fit(plain, level).zeta
     here = plain.predicted(NONE, zeta)
     ways = []
-    for step in np.diag(np.full(plain.own, STEP)):
+    for step in np.diag(np.full(plain.own, POLICY.parabola)):
         more, less = (plain.predicted(NONE, zeta + by * step) - here for by in (1.0, -1.0))
         ways += [more - less, more + less]
     return level.whitened(plain.value - here), _basis(level.whitened(np.column_stack(ways)))

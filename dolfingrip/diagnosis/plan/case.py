@@ -15,9 +15,9 @@ from dolfingrip.diagnosis.coupon.case import coupon_case
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, in_closed_form
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.case import finger_case
+from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation import simulated
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages
-from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.runner import Workers
 
 
@@ -39,7 +39,9 @@ def planned_case(
     if in_closed_form(measurement, config):
         told = _reading(measurement, CouponSimulation(measurement, config).base())
         return coupon_case(told, config, names)
-    wanted = simulated.Case(neutral_stages(config), keys(measurement, config), headroom=HEADROOM)
+    wanted = simulated.Case(
+        neutral_stages(config), keys(measurement, config), headroom=ROUTES.headroom
+    )
     (base,) = simulated.simulate(measurement, config, [wanted], workers)
     if np.isnan(base.readings).any():
         why = "; ".join(dict.fromkeys(each.sentence for each in base.failures))

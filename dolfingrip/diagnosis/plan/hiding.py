@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from scipy.special import ndtri
@@ -19,17 +19,7 @@ from dolfingrip.diagnosis.core.evidence import Level
 from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber
 from dolfingrip.diagnosis.core.search import NONE, Key, levels, one_at_a_time
 from dolfingrip.diagnosis.finger.unknowns import neutral
-
-STRENGTHS: Final = 8
-"""Strengths of a cause that are hidden: the middles of so many parts of its prior, which are
-equally probable."""
-
-NOISES: Final = 2
-"""Draws of everything else at each strength."""
-
-FAINT: Final = 1.5
-"""Length of a change, standard deviations, below which a draw of noise hardly makes a cause of it:
-that takes more than three."""
+from dolfingrip.diagnosis.policy import ADDITIONS
 
 
 @dataclass(frozen=True)
@@ -90,7 +80,7 @@ class Judge:
 
         More readings with the same ``rng`` have the same noise, as far as both go.
         """
-        if self.strength(name, zeta) < FAINT:
+        if self.strength(name, zeta) < ADDITIONS.faint:
             return Judged(alone=False, within=False, mass={})
         prior = levels()
         level = self._levels[float(rng.choice([*prior], p=[*prior.values()]))]
@@ -123,9 +113,9 @@ class Hidden:
 
     @cached_property
     def strengths(self) -> np.ndarray:
-        """That are hidden, by the ordinary one, rising, shape (STRENGTHS,)."""
+        """That are hidden, by the ordinary one, rising, shape (strengths,)."""
         first = next(each for each in self.cause.numbers if each.amplitude)
-        middles = ndtri((np.arange(STRENGTHS) + 0.5) / STRENGTHS)
+        middles = ndtri((np.arange(ADDITIONS.strengths) + 0.5) / ADDITIONS.strengths)
         values = np.array([first.prior.at(z) for z in middles])
         start, step = _start_and_step(self.cause, first)
         return np.asarray(np.sort(np.abs(values - start) / abs(step)))
@@ -162,14 +152,16 @@ class Hidden:
         if place not in self._drawn:
             name, strength = self.cause.name, float(self.strengths[place])
             found = []
-            for turn in range(NOISES):
+            for turn in range(ADDITIONS.noises):
                 rng = np.random.default_rng([zlib.crc32(name.encode()), place, turn])
                 found.append(self.judge.judged(name, self.at(strength, rng), rng))
             self._drawn[place] = found
         return self._drawn[place]
 
-    def counted(self, told: Callable[[Judged], bool], full: int = STRENGTHS) -> np.ndarray:
-        """How many draws are judged so at each strength, shape (STRENGTHS,).
+    def counted(
+        self, told: Callable[[Judged], bool], full: int = ADDITIONS.strengths
+    ) -> np.ndarray:
+        """How many draws are judged so at each strength, shape (strengths,).
 
         Not all are drawn: where none is, none is at a lower strength; where all are, all are at a
         higher one.
@@ -178,7 +170,7 @@ class Hidden:
             told: of a draw.
             full: place from which on all are known to be.
         """
-        count = np.full(STRENGTHS, NOISES)
+        count = np.full(ADDITIONS.strengths, ADDITIONS.noises)
 
         def look(low: int, high: int, place: int) -> None:
             if low >= high:
@@ -188,10 +180,10 @@ class Hidden:
                 look(low, place, (low + place) // 2)
             else:
                 count[low:place] = 0
-            if count[place] < NOISES:
+            if count[place] < ADDITIONS.noises:
                 look(place + 1, high, (place + 1 + high) // 2)
             else:
-                count[place + 1 : high] = NOISES
+                count[place + 1 : high] = ADDITIONS.noises
 
         look(0, full, full - 1)
         return count

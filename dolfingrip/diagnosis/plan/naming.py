@@ -16,9 +16,9 @@ import numpy as np
 
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.core.numbers import Cause
-from dolfingrip.diagnosis.plan.hiding import NOISES, STRENGTHS, Hidden, Judge
+from dolfingrip.diagnosis.plan.hiding import Hidden, Judge
 from dolfingrip.diagnosis.plan.outcome import Effect
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import ADDITIONS, POLICY
 
 
 def namings(planned: Analysed[Any], before: Sequence[Effect] = ()) -> list[Effect]:
@@ -47,7 +47,8 @@ def share_of_classes(found: Sequence[Effect]) -> float:
 
 def _naming(judge: Judge, cause: Cause, before: Effect | None) -> Effect:
     hidden = Hidden(judge, cause)
-    full = STRENGTHS if before is None or before.sure is None else before.sure
+    noises = ADDITIONS.noises
+    full = ADDITIONS.strengths if before is None or before.sure is None else before.sure
     alone = hidden.counted(lambda judged: judged.alone, full)
     # of an addition it is told what it names, not what it nearly does
     within = alone if before else hidden.counted(lambda judged: judged.within)
@@ -58,9 +59,9 @@ def _naming(judge: Judge, cause: Cause, before: Effect | None) -> Effect:
         named_from_sigma=None
         if named is None
         else judge.strength(cause.name, hidden.at(named)),
-        class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / NOISES,
-        class_share=float(within.mean()) / NOISES, confused_with=() if before else _alike(hidden),
-        sure=int((np.cumsum((alone < NOISES)[::-1]) > 0).sum()),
+        class_from=threshold(hidden.strengths, within), share=float(alone.mean()) / noises,
+        class_share=float(within.mean()) / noises, confused_with=() if before else _alike(hidden),
+        sure=int((np.cumsum((alone < noises)[::-1]) > 0).sum()),
     )  # fmt: skip
 
 
@@ -69,12 +70,12 @@ def threshold(strengths: np.ndarray, count: np.ndarray) -> float | None:
 
     Args:
         strengths: rising, shape (k,).
-        count: draws that are named at each, of NOISES, shape (k,).
+        count: draws that are named at each, of ADDITIONS.noises, shape (k,).
 
     Returns:
         The geometric mean of the two strengths that it lies between; None where it lies above all.
     """
-    missed = NOISES - count
+    missed = ADDITIONS.noises - count
     wrong = np.r_[0, np.cumsum(count)] + np.r_[np.cumsum(missed[::-1])[::-1], 0]
     # the highest of equals: what is told is not too little
     place = len(wrong) - 1 - int(np.argmin(wrong[::-1]))

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from dolfingrip import __version__
 from dolfingrip.diagnosis.outcome import Outcome, Part
-from dolfingrip.diagnosis.policy import POLICY
+from dolfingrip.diagnosis.policy import PAGE, POLICY
 
 SCHEMA: Final = 1
 
@@ -110,10 +110,6 @@ def text(result: Plan) -> str:
     return "\n".join(lines) + "\n"
 
 
-MOST: Final = 4
-"""Names in a cell."""
-
-
 def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
-    return ", ".join(names[:MOST]) + more or "–"
+    more = f" and {len(names) - PAGE.in_a_cell} more" if len(names) > PAGE.in_a_cell else ""
+    return ", ".join(names[: PAGE.in_a_cell]) + more or "–"

@@ -9,19 +9,15 @@ readings are those at the pressure p/c, and c times those of a force
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
 
 import numpy as np
 
 from dolfingrip.channels import CHANNELS, PRESSURE
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.legs import Route
 from dolfingrip.diagnosis.simulation.simulated import Simulated
 from dolfingrip.extensions.effect import Effect, Flow
-
-FAR: Final = 1e6
-"""Part of the range that a base simulation reached, by which its straight line is followed. Beyond
-it no readings are judged, so that any number does there."""
 
 Load = Callable[[Route], np.ndarray]
 """(stops,) pressure on the elastic body along a way through time, in kPa."""
@@ -62,7 +58,9 @@ def change(
             if not values.size:
                 continue
             size = factor if CHANNELS[name].in_proportion else 1.0
-            elastic, readings = (size * curve.read(values, at, FAR) for at in (here, there))
+            elastic, readings = (
+                size * curve.read(values, at, ROUTES.anywhere) for at in (here, there)
+            )
             if shown is not None:
                 readings = shown(way, str(name), readings)
             at = np.flatnonzero(mine & (column == name))

@@ -11,13 +11,11 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-OUTSIDE: Final = 0.05
-"""How far beyond the stops that were reached rows are read, as part of their range."""
+from dolfingrip.diagnosis.policy import ROUTES
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +39,7 @@ class Leg:
     core: int = 0
 
     def weights(
-        self, reached: int, rows_at: np.ndarray | None = None, outside: float = OUTSIDE
+        self, reached: int, rows_at: np.ndarray | None = None, outside: float = ROUTES.outside
     ) -> np.ndarray:
         """(rows, stops) weights with the first ``reached`` stops of the simulation.
 
@@ -56,7 +54,9 @@ class Leg:
         where = self.rows_at if rows_at is None else rows_at
         return self._spread(where, reached, 0, outside)
 
-    def read(self, values: np.ndarray, at: np.ndarray, outside: float = OUTSIDE) -> np.ndarray:
+    def read(
+        self, values: np.ndarray, at: np.ndarray, outside: float = ROUTES.outside
+    ) -> np.ndarray:
         """Readings at any place of the leg, shape (places,).
 
         Args:
@@ -73,7 +73,7 @@ class Leg:
         return self._spread(self.rows_at, reached, 1)
 
     def _spread(
-        self, where: np.ndarray, reached: int, derivative: int, outside: float = OUTSIDE
+        self, where: np.ndarray, reached: int, derivative: int, outside: float = ROUTES.outside
     ) -> np.ndarray:
         there = np.flatnonzero(self.stops < reached)
         found = np.zeros((len(where), len(self.stops)))

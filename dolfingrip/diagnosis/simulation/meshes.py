@@ -1,22 +1,14 @@
 """The graded mesh of the base simulation, and the ungraded one on which effects are tried.
 
 An ungraded mesh takes a third of the time. What it gets wrong is wrong with and without an effect,
-so that changes are taken between two simulations on it; :data:`SHARE` of what grading changes
+so that changes are taken between two simulations on it; a part of what grading changes
 is a nuisance, for what the graded mesh still gets wrong.
 """
 
 from __future__ import annotations
 
-from typing import Final
-
 from dolfingrip.config import Config
-
-SHARE: Final = 0.3
-"""Of the difference between graded and ungraded. Without it the mesh alone is taken for an effect:
-5.6 standard deviations on the reference finger (angle 0.3°, force 0.02 N)."""
-
-EDGES: Final = (4.0, 2.0)
-"""Elements at edges of meshes in between, by the graded mesh's."""
+from dolfingrip.diagnosis.policy import MODEL
 
 
 def coarser(config: Config) -> list[tuple[str, ...]]:
@@ -28,6 +20,6 @@ def coarser(config: Config) -> list[tuple[str, ...]]:
     if config.mesh.file is not None or not config.hexahedra:
         return [()]
     size_mm, edge_mm = config.mesh.hexahedra_mm(config.geometry)
-    between = [by * edge_mm for by in EDGES if by * edge_mm < size_mm]
+    between = [by * edge_mm for by in MODEL.edges if by * edge_mm < size_mm]
     sizes_mm = [size_mm, *between] if edge_mm < size_mm else []
     return [*((f"mesh.edge_size_mm={each!r}",) for each in sizes_mm), ()]

@@ -10,27 +10,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
 
 import numpy as np
+
+from dolfingrip.diagnosis.policy import ROUTES
 
 Stop = tuple[float, float, int, str]
 """Time, value, cycle, branch."""
 
-FINENESS: Final = 3.5
-"""Distance of stops by the unit that they are rounded to, at least: 25 kPa apart they are multiples
-of 5 kPa. Usual distances (5, 10, 12.5, 20, 25, 50) are far from where the unit changes."""
-
-CERTAIN: Final = 5.0
-"""Standard deviations of the gauge within which a turn or a wait is where it was meant."""
-
-STRAIGHT: Final = 0.1
-"""Part of a ramp's time by which its stops may be off one rate."""
-
 
 def unit_for(distance: float) -> float:
     """The largest of 1, 2, 5 times a power of ten up to a part of a distance."""
-    most = distance / FINENESS
+    most = distance / ROUTES.fineness
     power = 10.0 ** math.floor(math.log10(most) + 1e-9)
     return power * max(step for step in (1.0, 2.0, 5.0) if step * power <= most * (1 + 1e-9))
 
@@ -45,7 +36,7 @@ def end(value: float, distance: float, sigma: float) -> float:
     if not (sigma and distance > 0):
         return value
     meant = rounded(value, unit_for(distance))
-    return meant if abs(meant - value) <= CERTAIN * sigma else value
+    return meant if abs(meant - value) <= ROUTES.certain * sigma else value
 
 
 def values(read: np.ndarray, sigma: float) -> np.ndarray:
@@ -82,7 +73,7 @@ def ramp(
     meant[0] = before[1] if before else end(float(read[0]), distance, sigma)
     line_s = np.interp(meant, *_rising(meant[[0, -1]], time_s[[0, -1]]))
     whole_s = float(time_s[-1] - time_s[0])
-    if np.abs(line_s - time_s).max() <= STRAIGHT * whole_s:
+    if np.abs(line_s - time_s).max() <= ROUTES.straight * whole_s:
         time_s = line_s
     way = 1.0 if meant[-1] > meant[0] else -1.0
     kept = [0]

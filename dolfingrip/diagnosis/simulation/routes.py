@@ -1,11 +1,12 @@
 """The stops that a test asks for: the protocol in time, or one curve where history does not matter.
 
-Branches of up to :data:`MOST` rows are simulated at their rows, at round values where these were
-read with noise (:mod:`dolfingrip.diagnosis.simulation.nominal`). Of more rows :data:`MOST` stops
-are made and the rows are interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has
-:data:`MOST_OF_A_WAIT` stops that grow ever sparser. The control is taken as one-directional within
-a ramp and constant within a wait, at the mean of what was read: the gauge's own noise is no motion
-of the finger. Where a ramp begins behind the end of the one before, the way back is led, too.
+Branches of few rows are simulated at their rows, at round values where these were read with noise
+(:mod:`dolfingrip.diagnosis.simulation.nominal`). Of more rows some stops are made and the rows are
+interpolated (:mod:`dolfingrip.diagnosis.simulation.legs`). A wait has stops that grow ever sparser.
+How many there are, :class:`~dolfingrip.diagnosis.policy.RoutePolicy` says. The control is taken as
+one-directional within a ramp and constant within a wait, at the mean of what was read: the gauge's
+own noise is no motion of the finger. Where a ramp begins behind the end of the one before, the way
+back is led, too.
 """
 
 from __future__ import annotations
@@ -14,38 +15,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Final
 
 import numpy as np
 import pandas as pd
 
 from dolfingrip.channels import PRESSURE
+from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation import nominal
 from dolfingrip.diagnosis.simulation.legs import Leg, Route
-
-MOST: Final = 25
-"""Stops of a ramp."""
-
-MOST_OF_A_WAIT: Final = 8
-"""Stops of a wait."""
-
-HEADROOM: Final = 1.6
-"""An elastic curve goes on to so many times the highest pressure, so that it can be scaled to a
-modulus that is so much smaller: two of the usual standard deviations are a factor of 1.5, beside
-which the regulator reads low. A curve to 1.3 alone made a finger that is two softer look like one
-with a cause of 5 standard deviations, where 2 are left now."""
-
-CLOSEST: Final = 2e-3
-"""Least distance of two stops of a ramp, as part of the range of the control."""
-
-JUMP: Final = 0.02
-"""A wait at another value begins where the control changes by more than this part of its range."""
-
-FEWEST: Final = 4
-"""Stops of a ramp whose rows are closer to one another than the gauge's noise allows to tell."""
-
-CERTAIN: Final = 5.0
-"""Standard deviations of the gauge that are a change for certain."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,15 +66,15 @@ class Segment:
     @property
     def jump(self) -> float:
         """A change of the control that is none of the gauge's noise."""
-        return max(JUMP * self.size, CERTAIN * self.sigma)
+        return max(ROUTES.jump * self.size, ROUTES.certain * self.sigma)
 
     @property
     def most(self) -> int:
         """Stops that a ramp is worth: fewer where its rows lie within the gauge's noise."""
         if not self.sigma:
-            return MOST
-        told_apart = int(np.ptp(self.value) / (CERTAIN * self.sigma))
-        return min(MOST, max(FEWEST, told_apart))
+            return ROUTES.most
+        told_apart = int(np.ptp(self.value) / (ROUTES.certain * self.sigma))
+        return min(ROUTES.most, max(ROUTES.fewest, told_apart))
 
 
 def segments(rows: pd.DataFrame, control: str, sigma: float = 0.0) -> list[Segment]:
@@ -111,7 +88,7 @@ def segments(rows: pd.DataFrame, control: str, sigma: float = 0.0) -> list[Segme
     value, time_s = rows[control].to_numpy(), rows["time_s"].to_numpy()
     cycle, branch = rows["cycle"].to_numpy(), rows["branch"].to_numpy()
     size = max(float(np.abs(value).max()), 1e-12)
-    jump = max(JUMP * size, CERTAIN * sigma)
+    jump = max(ROUTES.jump * size, ROUTES.certain * sigma)
     if abs(value[0]) < jump:  # at rest, so that the clock's start means nothing
         time_s = time_s - time_s[0]
     new = (cycle[1:] != cycle[:-1]) | (branch[1:] != branch[:-1])
@@ -127,7 +104,7 @@ def segments(rows: pd.DataFrame, control: str, sigma: float = 0.0) -> list[Segme
             before = value[a - 1 : a] if a and abs(value[a - 1] - own.mean()) <= jump else own[:0]
             mean = float(np.concatenate([before, own]).mean())
             spread = sigma / math.sqrt(b - a) if control == PRESSURE.name else 0.0
-            own = np.full(b - a, nominal.end(mean, size / MOST, spread))
+            own = np.full(b - a, nominal.end(mean, size / ROUTES.most, spread))
             if before.size and found[-1].branch != "hold":
                 found[-1] = replace(found[-1], leads_to=float(own[0]))
         noisy = sigma > 0 and control == PRESSURE.name
@@ -144,7 +121,8 @@ def alike(first: Sequence[Segment], second: Sequence[Segment]) -> bool:
         return False
     size = max(abs(s.end) for s in first)
     return all(
-        abs(a.end - b.end) <= 0.03 * size and abs(a.lasts_s - b.lasts_s) <= 0.1 * a.lasts_s + 0.5
+        abs(a.end - b.end) <= ROUTES.alike * size
+        and abs(a.lasts_s - b.lasts_s) <= ROUTES.alike_in_time * a.lasts_s + 0.5
         for a, b in zip(first, second, strict=True)
     )
 
@@ -164,16 +142,16 @@ def elastic(tests: Sequence[Sequence[Segment]], control: str, headroom: float = 
     low, high = min(0.0, float(values.min())), float(values.max())
     ramps = [segment for segment in every if segment.branch == "loading"] or every
     longest = max(ramps, key=lambda segment: len(segment.rows))
-    if len(longest.rows) <= MOST:
-        at = _rising([low, *np.sort(longest.value), high], CLOSEST * (high - low))
+    if len(longest.rows) <= ROUTES.most:
+        at = _rising([low, *np.sort(longest.value), high], ROUTES.closest * (high - low))
         at = nominal.values(at, longest.sigma if longest.rounds else 0.0)
     else:
-        at = np.linspace(low, high, MOST)
+        at = np.linspace(low, high, ROUTES.most)
     core = len(at)
     if headroom > 1:
         more = max(round((headroom - 1) * high / max(float(np.median(np.diff(at))), 1e-12)), 1)
         last = float(at[-1])
-        at = np.append(at, np.linspace(last, headroom * last, min(more, MOST) + 1)[1:])
+        at = np.append(at, np.linspace(last, headroom * last, min(more, ROUTES.most) + 1)[1:])
     rows = np.concatenate([segment.rows for segment in every])
     leg = Leg(np.arange(len(at)), at, rows, values, core)
     time_s = np.cumsum(np.abs(np.diff(at, prepend=at[0])))  # which nothing feels
@@ -228,7 +206,7 @@ def _back(
     """The way back to where a ramp begins, if nothing was read along it."""
     way = {"loading": 1.0, "unloading": -1.0}.get(segment.branch, 0.0)
     start = nominal.end(
-        float(segment.value[0]), segment.size / MOST, segment.sigma * segment.rounds
+        float(segment.value[0]), segment.size / ROUTES.most, segment.sigma * segment.rounds
     )
     if not stops or way * (start - stops[-1][1]) >= -segment.jump:
         return []
@@ -252,13 +230,13 @@ def _ramp(
         if before is None:
             value, time_s = np.append(segment.value[0], value), np.append(segment.time_s[0], time_s)
     if not math.isnan(segment.leads_to):
-        there = way * value < way * segment.leads_to - CLOSEST * segment.size
+        there = way * value < way * segment.leads_to - ROUTES.closest * segment.size
         value = np.append(value[there], segment.leads_to)
         time_s = np.append(time_s[there], segment.time_s[-1])
     found: list[tuple[float, float, int, str]] = []
     last_s, last = (before[0], before[1]) if before else (0.0, -np.inf * way)
     for moment, here in zip(time_s, value, strict=True):
-        if way * (here - last) > CLOSEST * segment.size:
+        if way * (here - last) > ROUTES.closest * segment.size:
             last_s, last = max(float(moment), last_s), float(here)
             found.append((last_s, last, segment.cycle, segment.branch))
     if not found:  # a ramp that does not move
@@ -275,12 +253,12 @@ def _wait(
         value = before[1]
     last_s = before[0] if before else 0.0
     start_s, end_s = float(segment.time_s[0]), float(segment.time_s[-1])
-    if len(segment.rows) <= MOST_OF_A_WAIT or end_s == start_s:
+    if len(segment.rows) <= ROUTES.most_of_wait or end_s == start_s:
         moments = [float(moment) for moment in segment.time_s]
     else:
         since = last_s if before is not None and value == before[1] else start_s
         delays = segment.time_s - since
-        spread = np.geomspace(delays[delays > 0].min(), end_s - since, MOST_OF_A_WAIT)
+        spread = np.geomspace(delays[delays > 0].min(), end_s - since, ROUTES.most_of_wait)
         moments = [*([start_s] if start_s == since else []), *(since + spread)]
     found: list[tuple[float, float, int, str]] = []
     for moment in moments:

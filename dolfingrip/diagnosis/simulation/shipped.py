@@ -19,14 +19,12 @@ import numpy as np
 
 from dolfingrip.channels import CHANNELS
 from dolfingrip.diagnosis.data.columns import READING_COLUMNS
+from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation import sources
 from dolfingrip.diagnosis.simulation.job import FORMAT, Job, JobResult
 from dolfingrip.jobs.job import Answer
 
 FILE: Final = Path(__file__).with_name("reference.npz")
-
-DIGITS: Final = 7
-"""Of a result."""
 
 Protocol = dict[str, list[Any]]
 
@@ -176,7 +174,10 @@ def write(
         for each in every
     ]
     numbers = [
-        float(f"{x:.{DIGITS}g}") for each in every for values in each.curve.values() for x in values
+        float(f"{x:.{MODEL.digits}g}")
+        for each in every
+        for values in each.curve.values()
+        for x in values
     ]
     names = sorted({name for fact in facts for name in fact["effects"]})
     head = {

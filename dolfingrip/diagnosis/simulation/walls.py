@@ -12,22 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
 from dolfingrip.diagnosis.data.measurement import Measurement
+from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL, WALLS
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import Simulated, simulate
 from dolfingrip.parameter import every
-
-PART: Final = 0.1
-"""δ: relative change of the walls' thickness that is simulated, two usual standard deviations."""
-
-KNOWN: Final = 0.01
-"""Standard deviation of the walls from which on they are simulated; smaller ones are linear."""
 
 
 def simulate_walls(
@@ -59,12 +53,12 @@ def simulate_walls(
     spread = min(test.setup.nuisances[WALL] for test in measurement.tests)
     found = {(p.key, p.value(run.config)) for run in bodies for p in every(run.config)
              if p.key in WALLS}  # fmt: skip
-    if not (blocked and base.scales and spread >= KNOWN and len(found) == 1):
+    if not (blocked and base.scales and spread >= MODEL.walls_known and len(found) == 1):
         return {}
     ((key, wall_mm),) = found
     stages = base.simulated.case.overrides
     fingers = frozenset(run.group.experiment for run in bodies)
-    usual = (1 - PART, 1 + PART)
+    usual = (1 - MODEL.walls_by, 1 + MODEL.walls_by)
     cases = [
         replace(
             base.simulated.case, overrides=(*stages, f"{key}={wall_mm * by!r}"), gradients=(),

@@ -20,10 +20,11 @@ from dolfingrip.diagnosis.core.search import search
 from dolfingrip.diagnosis.data import rig
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.plan.case import joined, planned_case
-from dolfingrip.diagnosis.plan.hiding import NOISES, STRENGTHS, Hidden, Judge, Judged
+from dolfingrip.diagnosis.plan.hiding import Hidden, Judge, Judged
 from dolfingrip.diagnosis.plan.naming import namings, share, threshold
 from dolfingrip.diagnosis.plan.outcome import Effect
 from dolfingrip.diagnosis.plan.plan import read_alike
+from dolfingrip.diagnosis.policy import ADDITIONS
 from dolfingrip.diagnosis.simulation.runner import Workers
 
 SEED = 3
@@ -168,20 +169,20 @@ def test_strengths_are_parts_of_the_prior(planned: Analysed[Any]) -> None:
         assert (np.diff(first) >= 0).all()
 
 
-@pytest.mark.parametrize("least", [0, 1, 5, STRENGTHS])
+@pytest.mark.parametrize("least", [0, 1, 5, ADDITIONS.strengths])
 def test_strengths_between_are_not_drawn(planned: Analysed[Any], least: int) -> None:
     """As where all are: none below a place is named, one draw there, and all above."""
-    told = np.clip(1 + np.arange(STRENGTHS) - least, 0, NOISES)
+    told = np.clip(1 + np.arange(ADDITIONS.strengths) - least, 0, ADDITIONS.noises)
     drawn: list[int] = []
 
     class Told(Hidden):
         def drawn(self, place: int) -> list[Judged]:
             drawn.append(place)
-            return [Judged(i < told[place], within=False, mass={}) for i in range(NOISES)]
+            return [Judged(i < told[place], within=False, mass={}) for i in range(ADDITIONS.noises)]
 
     hidden = Told(Judge(planned), planned.causes["yeoh"])
     assert (hidden.counted(lambda each: each.alone) == told).all()
-    assert len(drawn) < STRENGTHS
+    assert len(drawn) < ADDITIONS.strengths
 
 
 @pytest.mark.parametrize(

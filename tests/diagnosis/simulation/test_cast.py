@@ -18,11 +18,11 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.base import BaseSimulation, not_reached
 from dolfingrip.diagnosis.simulation.nuisances import keys
-from dolfingrip.diagnosis.simulation.routes import HEADROOM
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 
 TOLD = """experiment = "bending"
@@ -134,7 +134,7 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     lines += "".join(f"bending,A,{p},loading,{p},1\n" for p in (2, 4, 60))
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
     ended = read([written(tmp_path, lines, told)], ends)
-    (run,) = simulate(ended, ends, [Case((), headroom=HEADROOM)], Here(store))
+    (run,) = simulate(ended, ends, [Case((), headroom=ROUTES.headroom)], Here(store))
     (said,) = not_reached(ended, BaseSimulation(ended, ends, run, [], np.zeros((3, 0))))
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "

@@ -11,7 +11,7 @@ from diagnosis.data.files import written
 
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
-from dolfingrip.diagnosis.simulation import routes
+from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.groups import groups, path_independent
 from dolfingrip.diagnosis.simulation.simulated import Case
 from dolfingrip.experiments.index import find
@@ -38,9 +38,9 @@ def cycle(name: str, ups: int, waits: int, sigma: float = 0.0, rate: float = 10.
 def test_few_rows_are_the_stops(tmp_path: Path) -> None:
     (group,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config())
     np.testing.assert_allclose(group.curve.value, np.linspace(0, 100, 6))
-    (longer,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config(), routes.HEADROOM)
+    (longer,) = groups(measured(tmp_path, cycle("A", 6, 4)), Config(), ROUTES.headroom)
     np.testing.assert_allclose(longer.curve.value[:6], np.linspace(0, 100, 6))
-    assert longer.curve.value[-1] == pytest.approx(100.0 * routes.HEADROOM)
+    assert longer.curve.value[-1] == pytest.approx(100.0 * ROUTES.headroom)
     way = group.in_time
     np.testing.assert_allclose(
         way.value, [0, 20, 40, 60, 80, 100, 100, 100, 100, 100, 80, 60, 40, 20, 0]
@@ -58,8 +58,8 @@ def test_many_noisy_rows_make_a_smooth_way(tmp_path: Path) -> None:
     measurement = measured(tmp_path, cycle("A", 200, 60, sigma=0.5))
     (group,) = groups(measurement, Config())
     way = group.in_time
-    assert len(group.curve.value) <= routes.MOST + 1
-    assert len(way.value) <= 2 * (routes.MOST + 2) + routes.MOST_OF_A_WAIT + 1
+    assert len(group.curve.value) <= ROUTES.most + 1
+    assert len(way.value) <= 2 * (ROUTES.most + 2) + ROUTES.most_of_wait + 1
     up, wait, down = (
         [v for v, b in zip(way.value, way.branch, strict=True) if b == name]
         for name in ("loading", "hold", "unloading")
