@@ -142,7 +142,6 @@ class AdditionPolicy:
             part.
         set_up_min: minutes that setting up takes, an engineering guess: what is mounted already, a
             new coupon, a camera, the plate or the clamp.
-        step: of ζ, by which readings of a proposed coupon are differentiated.
         tied: expected ln of the Bayes factor below which two causes are not told apart.
         refutes: ln of the odds from which on a cause is refuted.
         enough: ln of the Bayes factor beyond which more decides nothing more.
@@ -168,7 +167,6 @@ class AdditionPolicy:
     set_up_min: Mapping[str, float] = field(
         default_factory=lambda: {"ramp": 2.0, "coupon": 15.0, "camera": 10.0, "plate": 5.0}
     )
-    step: float = 0.05
     tied: float = math.log(20.0)
     refutes: float = math.log(1000.0)
     enough: float = 20.0
@@ -282,9 +280,6 @@ class Policy:
         exact: largest difference between an emulator and an exact simulation at a likely fit, by
             the noise; beyond it the emulator is trained anew about the fit.
         verified: probability of causes from which on they are held against exact simulations.
-        near: standard deviations about a fit that it is trained in then.
-        fewer: part of the simulations that do there.
-        joint: probability from which on a pair of causes is simulated together.
         invisible: root mean square change, by the noise, below which no reading feels a cause.
         closed_form_places: places along each number of a closed form.
         tabulated: places at which a law is tabulated that is nearly right.
@@ -292,6 +287,7 @@ class Policy:
         signed_ends, positive_ends: first and last place along a finger's amplitude of either sign,
             of which both ends count, and of a positive one, of which the strong end does.
         read_beyond: |ζ| that an emulator of a finger is read beyond what it was simulated at.
+        step: of ζ, by which simulations of coupons are differentiated.
         coordinate_step: of ζ, by which the coordinates of a polynomial are differentiated.
         left_out: one simulation in so many is left out of an emulator's fit, and tells its error.
         freedom: degrees of freedom of the multivariate t that is drawn from: its tails are wider
@@ -368,9 +364,6 @@ class Policy:
     interval: float = 0.9
     exact: float = 0.5
     verified: float = 0.03
-    near: float = 4.5
-    fewer: float = 0.35
-    joint: float = 0.01
     invisible: float = 0.05
     closed_form_places: int = 9
     tabulated: int = 300
@@ -378,6 +371,7 @@ class Policy:
     signed_ends: tuple[float, float] = (0.08, 0.92)
     positive_ends: tuple[float, float] = (0.1, 0.95)
     read_beyond: float = 0.2
+    step: float = 0.01
     coordinate_step: float = 1e-4
     left_out: int = 5
     freedom: int = 5

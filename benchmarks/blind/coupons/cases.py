@@ -55,7 +55,7 @@ class Bench:
         self.quiet = np.concatenate(
             coupon.measured(self.protocol, Truth(quiet=True), np.random.default_rng(0))
         )
-        self.level = Level(replace(self.plain.case, joint={}, local={}), 0.0)
+        self.level = Level(self.plain.case, 0.0)
         self._lower = scipy.linalg.cholesky(self.plain.case.covariance, lower=True)
 
     def analysed(self, file: Path) -> CouponCase:
@@ -74,7 +74,7 @@ class Bench:
         """Length of what the best single cause leaves of readings without noise."""
         quiet = replace(truth, quiet=True)
         seen = np.concatenate(coupon.measured(self.protocol, quiet, np.random.default_rng(0)))
-        case = replace(self.plain.case, value=seen, joint={}, local={})
+        case = replace(self.plain.case, value=seen)
         level = Level(case, 0.0)
         zero = level.of(()).fit([np.zeros(1)])
         left = [zero.misfit]

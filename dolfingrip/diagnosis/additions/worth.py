@@ -15,6 +15,7 @@ tangent does not tell. Such a pair counts as told apart where memory shows itsel
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -166,16 +167,24 @@ class Comparison:
 
 
 def tied(posterior: Posterior, decision: Decision) -> list[tuple[float, Fit]]:
-    """The hypotheses that could each be the answer, by their causes, the most probable first."""
+    """The hypotheses that could each be the answer, by the named causes that act in them.
+
+    The most probable first; of those in which the same named causes act the most probable one.
+    """
     named = {*decision.first, *decision.second}
-    total = {subset: p for subset, p in posterior.subsets.items() if named & set(subset)}
+    total: dict[frozenset[str], float] = defaultdict(float)
+    best: dict[frozenset[str], tuple[float, Fit]] = {}
+    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
+        if acting := named.intersection(fit.subset):
+            own = frozenset(acting)
+            total[own] += float(p)
+            best[own] = max(best.get(own, (-1.0, fit)), (float(p), fit), key=lambda each: each[0])
     least = POLICY.rival * max(total.values(), default=0.0)
-    likely = {subset: p for subset, p in total.items() if p > least}
+    likely = {own: p for own, p in total.items() if p > least}
     # two causes of which one is tied alone are the same answer
     alone = [
-        (p, posterior.best(subset)) for subset, p in likely.items()
-        if not any(set(other) < set(subset) for other in likely)
-    ]  # fmt: skip
+        (p, best[own][1]) for own, p in likely.items() if not any(other < own for other in likely)
+    ]
     return sorted(alone, key=lambda each: -each[0])[: POLICY.compared]
 
 

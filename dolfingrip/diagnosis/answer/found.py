@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
 from dolfingrip.config import Config
+from dolfingrip.diagnosis.additions.next_experiment import Then, next_experiments
+from dolfingrip.diagnosis.additions.protocols import Proposal
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.gain import HeldOut
 from dolfingrip.diagnosis.core.decision import Decision
@@ -143,11 +145,8 @@ class Diagnosis(ABC):
         """What to beware of, a sentence each."""
 
     @abstractmethod
-    def next_experiments(self, say: Say) -> tuple[list[NextExperiment], list[str]]:
-        """Additions that tell the tied hypotheses apart, the best first, and why some failed.
-
-        Nothing where no other hypothesis is tied with the leading one.
-        """
+    def then(self, proposal: Proposal, fits: Sequence[Fit]) -> Then:
+        """Tied hypotheses at the readings of an addition."""
 
     @abstractmethod
     def afterwards(self) -> str:
@@ -163,6 +162,13 @@ class Diagnosis(ABC):
         come = np.isfinite(off)
         missed = float(np.linalg.norm(off[come]))
         return float(np.linalg.norm(change[come])) / missed if missed else 0.0
+
+    def next_experiments(self, say: Say) -> tuple[list[NextExperiment], list[str]]:
+        """Additions that tell the tied hypotheses apart, the best first, and why some failed."""
+        return next_experiments(
+            self.posterior, self.decision, self.analysed.measurement, self.config,
+            self.analysed.errors.noise, self.then, say,
+        )  # fmt: skip
 
     @property
     def extended(self) -> Config:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dolfingrip.diagnosis.core.emulator import Emulator
+from dolfingrip.diagnosis.core.emulator import Emulator, Local, Stacked
 from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -15,9 +15,9 @@ Subset = tuple[str, ...]
 """Names of causes, in the order of the case; then of the model's own numbers that are far off."""
 
 
-def joint_name(subset: Subset) -> str:
-    """Name of the emulator of what causes change together."""
-    return "together: " + " with ".join(subset)
+def mended_name(subset: Subset) -> str:
+    """Name of what simulations told beyond the emulators, where these causes act."""
+    return "mended: " + " with ".join(subset)
 
 
 GROUND = "ground"
@@ -36,10 +36,8 @@ class Case:
         covariance: of noise and nuisances, shape (n, n).
         kernel: of the discrepancy at a level of 1, shape (n, n).
         boxes: ranges of ζ of each cause, (d, 2).
-        joint: what causes change together beyond the sum of what each changes alone, a polynomial
-            of the numbers of all.
-        local: ranges of ζ, (d, 2), of causes whose joint polynomial holds there alone, and holds
-            what each emulator misses, too.
+        mended: what simulations told beyond the sum of the emulators, near the numbers that they
+            were made at, by the causes that acted; of the model's own numbers and those of all.
         rig: which of the causes are numbers of the rig; they come last in every subset.
         ground: what the model's own numbers change: all moduli, and others that are fitted in every
             hypothesis.
@@ -56,8 +54,7 @@ class Case:
     kernel: np.ndarray
     boxes: Mapping[str, np.ndarray]
     ground: Emulator
-    joint: Mapping[Subset, Emulator] = field(default_factory=dict)
-    local: Mapping[Subset, np.ndarray] = field(default_factory=dict)
+    mended: Mapping[Subset, Emulator] = field(default_factory=dict)
     rig: frozenset[str] = frozenset()
     ground_box: np.ndarray = field(default_factory=lambda: np.array([[-8.0, 8.0]]))
     ground_names: tuple[tuple[str, ...], ...] = (("modulus",),)
@@ -73,7 +70,7 @@ class Case:
             self, value=self.value[kept], base=self.base[kept],
             emulators={name: each.rows(kept) for name, each in self.emulators.items()},
             covariance=self.covariance[np.ix_(kept, kept)], kernel=self.kernel[np.ix_(kept, kept)],
-            joint={pair: each.rows(kept) for pair, each in self.joint.items()},
+            mended={causes: each.rows(kept) for causes, each in self.mended.items()},
             ground=self.ground.rows(kept),
         )  # fmt: skip
 
@@ -112,22 +109,16 @@ class Case:
         for name, own in self.places(subset).items():
             each = self.emulators[name]
             found.append((name, each, np.r_[np.array(each.takes, int), own]))
-        together = self.effects(subset)
-        if together in self.joint:
-            d = sum(len(self.boxes[name]) for name in together)
-            each = self.joint[together]
-            both = np.r_[np.array(each.takes, int), self.own : self.own + d]
-            found.append((joint_name(together), each, both))
+        places = self.places(subset)
+        for causes, each in self.mended.items():
+            if places.keys() >= {*causes}:
+                every = [np.arange(self.own), *(places[name] for name in causes)]
+                found.append((mended_name(causes), each, np.concatenate(every)))
         return found
 
     def box(self, subset: Subset) -> np.ndarray:
         """Ranges of ζ of a hypothesis' causes, (d, 2)."""
-        together = self.effects(subset)
-        if together not in self.local:
-            own = [self.boxes[name] for name in self.causes(subset)]
-            return np.vstack([np.zeros((0, 2)), *own])
-        own = [self.boxes[name] for name in subset if name in self.rig]
-        return np.vstack([self.local[together], *own])
+        return np.vstack([np.zeros((0, 2)), *(self.boxes[name] for name in self.causes(subset))])
 
     def predicted(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
         """Readings at ζ, shape (n,)."""
@@ -135,3 +126,25 @@ class Case:
         for _, emulator, own in self.parts(subset):
             found = found + emulator.columns @ emulator.at(zeta[None, own])[0]
         return found
+
+    def slopes(self, subset: Subset, zeta: np.ndarray) -> np.ndarray:
+        """Their derivatives by ζ, shape (n, d)."""
+        found = np.zeros((len(self.base), len(zeta)))
+        for _, emulator, own in self.parts(subset):
+            found[:, own] += emulator.columns @ emulator.with_slopes(zeta[own])[1]
+        return found
+
+    def corrected(self, subset: Subset, zeta: np.ndarray, exact: np.ndarray) -> Case:
+        """The case with what a simulation tells beyond the emulators.
+
+        Args:
+            subset: causes that acted in it.
+            zeta: their numbers, the model's own first, shape (d,).
+            exact: simulated readings and their derivatives by ζ, shape (n, 1 + d).
+        """
+        told = np.column_stack([self.predicted(subset, zeta), self.slopes(subset, zeta)])
+        none, causes = np.zeros((len(told), 0)), self.causes(subset)
+        own: Emulator = Local(exact - told, none, 0.0, zeta, POLICY.mended_length)
+        if causes in self.mended:
+            own = Stacked.of(self.mended[causes], own)
+        return replace(self, mended={**self.mended, causes: own})

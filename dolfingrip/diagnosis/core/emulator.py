@@ -110,7 +110,7 @@ class Local(Emulator):
 
 @dataclass(frozen=True, eq=False)
 class Stacked(Emulator):
-    """Several emulators of a cause's numbers, whose changes add.
+    """Several emulators of the same numbers, whose changes add.
 
     Attributes:
         parts: of which ``columns`` and ``errors`` stand side by side.
@@ -119,53 +119,23 @@ class Stacked(Emulator):
     parts: tuple[Emulator, ...]
 
     @classmethod
-    def of(cls, parts: tuple[Emulator, ...]) -> Stacked:
-        """The last part takes as many of the model's own numbers as any."""
+    def of(cls, *parts: Emulator) -> Stacked:
+        """Of emulators that take the same of the model's own numbers."""
         return cls(
             np.hstack([each.columns for each in parts]),
             np.hstack([each.errors for each in parts]),
-            float(np.sqrt(sum(each.left**2 for each in parts))), parts, takes=parts[-1].takes,
+            float(np.sqrt(sum(each.left**2 for each in parts))), parts, takes=parts[0].takes,
         )  # fmt: skip
 
-    def _inside(self, part: Emulator, d: int) -> np.ndarray:
-        """Which of d numbers are a part's."""
-        own = [self.takes.index(each) for each in part.takes]
-        return np.r_[np.array(own, int), np.arange(len(self.takes), d)]
-
     def at(self, zeta: np.ndarray) -> np.ndarray:
-        d = zeta.shape[1]
-        return np.hstack([each.at(zeta[:, self._inside(each, d)]) for each in self.parts])
+        return np.hstack([each.at(zeta) for each in self.parts])
 
     def with_slopes(self, zeta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values, every = [], []
-        for each in self.parts:
-            inside = self._inside(each, len(zeta))
-            value, own = each.with_slopes(zeta[inside])
-            slopes = np.zeros((len(value), len(zeta)))
-            slopes[:, inside] = own
-            values.append(value)
-            every.append(slopes)
-        return np.concatenate(values), np.vstack(every)
+        values, slopes = zip(*(each.with_slopes(zeta) for each in self.parts), strict=True)
+        return np.concatenate(values), np.vstack(slopes)
 
     def rows(self, kept: np.ndarray) -> Self:
         return replace(super().rows(kept), parts=tuple(each.rows(kept) for each in self.parts))
-
-
-def mended(
-    emulator: Emulator, takes: tuple[int, ...], place: np.ndarray, missed: np.ndarray, surer: float
-) -> Stacked:
-    """An emulator with what one exact simulation, and its derivatives, told beyond it.
-
-    Args:
-        emulator: before.
-        takes: which of the model's own numbers come first in ζ now.
-        place: ζ of the simulation, shape (d,).
-        missed: exact less emulated readings and their derivatives, shape (n, 1 + d).
-        surer: error by that before.
-    """
-    none = np.zeros((len(missed), 0))
-    local = Local(missed, none, 0.0, place, POLICY.mended_length, takes=takes)
-    return Stacked.of((replace(emulator, errors=surer * emulator.errors), local))
 
 
 def places(box: np.ndarray, count: int) -> np.ndarray:

@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import scipy.linalg
 
-from dolfingrip.diagnosis.core.case import GROUND, Case, Subset, joint_name
+from dolfingrip.diagnosis.core.case import GROUND, Case, Subset, mended_name
 from dolfingrip.diagnosis.core.sampling import drawn
 from dolfingrip.diagnosis.policy import POLICY
 
@@ -79,7 +79,7 @@ class Level:
         total = case.covariance + self.level**2 * case.kernel
         lower = scipy.linalg.cholesky(total, lower=True)
         blocks = [(case.value - case.base)[:, None]]
-        self._place = {"": slice(0, 0)}
+        self._place = {}
         at = 1
 
         def add(name: str, columns: np.ndarray) -> None:
@@ -88,8 +88,8 @@ class Level:
             self._place[name] = slice(at, at + columns.shape[1])
             at += columns.shape[1]
 
-        pairs = {joint_name(pair): each for pair, each in case.joint.items()}
-        for name, each in {GROUND: case.ground, **case.emulators, **pairs}.items():
+        mended = {mended_name(causes): each for causes, each in case.mended.items()}
+        for name, each in {GROUND: case.ground, **case.emulators, **mended}.items():
             add(name, each.columns)
             add(f"{name} error", each.errors)
         self._lower = lower
@@ -129,15 +129,17 @@ class Level:
         """A hypothesis under this covariance."""
         names = [name for name, _, _ in self.case.parts(subset)]
         at = np.r_[0, *(self._place[name] for name in names)]
-        wrong = names
-        if self.case.effects(subset) in self.case.local:
-            wrong = [name for name in names if name not in subset]
-        errors = np.r_[self._place[""], *(self._place[f"{name} error"] for name in wrong)]
-        errors = errors.astype(int)
+        causes = {*self.case.causes(subset)}
+        surer = {name for each in self.case.mended if causes.issuperset(each) for name in each}
+        errors, size = np.empty(0, int), np.empty(0)
+        for name in names:
+            own = np.r_[self._place[f"{name} error"]]
+            errors = np.r_[errors, own]
+            size = np.r_[size, np.full(len(own), POLICY.surer if name in surer else 1.0)]
         gram, log_det = self.gram[np.ix_(at, at)], self.log_det
         if len(errors):
-            inner = self.gram[np.ix_(errors, errors)] + np.eye(len(errors))
-            cross = self.gram[np.ix_(at, errors)]
+            inner = np.outer(size, size) * self.gram[np.ix_(errors, errors)] + np.eye(len(errors))
+            cross = self.gram[np.ix_(at, errors)] * size
             factor = scipy.linalg.cho_factor(inner, lower=True)
             gram = gram - cross @ scipy.linalg.cho_solve(factor, cross.T)
             log_det += 2 * float(np.log(np.diag(factor[0])).sum())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,12 +11,11 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core import discrepancy
-from dolfingrip.diagnosis.core.case import Case, Subset
+from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.emulator import Emulator, linear, places, trained
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.core.numbers import Cause, UnknownNumber, causes
 from dolfingrip.diagnosis.core.scaled import Factor, Scaled
-from dolfingrip.diagnosis.core.search import NONE
 from dolfingrip.diagnosis.coupon.errors import errors
 from dolfingrip.diagnosis.coupon.simulation import CouponSimulation, Kept
 from dolfingrip.diagnosis.data.measurement import Measurement, in_proportion
@@ -31,15 +30,40 @@ class CouponCase(Analysed[CouponSimulation]):
 
     def exact(self, fit: Fit) -> np.ndarray:
         """(n,) readings by an exact simulation at a fit's numbers, linear nuisances left out."""
-        case = self.case
-        overrides = self.at(fit, 1.0)
-        simulated = self.simulation.base(tuple(overrides)) if overrides else case.base
-        found = np.where(self.scaled, self.factor(fit), 1.0) * simulated
-        for name, place in case.places(fit.subset).items():
-            if name in self.far:
-                found = found + case.predicted((name,), fit.zeta[[0, *place]])
-                found = found - case.predicted(NONE, fit.zeta[:1])
-        return np.asarray(found)
+        return self.simulated(fit, self.simulation)[0]
+
+    def simulated(
+        self, fit: Fit, simulation: CouponSimulation, *, rig: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Readings, (m,), and their derivatives by ζ, (m, d); NaN where there is no equilibrium.
+
+        Args:
+            fit: the hypothesis.
+            simulation: of these coupons, or of others.
+            rig: whether numbers of the rig that are far out are so there, too.
+        """
+        case, places = self.case, self.case.places(fit.subset)
+        acting = [name for name in places if name in self.causes]
+        place = np.concatenate([np.empty(0, int), *(places[name] for name in acting)])
+        found: np.ndarray = simulation.base()
+        slopes: np.ndarray = np.zeros((len(found), len(fit.zeta)))
+        if acting:
+            zeta, (_, high) = fit.zeta[place], np.vstack([case.boxes[name] for name in acting]).T
+            steps = np.where(zeta + POLICY.step > high, -POLICY.step, POLICY.step)
+            moved = np.vstack([zeta, zeta + np.diag(steps)])
+            changes = simulation.changed([self.causes[name] for name in acting], moved)
+            found = found + changes[0]
+            slopes[:, place] = (changes[1:] - changes[0]).T / steps
+        scaled = in_proportion(simulation.measurement)
+        slopes[:, 0] = np.where(scaled, case.factor.std, 0.0) * found
+        factor = np.where(scaled, self.factor(fit), 1.0)
+        found, slopes = factor * found, factor[:, None] * slopes
+        for name in [each for each in places if rig and each in self.far]:
+            own, emulator = np.r_[0, places[name]], case.emulators[name]
+            value, by_own = emulator.with_slopes(fit.zeta[own])
+            found = found + emulator.columns @ value
+            slopes[:, own] += emulator.columns @ by_own
+        return found, slopes
 
 
 def coupon_case(
@@ -105,64 +129,6 @@ def _far(shared: Nuisance) -> Cause:
         shared.name, prior, -POLICY.reach, POLICY.reach, any_value, amplitude=True, listed=False
     )
     return Cause(shared.name, (number,), ())
-
-
-def with_pairs(coupons: CouponCase, pairs: Sequence[Subset]) -> CouponCase:
-    """The case with what pairs of causes change beyond the sum of what each changes alone.
-
-    The sum is not exact: a coupon that is pulled harder changes its volume more.
-    """
-    joint: dict[Subset, Emulator] = {}
-    for pair in pairs:
-        if len(coupons.case.effects(pair)) > 1:
-            box = np.vstack([coupons.causes[name].box() for name in pair])
-            joint[pair] = _beyond(coupons, pair, box)
-    return replace(coupons, case=replace(coupons.case, joint=joint))
-
-
-def refined(coupons: CouponCase, fits: Sequence[Fit]) -> CouponCase:
-    """The case with emulators that are exact about some fits, where all of these are likely.
-
-    Args:
-        coupons: the case.
-        fits: of likely hypotheses, several of the same causes where levels differ.
-    """
-    case = coupons.case
-    joint, local = dict(case.joint), dict(case.local)
-    for effects in dict.fromkeys(case.effects(fit.subset) for fit in fits):
-        if not effects:
-            continue
-        ends = []
-        wide = np.vstack([coupons.causes[name].box() for name in effects])
-        for fit in fits:
-            if case.effects(fit.subset) == effects:
-                own = slice(1, 1 + len(wide))
-                std = np.sqrt(np.diag(np.linalg.inv(fit.hessian)))[own]
-                ends.append(fit.zeta[own] + POLICY.near * np.outer([-1, 1], np.maximum(std, 0.02)))
-        reached = np.vstack(ends)
-        box = np.column_stack([reached.min(axis=0), reached.max(axis=0)])
-        box = np.clip(box, wide[:, :1], wide[:, 1:])
-        joint[effects] = _beyond(coupons, effects, box, POLICY.fewer)
-        local[effects] = box
-    return replace(coupons, case=replace(case, joint=joint, local=local))
-
-
-def _beyond(coupons: CouponCase, effects: Subset, box: np.ndarray, part: float = 1.0) -> Emulator:
-    """What causes change together beyond the sum of their emulators, within a box of ζ."""
-    case = coupons.case
-    count = POLICY.training[min(len(box), len(POLICY.training)) - 1]
-    zeta = places(box, int(part * count))
-    together = coupons.simulation.changed([coupons.causes[name] for name in effects], zeta)
-    at = 0
-    for name in effects:
-        d = len(case.boxes[name])
-        emulator = case.emulators[name]
-        alone = np.column_stack([np.zeros(len(zeta)), zeta[:, at : at + d]])
-        together = together - emulator.at(alone) @ emulator.columns.T
-        at += d
-    solved = np.isfinite(together).all(axis=1)
-    found = trained(zeta[solved], together[solved], coupons.errors.noise, box)
-    return Scaled.of(found, coupons.scaled, case.factor)
 
 
 def _emulated(simulation: CouponSimulation, cause: Cause, off: Errors) -> Emulator | None:

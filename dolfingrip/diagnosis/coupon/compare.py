@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.core.case import Subset
+from dolfingrip.diagnosis.core.case import Case, Subset
 from dolfingrip.diagnosis.core.evidence import Fit
-from dolfingrip.diagnosis.core.search import Posterior, pairs_above, search, searched_again
+from dolfingrip.diagnosis.core.search import Posterior, search, searched_again
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
-from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case, refined, with_pairs
+from dolfingrip.diagnosis.coupon.case import CouponCase, coupon_case
 from dolfingrip.diagnosis.coupon.found import CouponDiagnosis
 from dolfingrip.diagnosis.coupon.simulation import Kept
 from dolfingrip.diagnosis.data.measurement import Measurement
@@ -44,40 +45,35 @@ def compared(
     say("comparing all causes, alone and in pairs")
     rng = np.random.default_rng(0)
     posterior = search(coupons.case, rng, sample=False)
-    likely = pairs_above(posterior, POLICY.joint)
-    if likely:
-        say(f"simulating {len(likely)} pairs of causes together")
-        coupons = with_pairs(coupons, likely)
+    for _ in range(POLICY.rounds):
+        corrected = _corrected(coupons, posterior)
+        if corrected is coupons.case:
+            break
+        say("simulating likely causes at their fits")
+        coupons = replace(coupons, case=corrected)
+        posterior = searched_again(corrected, posterior)
     posterior = searched_again(coupons.case, posterior, rng)
-    far_off = _far_off(coupons, posterior)
-    if far_off:
-        say("simulating likely causes anew about their fits")
-        coupons = refined(coupons, far_off)
-        posterior = searched_again(coupons.case, posterior, rng)
     decision, under = sensitivity(posterior)
-    left = _left(coupons, decision.best)
+    left = _left(coupons, decision.best, coupons.exact(decision.best))
     return CouponDiagnosis(config, coupons, posterior, decision, under, left)
 
 
-def _left(coupons: CouponCase, fit: Fit) -> float:
-    """Largest difference between emulator and exact simulation at a fit, by the noise."""
+def _left(coupons: CouponCase, fit: Fit, exact: np.ndarray) -> float:
+    """Largest difference between emulator and exact simulation, (n,), at a fit, by the noise."""
     told = coupons.case.predicted(fit.subset, fit.zeta)
-    return float(np.abs((coupons.exact(fit) - told) / coupons.errors.noise).max())
+    return float(np.abs((exact - told) / coupons.errors.noise).max())
 
 
-def _far_off(coupons: CouponCase, posterior: Posterior) -> list[Fit]:
-    """Likely fits of those causes whose emulator is not exact there."""
-    total: dict[Subset, float] = defaultdict(float)
-    likely: dict[Subset, list[Fit]] = defaultdict(list)
-    for p, fit in zip(posterior.probability, posterior.fits, strict=True):
-        effects = coupons.case.effects(fit.subset)
-        total[effects] += float(p)
-        if p > POLICY.joint:
-            likely[effects].append(fit)
-    return [
-        fit
-        for effects, fits in likely.items()
-        if effects and total[effects] > POLICY.verified
-        and max(_left(coupons, each) for each in fits) > POLICY.exact
-        for fit in fits
-    ]  # fmt: skip
+def _corrected(coupons: CouponCase, posterior: Posterior) -> Case:
+    """The case with simulations at the fits of those likely causes that it is not exact at."""
+    found = coupons.case
+    likely: dict[Subset, float] = defaultdict(float)
+    for subset, p in posterior.subsets.items():
+        likely[found.causes(subset)] += p
+    for causes, p in likely.items():
+        if causes and p > POLICY.verified:
+            fit = posterior.best(causes)
+            exact = np.column_stack(coupons.simulated(fit, coupons.simulation))
+            if _left(coupons, fit, exact[:, 0]) > POLICY.exact:
+                found = found.corrected(fit.subset, fit.zeta, exact)
+    return found

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, Say, left
+from dolfingrip.diagnosis.additions.next_experiment import Then
+from dolfingrip.diagnosis.additions.protocols import Proposal
+from dolfingrip.diagnosis.additions.worth import Tied
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, left
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.coupon.case import CouponCase
-from dolfingrip.diagnosis.coupon.next_experiment import next_experiments
-from dolfingrip.diagnosis.outcome import NextExperiment
+from dolfingrip.diagnosis.coupon.simulation import CouponSimulation
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.extensions.index import effect
 from dolfingrip.parameter import scaled
@@ -75,8 +78,13 @@ class CouponDiagnosis(Diagnosis):
             f"{100 * scatter.told_scale:.2g} % is believed (nuisance.specimen_scale)"
         ]
 
-    def next_experiments(self, say: Say) -> tuple[list[NextExperiment], list[str]]:
-        return next_experiments(self.analysed, self.posterior, self.decision), []
+    def then(self, proposal: Proposal, fits: Sequence[Fit]) -> Then:
+        other = CouponSimulation(proposal.measurement, self.config)
+        # the rig's own errors are others then, and a new coupon is another specimen
+        after = [Tied(e.zeta, *self.analysed.simulated(e, other, rig=False)) for e in fits]
+        scatter = self.analysed.errors.scatter
+        stiff = max(scatter.scale, scatter.told_scale) * after[0].readings
+        return after, np.outer(stiff, stiff), 0.0, False
 
     def afterwards(self) -> str:
         decision, rig = self.decision, self.analysed.case.rig

@@ -12,7 +12,6 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.answer.analysed import Analysed
 from dolfingrip.diagnosis.answer.errors import Errors
 from dolfingrip.diagnosis.core.case import Case
-from dolfingrip.diagnosis.core.emulator import mended
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.errors import errors
@@ -138,35 +137,6 @@ class FingerCase(Analysed[FingerSimulation]):
         rest = self.case.value - self.case.predicted(fit.subset, fit.zeta)
         left = scipy.linalg.solve(self.case.covariance, rest, assume_a="pos")
         return {each.name: float(each.change @ left) for each in self.errors.shared}
-
-    def corrected(self, fit: Fit, missed: np.ndarray) -> FingerCase:
-        """With what an exact simulation differs by from the emulators at a fit.
-
-        The strongest cause's emulator takes it over, or the model's own where there is none; all
-        that act there are surer near it.
-
-        Args:
-            fit: of a cause, or of several.
-            missed: exact less emulated readings and their derivatives by ζ, shape (n, 1 + d).
-        """
-        takes = tuple(range(self.case.own))
-        causes = self.case.causes(fit.subset)
-        if not causes:
-            assert self.case.ground is not None
-            ground = mended(self.case.ground, takes, fit.zeta, missed, 1.0)
-            return replace(self, case=replace(self.case, ground=ground))
-        strongest = max(causes, key=dict(zip(fit.subset, fit.strengths, strict=True)).__getitem__)
-        emulators = dict(self.case.emulators)
-        for name, place in self.case.places(fit.subset).items():
-            old = emulators[name]
-            if name != strongest:
-                emulators[name] = replace(old, errors=POLICY.surer * old.errors)
-            else:
-                own = np.r_[np.array(takes, int), place]
-                emulators[name] = mended(
-                    old, takes, fit.zeta[own], missed[:, np.r_[0, 1 + own]], POLICY.surer
-                )
-        return replace(self, case=replace(self.case, emulators=emulators))
 
 
 def finger_case(

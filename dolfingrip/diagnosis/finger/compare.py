@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from dolfingrip.diagnosis.core.search import Posterior, search
 from dolfingrip.diagnosis.core.sensitivity import sensitivity
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.finger.case import FingerCase, finger_case
-from dolfingrip.diagnosis.finger.exact import emulated, simulated
+from dolfingrip.diagnosis.finger.exact import simulated
 from dolfingrip.diagnosis.finger.found import FingerDiagnosis
 from dolfingrip.diagnosis.policy import POLICY
 from dolfingrip.diagnosis.simulation.runner import Workers
@@ -69,12 +70,12 @@ def verified(
         causes = finger.case.causes(fit.subset)
         name = " with ".join(causes) or "the model"
         try:
-            exact = simulated(finger, fit, finger.measurement)
+            exact = np.column_stack(simulated(finger, fit, finger.measurement))
         except ConfigError as error:
             say(f"a simulation at fitted numbers failed: {error}")
             return finger, posterior, float("nan")
-        missed = np.column_stack(exact) - np.column_stack(emulated(finger, fit))
-        worst = float(np.abs(missed[:, 0] / finger.errors.noise).max())
+        missed = exact[:, 0] - finger.case.predicted(fit.subset, fit.zeta)
+        worst = float(np.abs(missed / finger.errors.noise).max())
         say(
             f"a simulation of {name} at its fitted numbers differs by {worst:.2g} standard "
             "deviations of the noise at most"
@@ -84,7 +85,7 @@ def verified(
         if worst <= 1.0 and ends:
             break
         known.add(causes)
-        finger = finger.corrected(fit, missed)
+        finger = replace(finger, case=finger.case.corrected(fit.subset, fit.zeta, exact))
         posterior = search(finger.case, np.random.default_rng(0))
     return *_own_numbers_verified(finger, posterior, say), worst
 

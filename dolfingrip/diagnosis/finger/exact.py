@@ -71,14 +71,3 @@ def simulated(
 
 def _of_rig(key: str) -> bool:
     return any(key.startswith(f"extensions.{name}.") for name in FAR)
-
-
-def emulated(finger: FingerCase, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
-    """The same by the emulators."""
-    case, step = finger.case, 1e-4
-    readings = case.predicted(fit.subset, fit.zeta)
-    slopes = [
-        (case.predicted(fit.subset, fit.zeta + step * way) - readings) / step
-        for way in np.eye(len(fit.zeta))
-    ]
-    return readings, np.column_stack(slopes)

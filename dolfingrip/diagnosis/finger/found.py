@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
 import numpy as np
 
 from dolfingrip.config import Config
-from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig, Say
+from dolfingrip.diagnosis.additions.next_experiment import Then
+from dolfingrip.diagnosis.additions.protocols import Proposal
+from dolfingrip.diagnosis.answer.found import Diagnosis, OfTheRig
 from dolfingrip.diagnosis.answer.found import fitted as fitted_readings
 from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.finger.case import DRAWN, FingerCase
-from dolfingrip.diagnosis.finger.next_experiment import next_experiments
-from dolfingrip.diagnosis.outcome import NextExperiment
+from dolfingrip.diagnosis.finger.next_experiment import then
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 
 MESH_UNKNOWN: Final = (
@@ -83,8 +85,8 @@ class FingerDiagnosis(Diagnosis):
         told = [f"{name} could not be tried: {why}" for name, why in self.analysed.failed.items()]
         return told if self.analysed.simulation.base.mesh.size else [MESH_UNKNOWN, *told]
 
-    def next_experiments(self, say: Say) -> tuple[list[NextExperiment], list[str]]:
-        return next_experiments(self.analysed, self.posterior, self.decision, say)
+    def then(self, proposal: Proposal, fits: Sequence[Fit]) -> Then:
+        return then(self.analysed, proposal, fits)
 
     def afterwards(self) -> str:
         if self.decision.answer == "unknown":

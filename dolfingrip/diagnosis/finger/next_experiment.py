@@ -1,68 +1,44 @@
-"""Which further experiment would tell tied causes apart, from a simulation of each."""
+"""Tied hypotheses of fingers at the readings of another experiment."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 
 import numpy as np
 
-from dolfingrip.config import ConfigError
-from dolfingrip.diagnosis.additions.protocols import Proposal, proposals
-from dolfingrip.diagnosis.additions.worth import Comparison, Tied, shows_memory, tied
-from dolfingrip.diagnosis.core.decision import Decision
-from dolfingrip.diagnosis.core.search import Posterior
+from dolfingrip.diagnosis.additions.next_experiment import Then
+from dolfingrip.diagnosis.additions.protocols import Proposal
+from dolfingrip.diagnosis.additions.worth import Tied, shows_memory
+from dolfingrip.diagnosis.core.evidence import Fit
 from dolfingrip.diagnosis.finger.case import FingerCase
-from dolfingrip.diagnosis.finger.exact import emulated, simulated
-from dolfingrip.diagnosis.outcome import NextExperiment
+from dolfingrip.diagnosis.finger.exact import simulated
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.simulation.nuisances import keys, neutral_stages, nuisances
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.extensions.index import effect
 
 
-def next_experiments(
-    finger: FingerCase,
-    posterior: Posterior,
-    decision: Decision,
-    say: Callable[[str], None],
-) -> tuple[list[NextExperiment], list[str]]:
-    """Additions that tell the tied hypotheses apart, the best first, and why some failed.
+def then(finger: FingerCase, proposal: Proposal, fits: Sequence[Fit]) -> Then:
+    """Tied hypotheses at the readings of an addition, each simulated.
 
-    Nothing where no other hypothesis is tied with the leading one.
+    Raises:
+        ConfigError: one line, where a simulation does not reach all readings.
     """
-    fits = tied(posterior, decision)
-    if len(fits) < 2:
-        return [], []
     simulation = finger.simulation
-    comparison = Comparison(
-        simulation.measurement, finger.errors.noise, finger.case.covariance,
-        np.array([p for p, _ in fits]), [Tied(fit.zeta, *emulated(finger, fit)) for _, fit in fits],
-    )  # fmt: skip
+    mesh = () if proposal.known_mesh else simulation.flat
+    # the rig's own errors are others then
+    after = [
+        Tied(fit.zeta, *simulated(finger, fit, proposal.measurement, mesh, rig=False))
+        for fit in fits
+    ]
+    # along one loading a law with memory follows any elastic one, fitted anew
+    seen = shows_memory(simulation.measurement, proposal.measurement)
+    causes = finger.case.causes
     remembers = np.array(
-        [
-            any(effect(n).kind == "dissipative" for n in finger.case.causes(fit.subset))
-            for _, fit in fits
-        ]
+        [any(effect(name).kind == "dissipative" for name in causes(fit.subset)) for fit in fits]
     )
-    found, failed = [], []
-    for proposal in proposals(simulation.measurement, simulation.config):
-        say(f"next experiment: {proposal.name}")
-        try:
-            mesh = () if proposal.known_mesh else simulation.flat
-            # the rig's own errors are others then
-            after = [
-                Tied(fit.zeta, *simulated(finger, fit, proposal.measurement, mesh, rig=False))
-                for _, fit in fits
-            ]
-            shared, cross = _covariances(finger, proposal)
-        except ConfigError as error:
-            failed.append(f"{proposal.name} could not be judged: {error}")
-            continue
-        # along one loading a law with memory follows any elastic one, fitted anew
-        seen = shows_memory(simulation.measurement, proposal.measurement)
-        unseen = (remembers[:, None] != remembers) & (not seen)
-        found.append(comparison.worth(proposal, after, shared, cross, unseen))
-    return sorted(found, key=lambda worth: worth.rank), failed
+    unseen = (remembers[:, None] != remembers) & (not seen)
+    return after, *_covariances(finger, proposal), unseen
 
 
 def _covariances(finger: FingerCase, proposal: Proposal) -> tuple[np.ndarray, np.ndarray]:

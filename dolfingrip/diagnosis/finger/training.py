@@ -169,7 +169,7 @@ def _by_moduli(
     nearly = closed_forms.nearly(simulation, cause, scale, factor, moduli)
     if nearly is None:
         return trained_on(told, own, scale, (0,))
-    return Stacked.of((nearly, trained_on(_without(told, nearly), own, scale, (0,))))
+    return Stacked.of(nearly, trained_on(_without(told, nearly), own, scale, (0,)))
 
 
 def _design(simulation: FingerSimulation, cause: Cause, factor: Factor, middle: float) -> _Design:

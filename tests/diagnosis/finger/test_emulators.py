@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ from benchmarks.reference_measurement import reference_measurement
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.core.case import Case
 from dolfingrip.diagnosis.core.curved import Coordinate, Simulations, trained_on
-from dolfingrip.diagnosis.core.emulator import Emulator, Stacked, mended
+from dolfingrip.diagnosis.core.emulator import Emulator
 from dolfingrip.diagnosis.core.numbers import causes
 from dolfingrip.diagnosis.core.scaled import Factor
 from dolfingrip.diagnosis.core.search import search
@@ -75,47 +73,53 @@ def test_no_strength_changes_nothing() -> None:
     assert np.abs(found.columns @ found.at(np.array([[0.3, -60.0]]))[0]).max() < 1e-6
 
 
-def test_an_exact_simulation_mends_value_and_slopes() -> None:
-    """At its place the mended emulator is exact; far from there it is as before."""
-    inner = softening()
-    place = np.array([0.4, 0.1, 1.2])
-    inside = np.array([0, 2])
-    missed = 0.3 * np.random.default_rng(SEED).standard_normal((len(X), 4))
-    found = mended(inner, (0, 1), place, missed, 0.2)
-    before = inner.columns @ inner.at(place[None, inside])[0]
-    value, slopes = found.with_slopes(place)
-    np.testing.assert_allclose(found.columns @ value - before, missed[:, 0], atol=1e-12)
-    _, own = inner.with_slopes(place[inside])
-    told = np.zeros((len(X), 3))
-    told[:, inside] = inner.columns @ own
-    np.testing.assert_allclose(found.columns @ slopes - told, missed[:, 1:], atol=1e-12)
-    at = place + 0.3
-    step = 1e-6 * np.eye(3)
-    by_difference = (found.at(at + step) - found.at(at - step)).T / 2e-6
-    np.testing.assert_allclose(found.with_slopes(at)[1], by_difference, atol=1e-6)
+def case_of(readings: np.ndarray) -> Case:
+    """The invented model at any modulus, with the softening as its only cause."""
+    nodes = np.linspace(-2.5, 2.5, 33)
+    values = np.array([[bend(factor(m)) - bend(1.0)] for m in nodes])
+    told = Simulations(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
+    return Case(
+        readings, bend(1.0), Factor(STD), {"softening": softening()}, np.diag(SCALE**2),
+        np.diag(SCALE**2) * 1e-6, {"softening": np.array([[-2.7, 2.7]])},
+        trained_on(told, [], SCALE, (0,), exact=True), ground_box=np.array([[-2.5, 2.5]]),
+    )  # fmt: skip
+
+
+def test_slopes_are_derivatives() -> None:
+    case, subset, place = case_of(bend(1.0)), ("softening",), np.array([0.4, 1.2])
+    by_difference = [
+        (case.predicted(subset, place + step) - case.predicted(subset, place - step)) / 2e-6
+        for step in 1e-6 * np.eye(2)
+    ]
+    told = np.column_stack(by_difference)
+    np.testing.assert_allclose(case.slopes(subset, place), told, rtol=1e-4, atol=1e-5)
+
+
+def test_an_exact_simulation_corrects_value_and_slopes() -> None:
+    """Exact at its place, twice; as before far from there; of its cause and with others alone."""
+    print("seed", SEED)
+    rng, before, subset = np.random.default_rng(SEED), case_of(bend(1.0)), ("softening",)
+    case = before
+    for place in (np.array([0.4, 1.2]), np.array([0.5, 1.1])):
+        told = np.column_stack([case.predicted(subset, place), case.slopes(subset, place)])
+        exact = told + 0.3 * rng.standard_normal((len(X), 3))
+        case = case.corrected(subset, place, exact)
+        np.testing.assert_allclose(case.predicted(subset, place), exact[:, 0], atol=1e-12)
+        np.testing.assert_allclose(case.slopes(subset, place), exact[:, 1:], atol=1e-12)
     far = place + 9.0
-    rest = found.columns @ found.at(far[None])[0]
-    np.testing.assert_allclose(rest, inner.columns @ inner.at(far[None, inside])[0], atol=1e-6)
-    both = Stacked.of((inner, replace(inner)))
-    np.testing.assert_allclose(
-        both.columns @ both.at(place[None, inside])[0], 2 * before, rtol=1e-12
-    )
+    same = before.predicted(subset, far)
+    np.testing.assert_allclose(case.predicted(subset, far), same, atol=1e-6)
+    alone = place[:1]
+    np.testing.assert_array_equal(case.predicted((), alone), before.predicted((), alone))
+    some = case.rows(np.arange(len(X)) < 5)
+    np.testing.assert_allclose(some.predicted(subset, place), exact[:5, 0], atol=1e-12)
 
 
 def test_modulus_and_cause_are_found_together() -> None:
     """A model 25 % too soft, with a cause of 0.8 standard deviations above its median."""
-    nodes = np.linspace(-2.5, 2.5, 33)
-    values = np.array([[bend(factor(m)) - bend(1.0)] for m in nodes])
-    told = Simulations(np.zeros((1, 0)), values, np.zeros((33, 1, 0, len(X))), nodes)
-    ground = trained_on(told, [], SCALE, (0,), exact=True)
     print("seed", SEED)
     noise = SCALE * np.random.default_rng(SEED).standard_normal(len(X))
-    case = Case(
-        bend(1.25) + changed(0.8, 1.25) + noise, bend(1.0), Factor(STD),
-        {"softening": softening()}, np.diag(SCALE**2), np.diag(SCALE**2) * 1e-6,
-        {"softening": np.array([[-2.7, 2.7]])}, ground,
-        ground_box=np.array([[-2.5, 2.5]]),
-    )  # fmt: skip
+    case = case_of(bend(1.25) + changed(0.8, 1.25) + noise)
     decision, _ = sensitivity(search(case, np.random.default_rng(SEED)))
     assert (decision.answer, decision.first) == ("cause", ("softening",))
     assert float(factor(decision.best.zeta[0])) == pytest.approx(1.25, rel=0.02)
