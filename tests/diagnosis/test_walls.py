@@ -20,7 +20,6 @@ from dolfingrip.diagnosis.finger.model import model_case, wall_std
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.policy import MODEL
 from dolfingrip.diagnosis.simulation import modulus
-from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import WALL
 from dolfingrip.diagnosis.simulation.simulated import Case, simulate
 from dolfingrip.diagnosis.simulation.walls import simulate_walls
@@ -71,11 +70,6 @@ def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
     return simulated(measurement, finger(), Here(store))
 
 
-@pytest.fixture(scope="module")
-def base(simulation: FingerSimulation) -> BaseSimulation:
-    return simulation.base
-
-
 def with_walls(measurement: Measurement, store: Path, walls: float, factor: float = 1.0):
     """Readings, simulated at other walls and moduli."""
     config = finger()
@@ -102,7 +96,7 @@ def test_the_model_leads_through_what_was_simulated(
         size = np.abs(there - base.readings).max()
         np.testing.assert_allclose(told(walls), there, atol=1e-3 * size)
     there = with_walls(measurement, store, 0.95) - base.readings
-    by_derivative = -0.05 * finger().finger.wall_mm * base.simulated.slope("finger.wall_mm")
+    by_derivative = -0.05 * finger().finger.wall_mm * base.slope("finger.wall_mm")
     for name in ("angle_deg", "force_N"):
         at = (measurement.listed()["column"] == name).to_numpy()
         off = np.abs(told(0.95) - base.readings - there)[at].max()
@@ -122,9 +116,9 @@ def test_it_scales_with_the_modulus(simulation: FingerSimulation, store: Path) -
         assert np.abs(found - there)[at].max() < allowed * there[at].max()
 
 
-def test_a_fit_finds_the_walls(base: BaseSimulation, store: Path, tmp_path: Path) -> None:
+def test_a_fit_finds_the_walls(measurement: Measurement, store: Path, tmp_path: Path) -> None:
     """The readings were simulated with walls 8 % thinner of a material 10 % softer."""
-    true = with_walls(base.measurement, store, 0.92, 0.9)
+    true = with_walls(measurement, store, 0.92, 0.9)
     measured = written_with(tmp_path, true)
     found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
     assert found.decision.answer == "none"
@@ -147,17 +141,17 @@ def test_else_a_derivative_serves(names: str, more: str, tmp_path: Path, store: 
     """Where nothing is blocked, or where the walls are known; nothing is simulated."""
     told = TOLD.replace("force_N = 0.002\n", "").replace("force_N = 0.0004\n", "")
     measured = written_with(tmp_path, None, (told if names == "bending" else TOLD) + more, names)
-    own = simulated(measured, finger(), Here(store)).base
-    assert simulate_walls(measured, own, Here(tmp_path / "none")) == {}
+    own = simulated(measured, finger(), Here(store))
+    assert simulate_walls(measured, finger(), own.base, Here(tmp_path / "none")) == {}
     assert not (tmp_path / "none").exists()
-    assert WALL in [each.name for each in own.nuisance_list]
+    assert WALL in [each.name for each in own.nuisances]
 
 
 def test_walls_far_from_those_configured_are_simulated(
-    base: BaseSimulation, store: Path, tmp_path: Path
+    measurement: Measurement, store: Path, tmp_path: Path
 ) -> None:
     """Readings of walls four standard deviations too thick: these are the cause, and fitted."""
-    true = with_walls(base.measurement, store, 1.2, 0.9)
+    true = with_walls(measurement, store, 1.2, 0.9)
     measured = written_with(tmp_path, true)
     found = judged(measured, finger(), Here(store), Settings(quick=True, effects=("angle_gain",)))
     assert found.analysed.simulation.walls.keys() >= {0.9, 1.0, 1.1, 1.2}

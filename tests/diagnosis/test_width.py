@@ -112,12 +112,12 @@ def test_a_width_knows_neither_modulus_nor_cross_section(store: Path, tmp_path: 
     simulation = simulated(measurement, Config(), Here(store))
     base = simulation.base
     across = (measurement.listed()["column"] == WIDTH).to_numpy()
-    changes = {each.name: each.change for each in base.nuisance_list}
+    changes = {each.name: each.change for each in simulation.nuisances}
     assert set(changes) == {"modulus", "coupon_area"}
     for change in changes.values():
         np.testing.assert_allclose(change[across], 0.0, atol=1e-6)
         assert (np.abs(change[~across]) > 0.05).all()
-    scaled = simulation.at(base.simulated, 1.3)
+    scaled = simulation.at(base, 1.3)
     np.testing.assert_array_equal(scaled[across], base.readings[across])
     case = coupon_case(measurement, Config(), ["force_gain", "mooney_rivlin"]).case
     change = {

@@ -26,11 +26,10 @@ from dolfingrip.diagnosis.finger.model import (
     model_case,
     wall_std,
 )
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation, rough_simulation
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached, rough_simulation
 from dolfingrip.diagnosis.finger.training import trained_causes
 from dolfingrip.diagnosis.finger.unknowns import FAR, box_of, unknowns
 from dolfingrip.diagnosis.policy import POLICY
-from dolfingrip.diagnosis.simulation.base import not_reached
 from dolfingrip.diagnosis.simulation.nuisances import WALL, Nuisance
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.parameter import every
@@ -178,7 +177,10 @@ def finger_case(
     std = wall_std(simulation)
     return FingerCase(
         case, felt, off, simulation, trained.unseen, trained.failed, wall_std=std,
-        not_reached=not_reached(measurement, simulation.base, simulation.failures or None),
+        not_reached=not_reached(
+            measurement, simulation.measurement, simulation.base.readings,
+            simulation.failures or simulation.base.failures,
+        ),
     )  # fmt: skip
 
 

@@ -73,7 +73,7 @@ def _changed(
             displayed = on.reading({**own, "time_s": since.to_numpy()})
             shown.append({name: displayed.get(name, told) - told for name, told in own.items()})
         return simulation.listed(shown)
-    base, by = simulation.base.simulated, c / simulation.centre
+    base, by = simulation.base, c / simulation.centre
     if on.has("moduli_at"):
         return elastic_curve.drifted(simulation.measurement, base, on, by)
     behind = partial(elastic_curve.behind, on)
@@ -110,7 +110,7 @@ def nearly(
         c = float(factor(z[0]))
         changes.append(
             relaxation.change(
-                simulation.measurement, simulation.base.simulated, viscous, c / simulation.centre
+                simulation.measurement, simulation.base, viscous, c / simulation.centre
             )
         )
     return replace(trained(zeta, np.nan_to_num(np.array(changes)), scale, box), takes=(0,))

@@ -26,10 +26,10 @@ def errors(simulation: FingerSimulation) -> Errors:
     told = (*FITTED, *([WALL] if simulation.walls else []))
     shared = [
         replace(each, change=np.nan_to_num(each.change))
-        for each in base.nuisance_list
+        for each in simulation.nuisances
         if each.name not in told
     ]
-    columns = list(np.nan_to_num(base.mesh.T))
+    columns = list(np.nan_to_num(simulation.mesh.T))
     for test in measurement.tests:
         if test.experiment == "coupon":
             own = np.where(listed["test"].to_numpy() == test.number, steep, 0.0)

@@ -94,8 +94,7 @@ def on_a_good_mesh(rough: FingerSimulation, configured: FingerSimulation) -> Fin
 def _moduli(rough: FingerSimulation) -> float:
     told = np.isfinite(rough.base.readings)
     readings = np.where(told, rough.base.readings, 0.0)
-    simulated = replace(rough.base.simulated, readings=readings)
-    whole = replace(rough, base=replace(rough.base, simulated=simulated))
+    whole = replace(rough, base=replace(rough.base, readings=readings))
     plain = model_case(whole, errors(whole)).rows(told)
     # walls are not fitted yet: they may take their part
     return fitted_moduli(plain, rough.centre, POLICY.recentred)

@@ -83,7 +83,7 @@ class FingerDiagnosis(Diagnosis):
 
     def cautions(self) -> list[str]:
         told = [f"{name} could not be tried: {why}" for name, why in self.analysed.failed.items()]
-        return told if self.analysed.simulation.base.mesh.size else [MESH_UNKNOWN, *told]
+        return told if self.analysed.simulation.mesh.size else [MESH_UNKNOWN, *told]
 
     def then(self, proposal: Proposal, fits: Sequence[Fit]) -> Then:
         return then(self.analysed, proposal, fits)

@@ -18,11 +18,11 @@ from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import MODEL, ROUTES
 from dolfingrip.diagnosis.simulation import modulus
-from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.groups import SimulationGroup
 from dolfingrip.diagnosis.simulation.legs import Leg
 from dolfingrip.diagnosis.simulation.mesh_map import MeshMap
 from dolfingrip.diagnosis.simulation.nuisances import (
+    Nuisance,
     keys,
     modulus_keys,
     neutral_stages,
@@ -52,7 +52,9 @@ class FingerSimulation:
         workers: where simulations are computed and kept.
         flat: overrides of the mesh that causes are simulated on.
         centre: factor of all moduli that all is simulated at.
-        base: graded mesh, nuisances and what the mesh gets wrong.
+        base: on the graded mesh, with derivatives by nuisances, and with headroom.
+        nuisances: what else the readings change by.
+        mesh: (n, 1) what the mesh may get wrong; (n, 0) where it cannot be told.
         plain: on the mesh that causes are simulated on, with headroom.
         others: base simulations at other moduli, by factor, where the model does not scale.
         rough: the same on the mesh of the causes.
@@ -69,7 +71,9 @@ class FingerSimulation:
     workers: Workers
     flat: Overrides
     centre: float
-    base: BaseSimulation
+    base: Simulated
+    nuisances: Sequence[Nuisance]
+    mesh: np.ndarray
     plain: Simulated
     others: dict[float, Simulated]
     rough: dict[float, Simulated]
@@ -81,17 +85,17 @@ class FingerSimulation:
 
     def __post_init__(self) -> None:
         self._weights: dict[tuple[int, int, float], np.ndarray] = {}
-        self._map = MeshMap(self.measurement, self.base.simulated, self.plain)
+        self._map = MeshMap(self.measurement, self.base, self.plain)
 
     @property
     def groups(self) -> list[SimulationGroup]:
         """Which tests share a simulation."""
-        return [run.group for run in self.base.simulated.runs]
+        return [run.group for run in self.base.runs]
 
     @property
     def scales(self) -> bool:
         """Whether the moduli scale the base model exactly."""
-        return self.base.scales
+        return modulus.scale_all(self.base.runs)
 
     @property
     def applied(self) -> Config:
@@ -109,7 +113,7 @@ class FingerSimulation:
             walls: thickness by that configured.
         """
         tried = (*self.tried_walls, walls)
-        known = simulate_walls(self.measurement, self.base, self.workers, tried)
+        known = simulate_walls(self.measurement, self.config, self.base, self.workers, tried)
         return replace(self, walls=known, tried_walls=tried)
 
     # -- reading a simulation ---------------------------------------------------------------------
@@ -159,7 +163,7 @@ class FingerSimulation:
         listed = self.measurement.listed()
         place, column, test = (listed[name].to_numpy() for name in ("row", "column", "test"))
         found = np.full(len(listed), np.nan)
-        for run, own in zip(self.base.simulated.runs, runs, strict=True):
+        for run, own in zip(self.base.runs, runs, strict=True):
             mine = np.isin(test, run.group.tests)
             for name in set(column[mine]) & set(own):
                 at = np.flatnonzero(mine & (column == name))
@@ -174,7 +178,7 @@ class FingerSimulation:
     def base_rows(self, factor: float) -> list[dict[str, np.ndarray]]:
         """Rows of the base model with all moduli ``factor`` times as configured."""
         if self.scales:
-            return self.rows(self.base.simulated, factor / self.centre)
+            return self.rows(self.base, factor / self.centre)
         return self._between(self.others, factor)
 
     def _between(self, known: dict[float, Simulated], factor: float) -> list[dict[str, np.ndarray]]:
@@ -203,8 +207,6 @@ class FingerSimulation:
         self, readings: np.ndarray, slopes: np.ndarray, factor: float
     ) -> tuple[np.ndarray, np.ndarray]:
         """Readings, (n,), and derivatives, (n, d), as the graded mesh would have them."""
-        if self.base.plain is None:
-            return readings, slopes
         return self._map.to_graded(readings, slopes, factor / self.centre)
 
 
@@ -248,15 +250,15 @@ def rough_simulation(
     moved = _moved(measurement, config, centre)
     case = Case((*flat, *moved), headroom=headroom)
     (plain,) = simulate(measurement, config, [case], workers)
-    base = BaseSimulation(measurement, config, plain, [], np.zeros((len(plain.readings), 0)), None)
+    none = np.zeros((len(plain.readings), 0))
     weighed = Case(flat, headroom=headroom)
-    nodes = {} if base.scales else _nodes(measurement, config, workers, weighed, centre)
+    scale = modulus.scale_all(plain.runs)
+    nodes = {} if scale else _nodes(measurement, config, workers, weighed, centre)
     rough = FingerSimulation(
-        measurement, config, workers, flat, centre, base, plain, nodes, nodes, {}, plain.readings,
-        headroom=headroom,
+        measurement, config, workers, flat, centre, plain, [], none, plain, nodes, nodes, {},
+        plain.readings, headroom=headroom,
     )  # fmt: skip
-    every = replace(plain, readings=rough.base_at(centre))
-    return replace(rough, base=replace(base, simulated=every))
+    return replace(rough, base=replace(plain, readings=rough.base_at(centre)))
 
 
 def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> FingerSimulation:
@@ -287,21 +289,17 @@ def finger_simulation(rough: FingerSimulation, configured: FingerSimulation) -> 
         again = replace(rough, measurement=kept)
         told = replace(configured, measurement=kept)
         return replace(finger_simulation(again, told), failures=graded.failures)
-    error = MODEL.mesh_share * (graded.readings - plain.readings)[:, None]
-    base = BaseSimulation(
-        measurement, config, graded, nuisances(measurement, graded),
-        np.nan_to_num(error) if flat else np.zeros((len(graded.readings), 0)),
-        plain if flat else None,
-    )  # fmt: skip
+    error = np.nan_to_num(MODEL.mesh_share * (graded.readings - plain.readings)[:, None])
     others: dict[float, Simulated] = {}
     coarse: dict[float, Simulated] = {}
-    if not base.scales:
+    if not modulus.scale_all(graded.runs):
         others = _nodes(measurement, config, workers, Case(stages, headroom=headroom), centre)
         coarse = _nodes(measurement, config, workers, Case(flat, headroom=headroom), centre)
-    walls = simulate_walls(measurement, base, workers)
+    walls = simulate_walls(measurement, config, graded, workers)
     found = FingerSimulation(
-        measurement, config, workers, flat, centre, base, plain, others, coarse, walls,
-        graded.readings, headroom=headroom,
+        measurement, config, workers, flat, centre, graded, nuisances(measurement, graded),
+        error if flat else error[:, :0], plain, others, coarse, walls, graded.readings,
+        headroom=headroom,
     )  # fmt: skip
     if centre == 1.0:
         return found
@@ -326,6 +324,35 @@ def _nodes(
         replace(case, overrides=(*case.overrides, *_moved(measurement, config, c))) for c in nodes
     ]
     return dict(zip(nodes, simulate(measurement, config, cases, workers), strict=True))
+
+
+def not_reached(
+    measurement: Measurement,
+    known: Measurement,
+    readings: np.ndarray,
+    failures: Sequence[SimulationFailure],
+) -> list[str]:
+    """For each test, readings that the base simulation does not come to, and why.
+
+    Args:
+        measurement: all that was measured.
+        known: what was compared of it.
+        readings: of the base simulation for that, (n,); NaN where it does not come so far.
+        failures: of the base simulation.
+    """
+    every = measurement.listed()["test"].to_numpy()
+    reached = known.listed()["test"].to_numpy()[np.isfinite(readings)]
+    found = []
+    for test in measurement.tests:
+        count = int((every == test.number).sum())
+        lost = count - int((reached == test.number).sum())
+        if lost:
+            why = [each.sentence for each in failures if test in each.tests]
+            found.append(
+                f"{test.experiment} of {test.specimen}: the base simulation does not reach "
+                f"{lost} of {count} readings, which are left out: {'; '.join(why)}"
+            )
+    return found
 
 
 def _reached(measurement: Measurement, graded: Simulated) -> Measurement:

@@ -13,8 +13,7 @@ From the bottom up:
 - :mod:`modulus`: exact scaling of a base simulation by the modulus;
 - :mod:`elastic_curve`: readings at another load than that of the protocol; :mod:`relaxation`:
   viscous effects, which nearly follow from it;
-- :mod:`nuisances`: what else the readings change by; :mod:`walls`: at other walls;
-- :mod:`base`: what the simulation as configured tells.
+- :mod:`nuisances`: what else the readings change by; :mod:`walls`: at other walls.
 
 All arrays are aligned with ``Measurement.listed()``
 (:mod:`dolfingrip.diagnosis.data.measurement`); n is the number of single readings there.

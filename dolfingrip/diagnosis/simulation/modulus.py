@@ -10,9 +10,12 @@ taken as linear leaves 1.6 standard deviations unexplained, this none.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from dolfingrip import parameter
 from dolfingrip.config import Config
 from dolfingrip.diagnosis.simulation.groups import path_independent
+from dolfingrip.diagnosis.simulation.simulated import SimulatedGroup
 
 
 def scales(config: Config) -> bool:
@@ -29,6 +32,11 @@ def scales(config: Config) -> bool:
 def _is_neutral(effect: object) -> bool:
     neutral = getattr(effect, "neutral", {})
     return all(getattr(effect, key) == value for key, value in neutral.items())
+
+
+def scale_all(runs: Sequence[SimulatedGroup]) -> bool:
+    """Whether it is exact for all simulations of a measurement."""
+    return all(scales(run.config) for run in runs)
 
 
 def overrides(config: Config, factor: float) -> tuple[str, ...]:

@@ -15,9 +15,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement
 from dolfingrip.diagnosis.policy import MODEL
-from dolfingrip.diagnosis.simulation.base import BaseSimulation
+from dolfingrip.diagnosis.simulation import modulus
 from dolfingrip.diagnosis.simulation.nuisances import WALL, WALLS
 from dolfingrip.diagnosis.simulation.runner import Workers
 from dolfingrip.diagnosis.simulation.simulated import Simulated, simulate
@@ -26,7 +27,8 @@ from dolfingrip.parameter import every
 
 def simulate_walls(
     measurement: Measurement,
-    base: BaseSimulation,
+    config: Config,
+    base: Simulated,
     workers: Workers,
     further: Collection[float] = (),
 ) -> dict[float, Simulated]:
@@ -34,6 +36,7 @@ def simulate_walls(
 
     Args:
         measurement: that ``base`` was simulated for.
+        config: the model that is diagnosed.
         base: of it.
         workers: where simulations are computed and kept.
         further: thicknesses by that configured that are to be simulated, too; left out where not
@@ -48,29 +51,31 @@ def simulate_walls(
         ConfigError: one line: no workers, or a store in use.
         SchedulerGone: the workers are gone; what was computed is kept.
     """
-    bodies = [run for run in base.simulated.runs if run.group.experiment != "coupon"]
+    bodies = [run for run in base.runs if run.group.experiment != "coupon"]
     blocked = any(run.group.experiment == "blocked_force" for run in bodies)
     spread = min(test.setup.nuisances[WALL] for test in measurement.tests)
     found = {(p.key, p.value(run.config)) for run in bodies for p in every(run.config)
              if p.key in WALLS}  # fmt: skip
-    if not (blocked and base.scales and spread >= MODEL.walls_known and len(found) == 1):
+    if not (
+        blocked and modulus.scale_all(base.runs) and spread >= MODEL.walls_known and len(found) == 1
+    ):
         return {}
     ((key, wall_mm),) = found
-    stages = base.simulated.case.overrides
+    stages = base.case.overrides
     fingers = frozenset(run.group.experiment for run in bodies)
     usual = (1 - MODEL.walls_by, 1 + MODEL.walls_by)
     cases = [
         replace(
-            base.simulated.case, overrides=(*stages, f"{key}={wall_mm * by!r}"), gradients=(),
+            base.case, overrides=(*stages, f"{key}={wall_mm * by!r}"), gradients=(),
             only_in=fingers, elsewhere=stages,
         )
         for by in (*usual, *further)
     ]  # fmt: skip
-    simulated = simulate(measurement, base.config, cases, workers)
+    simulated = simulate(measurement, config, cases, workers)
     kept = np.isfinite(base.readings)
     known = {
         by: each
         for by, each in zip((*usual, *further), simulated, strict=True)
         if np.isfinite(each.readings[kept]).all()
     }
-    return {**known, 1.0: base.simulated} if set(usual) <= set(known) else {}
+    return {**known, 1.0: base} if set(usual) <= set(known) else {}

@@ -17,11 +17,10 @@ from dolfingrip import config as configuration
 from dolfingrip.config import Config, ConfigError
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.diagnose import Settings, judged
-from dolfingrip.diagnosis.finger.simulation import FingerSimulation
+from dolfingrip.diagnosis.finger.simulation import FingerSimulation, not_reached
 from dolfingrip.diagnosis.policy import ROUTES
 from dolfingrip.diagnosis.selection import selected
 from dolfingrip.diagnosis.simulation import modulus
-from dolfingrip.diagnosis.simulation.base import BaseSimulation, not_reached
 from dolfingrip.diagnosis.simulation.nuisances import keys
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 
@@ -72,7 +71,7 @@ def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
 
 
 @pytest.fixture(scope="module")
-def base(simulation: FingerSimulation) -> BaseSimulation:
+def base(simulation: FingerSimulation) -> Simulated:
     return simulation.base
 
 
@@ -80,9 +79,10 @@ def with_all(measurement: Measurement, store: Path, *overrides: str) -> Simulate
     return simulate(measurement, block(), [Case(overrides)], Here(store))[0]
 
 
-def test_nuisances(base: BaseSimulation, measurement: Measurement, store: Path) -> None:
+def test_nuisances(simulation: FingerSimulation, measurement: Measurement, store: Path) -> None:
     """Against central differences, and dα/dln c = −p dα/dp; what a laboratory names is one."""
-    columns = {each.name: each.change for each in base.nuisance_list}
+    base = simulation.base
+    columns = {each.name: each.change for each in simulation.nuisances}
     assert list(columns) == [
         "modulus", "wall", "pressure_gain", "pressure_offset_kPa", FILM,
         "specimen_scale of A", "specimen_scale of B",
@@ -93,7 +93,7 @@ def test_nuisances(base: BaseSimulation, measurement: Measurement, store: Path) 
     ends = [with_all(measurement, store, f"{FILM}={3 + way}").readings for way in (0.05, -0.05)]
     np.testing.assert_allclose(columns[FILM], 5 * (ends[0] - ends[1]), rtol=1e-3)
     walls = 0.05 * np.where(measurement.listed()["specimen"] == "A", 7.0, 6.0)
-    np.testing.assert_allclose(columns["wall"], walls * base.simulated.slope("cast.wall_mm"))
+    np.testing.assert_allclose(columns["wall"], walls * base.slope("cast.wall_mm"))
     assert (columns["wall"] < 0).all()
 
 
@@ -101,10 +101,10 @@ def test_moduli_scale_exactly(
     simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     """Against simulations with the moduli of all terms and of the film changed."""
-    changes = modulus.overrides(simulation.base.simulated.runs[0].config, 1.25)
+    changes = modulus.overrides(simulation.base.runs[0].config, 1.25)
     assert {"material.ogden_mu_MPa=[0.01875, 0.00625]", f"{FILM}=3.75"} <= set(changes)
     there = with_all(measurement, store, *changes).readings
-    np.testing.assert_allclose(simulation.at(simulation.base.simulated, 1.25), there, rtol=2e-3)
+    np.testing.assert_allclose(simulation.at(simulation.base, 1.25), there, rtol=2e-3)
 
 
 def test_a_highest_pressure_below_all_readings_is_refused(tmp_path: Path) -> None:
@@ -119,7 +119,7 @@ def test_a_softer_finger_goes_on_straight_where_the_base_ended(
     simulation: FingerSimulation,
 ) -> None:
     """Readings at 8 kPa of a modulus of 0.1 are at 80 kPa of the base's curve: far beyond."""
-    found = simulation.at(simulation.base.simulated, 0.1)
+    found = simulation.at(simulation.base, 0.1)
     assert np.isfinite(found).all()
     assert (np.diff(found[:4]) > 0).all()
 
@@ -135,7 +135,7 @@ def test_readings_beyond_the_end_of_a_path_are_said(tmp_path: Path, store: Path)
     told = TOLD.replace("max_pressure_kPa = 8\n", "").partition("[specimen")[0]
     ended = read([written(tmp_path, lines, told)], ends)
     (run,) = simulate(ended, ends, [Case((), headroom=ROUTES.headroom)], Here(store))
-    (said,) = not_reached(ended, BaseSimulation(ended, ends, run, [], np.zeros((3, 0))))
+    (said,) = not_reached(ended, ended, run.readings, run.failures)
     assert said.startswith(
         "bending of A: the base simulation does not reach 1 of 3 readings, which are left out: "
         "stopped at "

@@ -15,9 +15,8 @@ from diagnosis.simulation.here import Here
 from dolfingrip.config import Config, load
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
-from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.job import Job, JobResult
-from dolfingrip.diagnosis.simulation.simulated import Case, simulate
+from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.experiments import run, synthetic
 
 TOLD = "gauge_length_mm = 33.0\narea_mm2 = 9.0\n[nuisance]\ncoupon_area = 0.18\n"
@@ -48,36 +47,37 @@ def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
 
 
 @pytest.fixture(scope="module")
-def base(simulation: FingerSimulation) -> BaseSimulation:
+def base(simulation: FingerSimulation) -> Simulated:
     return simulation.base
 
 
-def nuisance(base: BaseSimulation, name: str) -> np.ndarray:
-    return next(each.change for each in base.nuisance_list if each.name == name)
+def nuisance(simulation: FingerSimulation, name: str) -> np.ndarray:
+    return next(each.change for each in simulation.nuisances if each.name == name)
 
 
 def test_readings_are_those_of_a_run_at_every_row(
-    base: BaseSimulation, measurement: Measurement
+    base: Simulated, measurement: Measurement
 ) -> None:
     """25 stops stand for 101 rows: the error is below the noise."""
     every = run("coupon", load(None, ["coupon.step_strain=0.005"])).column("force_N")
     error = np.abs(base.readings - np.tile(every, 2)).max()
     print("error", error, "N")
-    assert len(base.simulated.runs) == 1
+    assert len(base.runs) == 1
     assert error < 0.02
 
 
-def test_nuisances(base: BaseSimulation, measurement: Measurement) -> None:
+def test_nuisances(simulation: FingerSimulation, measurement: Measurement) -> None:
     """The force is proportional to modulus and area."""
-    names = [each.name for each in base.nuisance_list]
+    base = simulation.base
+    names = [each.name for each in simulation.nuisances]
     assert names == ["modulus", "coupon_area", "specimen_scale of A", "specimen_scale of B"]
-    np.testing.assert_allclose(nuisance(base, "modulus"), 0.2 * base.readings, atol=1e-4)
-    np.testing.assert_allclose(nuisance(base, "coupon_area"), 0.18 * base.readings)
+    np.testing.assert_allclose(nuisance(simulation, "modulus"), 0.2 * base.readings, atol=1e-4)
+    np.testing.assert_allclose(nuisance(simulation, "coupon_area"), 0.18 * base.readings)
     first = (measurement.listed()["specimen"] == "A").to_numpy()
-    own = nuisance(base, "specimen_scale of A")
+    own = nuisance(simulation, "specimen_scale of A")
     np.testing.assert_allclose(own, 0.015 * np.where(first, base.readings, 0), atol=1e-5)
-    assert all(each.change.shape == (202,) for each in base.nuisance_list)
-    assert np.abs(base.mesh).max(initial=0.0) < 1e-9
+    assert all(each.change.shape == (202,) for each in simulation.nuisances)
+    assert np.abs(simulation.mesh).max(initial=0.0) < 1e-9
 
 
 def test_modulus_scales(
@@ -86,11 +86,11 @@ def test_modulus_scales(
     assert simulation.scales
     soft = simulate(measurement, Config(), [Case(("material.mu_MPa=2.344",))], Here(store))
     np.testing.assert_allclose(
-        simulation.at(simulation.base.simulated, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
+        simulation.at(simulation.base, 0.8), soft[0].readings, rtol=1e-5, atol=1e-6
     )
 
 
-def test_gauge_noise_counts_by_the_slope(base: BaseSimulation, measurement: Measurement) -> None:
+def test_gauge_noise_counts_by_the_slope(base: Simulated, measurement: Measurement) -> None:
     listed = measurement.listed()
     control, first = listed["control"].to_numpy(), (listed["specimen"] == "A").to_numpy()
     slope = np.gradient(base.readings[first], control[first])

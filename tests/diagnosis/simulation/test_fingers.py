@@ -16,7 +16,6 @@ from dolfingrip.config import Config
 from dolfingrip.diagnosis.data.measurement import Measurement, read
 from dolfingrip.diagnosis.finger.simulation import FingerSimulation
 from dolfingrip.diagnosis.simulation import elastic_curve, modulus
-from dolfingrip.diagnosis.simulation.base import BaseSimulation
 from dolfingrip.diagnosis.simulation.nuisances import GAP
 from dolfingrip.diagnosis.simulation.simulated import Case, Simulated, simulate
 from dolfingrip.experiments import run
@@ -50,7 +49,7 @@ def simulation(measurement: Measurement, store: Path) -> FingerSimulation:
 
 
 @pytest.fixture(scope="module")
-def base(simulation: FingerSimulation) -> BaseSimulation:
+def base(simulation: FingerSimulation) -> Simulated:
     return simulation.base
 
 
@@ -63,7 +62,7 @@ def of(measurement: Measurement, experiment: str, column: str = "angle_deg") -> 
     return ((listed["experiment"] == experiment) & (listed["column"] == column)).to_numpy()
 
 
-def test_one_curve_serves_all_branches(base: BaseSimulation, measurement: Measurement) -> None:
+def test_one_curve_serves_all_branches(base: Simulated, measurement: Measurement) -> None:
     """Readings are those of a run through all branches; of five stops 30 kPa is between two."""
     config = finger().changed(
         plate={"gap_mm": 0.1}, protocol={"time_s": range(7), "pressure_kPa": [*UP, 60, *DOWN]}
@@ -83,9 +82,9 @@ def test_modulus_scales_exactly(
     angle little, of the force a part where the gap of 0.1 mm closes."""
     assert simulation.scales
     for factor in (0.8, 1.25):
-        scaled = simulation.at(simulation.base.simulated, factor)
+        scaled = simulation.at(simulation.base, factor)
         changed = one(
-            measurement, store, *modulus.overrides(simulation.base.simulated.runs[1].config, factor)
+            measurement, store, *modulus.overrides(simulation.base.runs[1].config, factor)
         )
         for name, column, allowed in (
             ("bending", "angle_deg", 1e-5), ("blocked_force", "force_N", 1e-2)
@@ -98,16 +97,17 @@ def test_modulus_scales_exactly(
 
 
 def test_nuisances_are_derivatives_by_their_standard_deviation(
-    base: BaseSimulation, measurement: Measurement, store: Path
+    simulation: FingerSimulation, measurement: Measurement, store: Path
 ) -> None:
     """Against central differences; the wall's moves the mesh, so a thicker one is meshed alike."""
-    names = [each.name for each in base.nuisance_list]
+    base = simulation.base
+    names = [each.name for each in simulation.nuisances]
     assert names == ["modulus", "wall", "pressure_gain", "pressure_offset_kPa", "plate_gap_mm"]
-    columns = {each.name: each.change for each in base.nuisance_list}
+    columns = {each.name: each.change for each in simulation.nuisances}
     free = of(measurement, "bending")
     assert not columns["plate_gap_mm"][free].any()
-    np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.simulated.slope(GAP))
-    np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.simulated.slope("finger.wall_mm"))
+    np.testing.assert_allclose(columns["plate_gap_mm"], 0.3 * base.slope(GAP))
+    np.testing.assert_allclose(columns["wall"], 0.05 * 1.6 * base.slope("finger.wall_mm"))
     ends = [
         one(measurement, store, f"extensions.pressure_gain.gain={gain}") for gain in (1.005, 0.995)
     ]
@@ -121,7 +121,7 @@ def test_nuisances_are_derivatives_by_their_standard_deviation(
 
 
 def test_a_line_that_lags_is_the_elastic_curve_behind_it(
-    base: BaseSimulation, measurement: Measurement, store: Path
+    base: Simulated, measurement: Measurement, store: Path
 ) -> None:
     """Against simulations in time, free to all digits. Blocked, interpolation over 20 kPa leaves a
     part where the gap of 0.1 mm closes, as it does of the base readings."""
@@ -129,9 +129,7 @@ def test_a_line_that_lags_is_the_elastic_curve_behind_it(
         overrides = (f"extensions.line_lag.tau_s={tau_s}",)
         line = finger().overridden(overrides).extensions.line_lag
         assert line is not None
-        shape = elastic_curve.change(
-            measurement, base.simulated, partial(elastic_curve.behind, line)
-        )
+        shape = elastic_curve.change(measurement, base, partial(elastic_curve.behind, line))
         change = one(measurement, store, *overrides).readings - base.readings
         for experiment, name, allowed in (
             ("bending", "angle_deg", 1e-5),
